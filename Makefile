@@ -1,0 +1,184 @@
+# conquest: a progressive mesh codec in one header. Everything that is built goes to build/.
+
+CFLAGS ?= -O2
+CLANG ?= $(firstword $(notdir $(wildcard /usr/bin/clang-19 /usr/bin/clang)) clang-19)
+JOBS ?= $(shell nproc)
+
+WARNINGS = -Wall -Wextra -Wconversion -pedantic
+COMPILE = $(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -Iinclude $(CFLAGS) $(LDFLAGS)
+HEADER = include/conquest.h
+CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
+
+.DELETE_ON_ERROR:
+.PHONY: all help clean demo deps meshes ref_data check-ref test run-tests
+
+all: build/cqm build/minimal_decode build/stream build/meshgen ## builds the command line, the examples and the mesh generator
+
+help: ## lists the targets
+	@awk -F ':.*## ' '/^[a-z_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+
+build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples $(CQM_SOURCES) $(LDLIBS) -lm -o $@
+
+build/minimal_decode build/stream: build/%: examples/%.c $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) $< $(LDLIBS) -o $@
+
+build/meshgen: tests/meshgen/meshgen.c
+	@mkdir -p $(@D)
+	$(COMPILE) $< $(LDLIBS) -o $@
+
+clean: ## removes build/
+	rm -rf build
+
+# -- Meshes --------------------------------------------------------------------------------------------------------
+
+meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo into build/meshes
+
+build/meshes:
+	@tests/meshes/fetch.sh $@
+
+demo: build/cqm build/meshes ## encodes and decodes some meshes and prints a table
+	@tests/demo/demo.sh
+
+ref_data: build/cqm build/meshgen ## makes the reference meshes and the streams of this format version again
+	@ref_data/ref_data.sh make
+
+check-ref: build/cqm build/meshgen ## decodes the reference streams of all versions and compares hashes
+	@ref_data/ref_data.sh check
+
+# -- Tests ---------------------------------------------------------------------------------------------------------
+#
+# A test is a program or a recipe that writes build/log/NAME.log, whose last line is `N passed, N failed`. Each C or C++
+# file of tests/unit and tests/property is a program that is built four times; `make build/tests/unit/mesh` builds one.
+#
+#     unit/mesh      clang, sanitizers for addresses and undefined behaviour, assertions
+#     unit/mesh-16   the same with 16-bit indices
+#     unit/mesh-O3   gcc, optimised, no assertions
+#     unit/mesh-O0   gcc, not optimised, assertions
+
+PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
+TESTS = headers ref_data examples meshes $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+LOGS = $(TESTS:%=build/log/%.log)
+
+test: deps build/meshes ## installs what the tests need and runs everything under tests/
+	@rm -rf build/log
+	@$(MAKE) --no-print-directory -k -j$(JOBS) $(LOGS) || true
+	@$(MAKE) --no-print-directory -s summary
+
+# Sums the last lines. A log that is missing, ends in another line or counts nothing is one failure more.
+summary:
+	@for log in $(LOGS); do mkdir -p $$(dirname $$log); test -e $$log || echo 'not built' >$$log; done
+	@awk ' \
+	    { lines[FILENAME] = FNR } \
+	    /^[0-9]+ passed, [0-9]+ failed$$/ { passed[FILENAME] = $$1; failed[FILENAME] = $$3; last[FILENAME] = FNR } \
+	    END { \
+	        for (i = 1; i < ARGC; ++i) { \
+	            log = ARGV[i]; \
+	            if (!failed[log] && (!passed[log] || last[log] != lines[log])) failed[log] = 1; \
+	            if (failed[log]) { print "\nFAILED: " log; system("tail -n 20 " log) } \
+	            all_passed += passed[log]; all_failed += failed[log]; \
+	        } \
+	        print all_passed + 0 " passed, " all_failed + 0 " failed"; \
+	        exit all_failed || !all_passed; \
+	    }' $(LOGS)
+
+build/log/%.log: build/tests/%
+	@mkdir -p $(@D)
+	@$< >$@ 2>&1 || echo "exit status $$?" >>$@
+	@echo "$*: $$(tail -n 1 $@)"
+
+TEST_FLAGS = $(WARNINGS) -g -Iinclude -Iexamples -Itests/support
+TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h)
+ASSERTIONS = -include assert.h -DCQ_ASSERT=assert
+SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
+
+# $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags
+define variant
+build/tests/%$(1): tests/%.c $$(TEST_DEPENDS)
+	@mkdir -p $$(@D)
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$< -o $$@
+build/tests/%$(1): tests/%.cpp $$(TEST_DEPENDS)
+	@mkdir -p $$(@D)
+	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$< -lrapidcheck -o $$@
+endef
+CLANGXX = $(subst clang,clang++,$(CLANG))
+$(eval $(call variant,,$(CLANG),$(CLANGXX),$(SANITIZERS)))
+$(eval $(call variant,-16,$(CLANG),$(CLANGXX),$(SANITIZERS) -DCQ_INDEX_BITS=16))
+$(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
+$(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
+.SECONDARY:
+
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev
+SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
+
+deps: ## installs what the tests need, if missing (Debian and Ubuntu)
+	@missing=$$(for p in $(PACKAGES); do \
+	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
+	test -z "$$missing" || { $(SUDO) apt-get -q update && \
+	    DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
+
+build/log/ref_data.log: build/cqm build/meshgen
+	@mkdir -p $(@D)
+	@ref_data/ref_data.sh check >$@ 2>&1 || true
+	@echo "ref_data: $$(tail -n 1 $@)"
+
+build/log/examples.log: build/cqm build/minimal_decode build/stream
+	@mkdir -p $(@D)
+	@tests/demo/examples.sh >$@ 2>&1 || true
+	@echo "examples: $$(tail -n 1 $@)"
+
+build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
+	@mkdir -p $(@D)
+	@tests/meshes/check.sh build/tests/cqm >$@ 2>&1 || true
+	@echo "meshes: $$(tail -n 1 $@)"
+
+build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
+
+# -- The header in every way that it may be compiled ---------------------------------------------------------------
+
+define first_unit
+#include "conquest.h"
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "conquest.h"
+extern const char *second_unit(void);
+int main(void) { return second_unit() != cq_result_string(CQ_DONE); }
+endef
+
+define second_unit
+#include "conquest.h"
+#include "conquest.h"
+extern const char *second_unit(void);
+const char *second_unit(void) { return cq_result_string(CQ_DONE); }
+endef
+
+define private_unit
+#define CQ_API static inline
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+int main(void) { return !cq_result_string(CQ_DONE); }
+endef
+
+export first_unit second_unit private_unit
+
+# All combinations as words: gcc/c99/16 ...
+HEADER_BUILDS = $(foreach c,gcc $(CLANG),$(foreach s,c99 c11 c++11 c++17,$(foreach b,16 32,$(c)/$(s)/$(b))))
+
+build/log/headers.log: $(HEADER)
+	@mkdir -p $(@D) build/headers
+	@passed=0; failed=0; cd build/headers; \
+	for unit in first second private; do printenv $${unit}_unit >$$unit; done; \
+	check() { if "$$@"; then passed=$$((passed + 1)); else failed=$$((failed + 1)); echo "FAIL $$*"; fi; }; \
+	for build in $(HEADER_BUILDS); do \
+	    compiler=$${build%%/*} bits=$${build##*/} standard=$${build#*/}; standard=$${standard%/*}; \
+	    language=$${standard%%[0-9]*}; \
+	    options="-x $$language -std=$$standard -DCQ_INDEX_BITS=$$bits -O2 $(WARNINGS) -Werror -I../../include"; \
+	    check $$compiler $$options first second -o program && check ./program; \
+	    check $$compiler $$options private -o program && check ./program; \
+	done >../log/headers.log 2>&1; \
+	echo "$$passed passed, $$failed failed" >>../log/headers.log
+	@echo "headers: $$(tail -n 1 $@)"

@@ -1,0 +1,92 @@
+/* cqm.h - what the parts of the command line share. SPDX-License-Identifier: MIT
+ *
+ *     cqm.c      help, options, main            encode.c   mesh file -> stream
+ *     file.c     whole files in and out         decode.c   stream -> mesh file
+ *     verify.c   encode, decode, compare        info.c     what a stream holds and what it costs
+ *
+ * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
+#ifndef CQM_H
+#define CQM_H
+
+#include "conquest.h"
+#include "../mesh_file.h"
+
+#if CQ_INDEX_BITS != 32
+#error "cqm hands the 32-bit indices of mesh_file.h to the codec"
+#endif
+
+#define EXIT_BAD_DATA 1
+#define EXIT_BAD_USAGE 2
+
+struct options {
+    int connectivity, json, quiet;
+    uint32_t bits;                              /* per coordinate */
+    uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */
+    enum mesh_format format;                    /* MESH_UNKNOWN: by the name of the file */
+    char **files;
+    int num_files;
+};
+
+int run_encode(const struct options *options);
+int run_decode(const struct options *options);
+int run_info(const struct options *options);
+int run_verify(const struct options *options);
+
+/* -- file.c -------------------------------------------------------------------------------------------------------- */
+
+/* Prints "cqm: PATH: message" to stderr. Returns 0. */
+int complain(const char *path, const char *format, ...);
+
+/* All bytes of a file, or of standard input if the path is "-"; free() them. NULL after a complaint. */
+uint8_t *load_file(const char *path, size_t *size);
+
+/* A file that appears under its name only when it is complete: what is written goes to a new file next to it. "-" is
+ * standard output; what is not a regular file, like /dev/null, is written directly. */
+struct output {
+    const char *path;
+    char *temporary;      /* name of the new file; NULL if there is none */
+    FILE *file;
+};
+
+int open_output(struct output *output, const char *path);
+int close_output(struct output *output);   /* 0, and no file, if a write has failed */
+
+/* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they don't. */
+enum mesh_format choose_format(const char *path, const struct options *options);
+
+int load_mesh(struct mesh_file *mesh, const char *path, const struct options *options);
+
+/* -- encode.c ------------------------------------------------------------------------------------------------------ */
+
+/* An encoded mesh with what it was made from. */
+struct encoding {
+    cq_input input;          /* indices belong to the mesh file */
+    cq_value *positions;     /* cq_value[3 * num_vertices], NULL with --connectivity */
+    uint8_t *stream;
+    size_t size;
+    cq_report report;
+};
+
+int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options);
+void free_encoding(struct encoding *e);
+
+/* -- decode.c ------------------------------------------------------------------------------------------------------ */
+
+/* A decoder with its memory, ready for the first byte. */
+struct decoding {
+    cq_decoder decoder;
+    void *memory;
+    size_t stream_bytes;     /* as the header says */
+};
+
+/* Prepares for the stream in data; complains if that is none, or goes on behind its end. */
+int open_decoding(struct decoding *d, const char *path, const uint8_t *data, size_t size);
+void close_decoding(struct decoding *d);
+
+/* Complains about an error that the decoder met when it had used so many bytes. Returns 0. */
+int complain_stream(const char *path, cq_result result, size_t used);
+
+float float_of_bits(uint32_t bits);
+uint32_t bits_of_float(float value);
+
+#endif

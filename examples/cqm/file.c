@@ -1,0 +1,131 @@
+/* file.c - whole files in and out. SPDX-License-Identifier: MIT */
+#define _POSIX_C_SOURCE 200809L
+#include "cqm.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+int complain(const char *path, const char *format, ...)
+{
+    va_list arguments;
+    fprintf(stderr, "cqm: %s: ", path);
+    va_start(arguments, format);
+    vfprintf(stderr, format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+    return 0;
+}
+
+/* -- Input --------------------------------------------------------------------------------------------------------- */
+
+/* Reads to the end; the size need not be known, so that pipes work. */
+static uint8_t *read_all(FILE *file, const char *path, size_t *size)
+{
+    size_t capacity = 1 << 16, got;
+    uint8_t *data = malloc(capacity), *larger = data;
+    *size = 0;
+    while (larger != NULL && (got = fread(data + *size, 1, capacity - *size, file)) > 0) {
+        *size += got;
+        if (*size == capacity && (larger = realloc(data, capacity *= 2)) != NULL)
+            data = larger;
+    }
+    if (larger != NULL && !ferror(file))
+        return data;
+    complain(path, "%s", larger == NULL ? "out of memory" : strerror(errno));
+    free(data);
+    return NULL;
+}
+
+uint8_t *load_file(const char *path, size_t *size)
+{
+    if (strcmp(path, "-") == 0)
+        return read_all(stdin, path, size);
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) {
+        complain(path, "%s", strerror(errno));
+        return NULL;
+    }
+    uint8_t *data = read_all(file, path, size);
+    fclose(file);
+    return data;
+}
+
+enum mesh_format choose_format(const char *path, const struct options *options)
+{
+    enum mesh_format format = options->format != MESH_UNKNOWN ? options->format : mesh_format_of_path(path);
+    if (format == MESH_UNKNOWN)
+        complain(path, "which format? The name does not end in .off, .obj, .ply or .stl; use --format");
+    return format;
+}
+
+int load_mesh(struct mesh_file *mesh, const char *path, const struct options *options)
+{
+    char error[MESH_ERROR_BYTES];
+    size_t size;
+    enum mesh_format format = choose_format(path, options);
+    uint8_t *data = format == MESH_UNKNOWN ? NULL : load_file(path, &size);
+    if (data == NULL)
+        return 0;
+    int ok = mesh_read(mesh, data, size, format, error) || complain(path, "%s", error);
+    free(data);
+    return ok;
+}
+
+/* -- Output -------------------------------------------------------------------------------------------------------- */
+
+/* 1 if a new file may take the place of what is there now. */
+static int is_replaceable(const char *path)
+{
+    struct stat status;
+    return lstat(path, &status) != 0 || S_ISREG(status.st_mode);
+}
+
+/* Creates "PATH.PID.part", which must be new. */
+static FILE *create_temporary(struct output *output)
+{
+    size_t size = strlen(output->path) + 32;
+    output->temporary = malloc(size);
+    if (output->temporary == NULL)
+        return NULL;
+    snprintf(output->temporary, size, "%s.%ld.part", output->path, (long)getpid());
+    int descriptor = open(output->temporary, O_WRONLY | O_CREAT | O_EXCL, 0666);
+    return descriptor < 0 ? NULL : fdopen(descriptor, "wb");
+}
+
+int open_output(struct output *output, const char *path)
+{
+    output->path = path;
+    output->temporary = NULL;
+    if (strcmp(path, "-") == 0)
+        output->file = stdout;
+    else if (is_replaceable(path))
+        output->file = create_temporary(output);
+    else
+        output->file = fopen(path, "wb");
+    if (output->file != NULL)
+        return 1;
+    complain(path, "%s", strerror(errno));
+    free(output->temporary);
+    return 0;
+}
+
+int close_output(struct output *output)
+{
+    int ok = fflush(output->file) == 0 && !ferror(output->file);
+    if (output->file != stdout)
+        ok = fclose(output->file) == 0 && ok;
+    if (ok && output->temporary != NULL)
+        ok = rename(output->temporary, output->path) == 0;
+    if (!ok) {
+        complain(output->path, "cannot write: %s", strerror(errno));
+        if (output->temporary != NULL)
+            remove(output->temporary);
+    }
+    free(output->temporary);
+    return ok;
+}

@@ -1,0 +1,215 @@
+/* info.c - what a stream holds and what it costs. SPDX-License-Identifier: MIT */
+#include "cqm.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* -- Numbers ------------------------------------------------------------------------------------------------------- */
+
+/* The report counts in 1/65536 bit; a double holds such a number exactly below 2^53. */
+static double in_bits(uint64_t cost)
+{
+    return (double)cost / 65536;
+}
+
+static double ratio(double a, double b)
+{
+    return b > 0 ? a / b : 0;
+}
+
+/* Sum of the genus over all components: each has Euler characteristic 2 - 2 genus once its boundary loops are closed,
+ * by one vertex and as many faces as the loop has edges. */
+static long long genus(const cq_report *report)
+{
+    const cq_shape *s = &report->shape;
+    long long vertices = (long long)s->num_vertices + s->num_boundary_loops;
+    long long faces = (long long)s->num_faces + s->num_boundary_edges;
+    long long euler = vertices - faces / 2;        /* 3/2 as many edges as faces */
+    return report->num_components - euler / 2;
+}
+
+struct part {
+    const char *name;
+    uint64_t cost;
+};
+
+#define NUM_PARTS 6
+
+static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
+{
+    const struct part list[NUM_PARTS] = {
+        { "header", r->header }, { "base", r->base }, { "flags", r->flags },
+        { "indices", r->indices }, { "positions", r->positions }, { "channels", r->channels },
+    };
+    for (int i = 0; i < NUM_PARTS; i++)
+        parts[i] = list[i];
+}
+
+static const char *kind_name(const cq_channel *channel)
+{
+    return channel->kind == CQ_POSITION ? "position" : "generic";
+}
+
+/* -- For people ---------------------------------------------------------------------------------------------------- */
+
+static void print_counts(const cq_report *r)
+{
+    printf("vertices        %lu\n", (unsigned long)r->shape.num_vertices);
+    printf("faces           %lu\n", (unsigned long)r->shape.num_faces);
+    printf("components      %lu\n", (unsigned long)r->num_components);
+    printf("boundary loops  %lu\n", (unsigned long)r->shape.num_boundary_loops);
+    printf("genus           %lld\n", genus(r));
+    printf("base            %lu vertices, %lu faces\n", (unsigned long)r->base_vertices, (unsigned long)r->base_faces);
+    printf("levels          %lu\n", (unsigned long)r->num_levels);
+    for (uint32_t k = 0; k < r->shape.num_channels; k++) {
+        const cq_channel *c = &r->shape.channel[k];
+        printf("channel %lu       %s, %d x %d bits, step %.9g\n", (unsigned long)k, kind_name(c), c->components,
+               c->bits, (double)float_of_bits(c->step));
+    }
+}
+
+static void print_parts(const cq_report *r)
+{
+    struct part parts[NUM_PARTS];
+    double bits = 8 * (double)r->bytes, vertices = r->shape.num_vertices;
+    list_parts(r, parts);
+    printf("\n%-12s%12s%16s\n", "part", "bytes", "bits/vertex");
+    for (int i = 0; i < NUM_PARTS; i++) {
+        double part_bits = in_bits(parts[i].cost);
+        printf("%-12s%12.1f%16.3f\n", parts[i].name, part_bits / 8, ratio(part_bits, vertices));
+    }
+    printf("%-12s%12.1f%16.3f\n", "total", bits / 8, ratio(bits, vertices));
+}
+
+/* Means are per split. */
+static void print_level(const cq_report *r, uint32_t k)
+{
+    const cq_level *l = &r->level[k];
+    double splits = l->num_splits;
+    printf("%5lu%10lu%10lu%10lu", (unsigned long)k + 1, (unsigned long)l->num_vertices, (unsigned long)l->num_patches,
+           (unsigned long)l->num_splits);
+    printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
+    printf("%8.2f%8.2f%8.2f\n", ratio(in_bits(l->flags), splits), ratio(in_bits(l->indices), splits),
+           ratio(in_bits(l->values), splits));
+}
+
+static void print_text(const cq_report *r)
+{
+    print_counts(r);
+    print_parts(r);
+    printf("\n%51s%24s\n", "mean of", "bits per split of");
+    printf("%5s%10s%10s%10s%8s%8s%8s%8s%8s\n", "level", "vertices", "patches", "splits", "i", "j", "flags", "indices",
+           "values");
+    for (uint32_t k = 0; k < r->num_levels; k++)
+        print_level(r, k);
+}
+
+/* -- For programs -------------------------------------------------------------------------------------------------- */
+
+/* Exactly: 1/65536 has 16 decimals. */
+static void print_json_bits(const char *name, uint64_t cost, const char *end)
+{
+    printf("\"%s\": %.16f%s", name, in_bits(cost), end);
+}
+
+/* JSON has no infinity; a hostile header may. */
+static void print_json_float(uint32_t bits)
+{
+    double value = (double)float_of_bits(bits);
+    if (isfinite(value))
+        printf("%.9g", value);
+    else
+        printf("null");
+}
+
+static void print_json_channel(const cq_channel *c)
+{
+    printf("{\"kind\": \"%s\", \"components\": %d, \"bits\": %d, \"step\": ", kind_name(c), c->components, c->bits);
+    print_json_float(c->step);
+    printf(", \"origin\": [");
+    for (int i = 0; i < c->components; i++) {
+        printf("%s", i == 0 ? "" : ", ");
+        print_json_float(c->origin[i]);
+    }
+    printf("]}");
+}
+
+static void print_json_level(const cq_level *l)
+{
+    printf("{\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
+           (unsigned long)l->num_vertices, (unsigned long)l->num_patches, (unsigned long)l->num_splits,
+           (unsigned long)l->sum_i, (unsigned long)l->sum_j);
+    print_json_bits("flags", l->flags, ", ");
+    print_json_bits("indices", l->indices, ", ");
+    print_json_bits("values", l->values, "}");
+}
+
+static void print_json_counts(const cq_report *r)
+{
+    printf("  \"vertices\": %lu,\n  \"faces\": %lu,\n  \"levels\": %lu,\n  \"components\": %lu,\n",
+           (unsigned long)r->shape.num_vertices, (unsigned long)r->shape.num_faces, (unsigned long)r->num_levels,
+           (unsigned long)r->num_components);
+    printf("  \"boundary_loops\": %lu,\n  \"boundary_edges\": %lu,\n  \"genus\": %lld,\n",
+           (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
+    printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
+           (unsigned long)r->base_faces);
+    printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,
+           ratio(8 * (double)r->bytes, r->shape.num_vertices));
+}
+
+static void print_json(const cq_report *r)
+{
+    struct part parts[NUM_PARTS];
+    list_parts(r, parts);
+    printf("{\n");
+    print_json_counts(r);
+    printf("  \"bits\": {");
+    for (int i = 0; i < NUM_PARTS; i++)
+        print_json_bits(parts[i].name, parts[i].cost, i + 1 < NUM_PARTS ? ", " : "},\n");
+    printf("  \"channels\": [");
+    for (uint32_t k = 0; k < r->shape.num_channels; k++) {
+        printf("%s", k == 0 ? "" : ", ");
+        print_json_channel(&r->shape.channel[k]);
+    }
+    printf("],\n  \"per_level\": [");
+    for (uint32_t k = 0; k < r->num_levels; k++) {
+        printf("%s\n    ", k == 0 ? "" : ",");
+        print_json_level(&r->level[k]);
+    }
+    printf("\n  ]\n}\n");
+}
+
+/* -- The command --------------------------------------------------------------------------------------------------- */
+
+/* Costs are known when all is decoded. */
+static int fill_report(struct decoding *d, cq_report *report, const char *path, const uint8_t *data, size_t size)
+{
+    cq_bytes in = { data, size };
+    if (!open_decoding(d, path, data, size))
+        return 0;
+    d->decoder.report = report;
+    cq_result result = cq_decode(&d->decoder, &in, CQ_NO_LIMIT);
+    if (result == CQ_NEED_INPUT)
+        return complain(path, "truncated after %zu of %zu bytes", size, d->stream_bytes);
+    return result == CQ_DONE || complain_stream(path, result, (size_t)(in.data - data));
+}
+
+int run_info(const struct options *options)
+{
+    static struct decoding d;
+    static cq_report report;
+    size_t size;
+    uint8_t *data = load_file(options->files[0], &size);
+    if (data == NULL)
+        return EXIT_BAD_DATA;
+    int ok = fill_report(&d, &report, options->files[0], data, size);
+    if (ok && options->json)
+        print_json(&report);
+    else if (ok)
+        print_text(&report);
+    close_decoding(&d);
+    free(data);
+    if (fflush(stdout) != 0)
+        ok = complain("-", "cannot write");
+    return ok ? 0 : EXIT_BAD_DATA;
+}

@@ -1,0 +1,940 @@
+/* mesh_file.c - see mesh_file.h. SPDX-License-Identifier: MIT
+ *
+ * Functions that read return 1, or 0 after fail() has written the message, so that steps chain with &&. All numbers go
+ * through double, which holds each float, each 32-bit integer and each index exactly. */
+#include "mesh_file.h"
+
+#include <ctype.h>
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* -- Formats ------------------------------------------------------------------------------------------------------- */
+
+static int equal_ignoring_case(const char *a, const char *b)
+{
+    while (*a != '\0' && tolower((unsigned char)*a) == tolower((unsigned char)*b))
+        a++, b++;
+    return *a == *b;
+}
+
+enum mesh_format mesh_format_by_name(const char *name)
+{
+    static const char *const names[] = { "off", "obj", "ply", "stl" };
+    for (int i = 0; i < 4; i++)
+        if (equal_ignoring_case(name, names[i]))
+            return (enum mesh_format)(MESH_OFF + i);
+    return MESH_UNKNOWN;
+}
+
+enum mesh_format mesh_format_of_path(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot == NULL ? MESH_UNKNOWN : mesh_format_by_name(dot + 1);
+}
+
+/* -- Reader -------------------------------------------------------------------------------------------------------- */
+
+#define WORD_BYTES 64
+
+struct reader {
+    const uint8_t *data;
+    size_t size;
+    size_t at;        /* the next byte */
+    size_t item;      /* where the last binary item began */
+    size_t line;      /* of `at`, from 1; 0 in binary data, where messages name the byte */
+    char *error;      /* char[MESH_ERROR_BYTES] */
+};
+
+/* Writes the message and the place; returns 0 for the caller to return. */
+static int fail(struct reader *r, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(r->error, MESH_ERROR_BYTES, format, arguments);
+    va_end(arguments);
+    size_t used = strlen(r->error);
+    if (r->line > 0)
+        snprintf(r->error + used, MESH_ERROR_BYTES - used, " (line %zu)", r->line);
+    else
+        snprintf(r->error + used, MESH_ERROR_BYTES - used, " (byte %zu)", r->item);
+    return 0;
+}
+
+/* Makes room for a mesh. Callers have checked the counts against the size of the file. */
+static int allocate(struct reader *r, struct mesh_file *mesh, size_t num_vertices, size_t num_faces)
+{
+    if (num_vertices >= UINT32_MAX || num_faces >= UINT32_MAX || num_faces > SIZE_MAX / 3 / sizeof *mesh->indices)
+        return fail(r, "too many vertices or faces");
+    mesh->num_vertices = (uint32_t)num_vertices;
+    mesh->num_faces = (uint32_t)num_faces;
+    mesh->positions = calloc(num_vertices + 1, 3 * sizeof *mesh->positions);
+    mesh->indices = calloc(num_faces + 1, 3 * sizeof *mesh->indices);
+    if (mesh->positions == NULL || mesh->indices == NULL)
+        return fail(r, "out of memory for %zu vertices and %zu faces", num_vertices, num_faces);
+    return 1;
+}
+
+static int store_coordinate(struct reader *r, float *coordinate, double value)
+{
+    if (!(fabs(value) <= FLT_MAX))        /* also true for NaN */
+        return fail(r, "coordinate is not a finite 32-bit float");
+    *coordinate = (float)value;
+    return 1;
+}
+
+static int store_corner(struct reader *r, struct mesh_file *mesh, size_t corner, double vertex)
+{
+    if (!(vertex >= 0 && vertex < mesh->num_vertices && vertex == floor(vertex)))
+        return fail(r, "face %zu names vertex %.12g; there are %lu vertices", corner / 3, vertex,
+                    (unsigned long)mesh->num_vertices);
+    mesh->indices[corner] = (uint32_t)vertex;
+    return 1;
+}
+
+static int check_corners(struct reader *r, size_t face, double corners)
+{
+    return corners == 3 || fail(r, "face %zu has %.12g corners; only triangles are supported", face, corners);
+}
+
+/* -- Text: words and lines ----------------------------------------------------------------------------------------- */
+
+static int at_line_end(const struct reader *r)
+{
+    return r->at == r->size || r->data[r->at] == '\n' || r->data[r->at] == '\r';
+}
+
+/* Skips the rest of the line and its end: \n, \r\n or \r. */
+static void next_line(struct reader *r)
+{
+    while (!at_line_end(r))
+        r->at++;
+    if (r->at == r->size)
+        return;
+    if (r->data[r->at++] == '\r' && r->at < r->size && r->data[r->at] == '\n')
+        r->at++;
+    r->line++;
+}
+
+static int at_blank(const struct reader *r)
+{
+    return r->at < r->size && (r->data[r->at] == ' ' || r->data[r->at] == '\t');
+}
+
+/* Skips blanks of this line, and a comment. */
+static void skip_blanks(struct reader *r)
+{
+    while (at_blank(r))
+        r->at++;
+    if (r->at < r->size && r->data[r->at] == '#')
+        while (!at_line_end(r))
+            r->at++;
+}
+
+/* Moves to the next word, over line ends and comments; 0 if there is none. */
+static int seek_word(struct reader *r)
+{
+    skip_blanks(r);
+    while (at_line_end(r) && r->at < r->size) {
+        next_line(r);
+        skip_blanks(r);
+    }
+    return r->at < r->size;
+}
+
+/* Takes the next word of this line; "" at its end. Words can be printed: odd bytes become '?', and the end of a word
+ * that is too long becomes '~'. Neither occurs in what the parsers accept. */
+static void take_word(struct reader *r, char word[WORD_BYTES])
+{
+    size_t length = 0;
+    skip_blanks(r);
+    for (; !at_line_end(r) && !at_blank(r); r->at++)
+        if (length < WORD_BYTES - 1)
+            word[length++] = (char)(r->data[r->at] > ' ' && r->data[r->at] < 127 ? r->data[r->at] : '?');
+        else
+            word[length - 1] = '~';
+    word[length] = '\0';
+}
+
+/* 1 if all of the word is a decimal number. No hexadecimal, no "inf", no "nan", which strtod would take. */
+static int parse_number(const char *word, double *value)
+{
+    char *end;
+    if (word[strspn(word, "+-.0123456789eE")] != '\0')
+        return 0;
+    *value = strtod(word, &end);
+    return end != word && *end == '\0';
+}
+
+static int take_number(struct reader *r, double *value)
+{
+    char word[WORD_BYTES];
+    take_word(r, word);
+    if (parse_number(word, value))
+        return 1;
+    return word[0] == '\0' ? fail(r, "number expected, found the end of the line")
+                           : fail(r, "number expected, found '%s'", word);
+}
+
+static int take_position(struct reader *r, float position[3])
+{
+    double value;
+    for (int i = 0; i < 3; i++)
+        if (!take_number(r, &value) || !store_coordinate(r, &position[i], value))
+            return 0;
+    return 1;
+}
+
+/* -- OFF ----------------------------------------------------------------------------------------------------------- */
+
+/* Takes "OFF", with or without the marks of colours, normals and texture coordinates. Some files have no blank between
+ * it and the first count. */
+static int off_keyword(struct reader *r)
+{
+    static const char *const keywords[] = { "OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF" };
+    seek_word(r);
+    for (size_t i = 0; i < sizeof keywords / sizeof *keywords; i++) {
+        size_t length = strlen(keywords[i]);
+        if (r->size - r->at >= length && memcmp(r->data + r->at, keywords[i], length) == 0) {
+            r->at += length;
+            return 1;
+        }
+    }
+    return fail(r, "not an OFF file: no OFF, COFF, NOFF or STOFF at the start");
+}
+
+static int off_count(struct reader *r, double *count)
+{
+    if (!take_number(r, count))
+        return 0;
+    return (*count >= 0 && *count == floor(*count)) || fail(r, "%.12g is not a count", *count);
+}
+
+/* Takes the numbers of vertices and faces; that of edges is ignored. The shortest line "0 0 0" takes 6 bytes. */
+static int off_counts(struct reader *r, struct mesh_file *mesh)
+{
+    double vertices, faces;
+    seek_word(r);
+    if (!off_count(r, &vertices) || !off_count(r, &faces))
+        return 0;
+    next_line(r);
+    if (vertices + faces > (double)((r->size - r->at + 1) / 6))
+        return fail(r, "%.12g vertices and %.12g faces do not fit in the file", vertices, faces);
+    return allocate(r, mesh, (size_t)vertices, (size_t)faces);
+}
+
+static int off_vertices(struct reader *r, struct mesh_file *mesh)
+{
+    for (size_t v = 0; v < mesh->num_vertices; v++) {
+        if (!seek_word(r))
+            return fail(r, "the file ends before vertex %zu", v);
+        if (!take_position(r, &mesh->positions[3 * v]))
+            return 0;
+        next_line(r);
+    }
+    return 1;
+}
+
+static int off_face(struct reader *r, struct mesh_file *mesh, size_t face)
+{
+    double value;
+    if (!take_number(r, &value) || !check_corners(r, face, value))
+        return 0;
+    for (size_t i = 0; i < 3; i++)
+        if (!take_number(r, &value) || !store_corner(r, mesh, 3 * face + i, value))
+            return 0;
+    next_line(r);
+    return 1;
+}
+
+static int off_faces(struct reader *r, struct mesh_file *mesh)
+{
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        if (!seek_word(r))
+            return fail(r, "the file ends before face %zu", f);
+        if (!off_face(r, mesh, f))
+            return 0;
+    }
+    return 1;
+}
+
+static int read_off(struct reader *r, struct mesh_file *mesh)
+{
+    return off_keyword(r) && off_counts(r, mesh) && off_vertices(r, mesh) && off_faces(r, mesh);
+}
+
+/* -- OBJ ----------------------------------------------------------------------------------------------------------- */
+
+/* Counts the lines that begin with v and f, and goes back to the start. */
+static void obj_count(struct reader *r, size_t *vertices, size_t *faces)
+{
+    char word[WORD_BYTES];
+    *vertices = *faces = 0;
+    while (seek_word(r)) {
+        take_word(r, word);
+        *vertices += strcmp(word, "v") == 0;
+        *faces += strcmp(word, "f") == 0;
+        next_line(r);
+    }
+    r->at = 0;
+    r->line = 1;
+}
+
+/* Stores the vertex of a corner "v", "v/vt", "v//vn" or "v/vt/vn": counted from 1, or backwards from the last one yet,
+ * which is -1. */
+static int obj_corner(struct reader *r, struct mesh_file *mesh, size_t corner, char *word, size_t vertices)
+{
+    double number;
+    word[strcspn(word, "/")] = '\0';
+    if (!parse_number(word, &number) || number == 0)
+        return fail(r, "face %zu has a corner '%s'", corner / 3, word);
+    return store_corner(r, mesh, corner, number > 0 ? number - 1 : (double)vertices + number);
+}
+
+/* vertices: how many have been defined so far. */
+static int obj_face(struct reader *r, struct mesh_file *mesh, size_t face, size_t vertices)
+{
+    char word[WORD_BYTES];
+    size_t corners = 0;
+    for (take_word(r, word); word[0] != '\0'; take_word(r, word), corners++)
+        if (corners < 3 && !obj_corner(r, mesh, 3 * face + corners, word, vertices))
+            return 0;
+    return check_corners(r, face, (double)corners);
+}
+
+static int read_obj(struct reader *r, struct mesh_file *mesh)
+{
+    char word[WORD_BYTES];
+    size_t vertices, faces;
+    obj_count(r, &vertices, &faces);
+    if (!allocate(r, mesh, vertices, faces))
+        return 0;
+    vertices = faces = 0;
+    while (seek_word(r)) {
+        take_word(r, word);
+        if (strcmp(word, "v") == 0 && !take_position(r, &mesh->positions[3 * vertices++]))
+            return 0;
+        if (strcmp(word, "f") == 0 && !obj_face(r, mesh, faces++, vertices))
+            return 0;
+        next_line(r);
+    }
+    return 1;
+}
+
+/* -- PLY: header --------------------------------------------------------------------------------------------------- */
+
+#define PLY_MAX_ELEMENTS 32
+#define PLY_MAX_PROPERTIES 256       /* of all elements together */
+
+enum ply_encoding { PLY_ASCII, PLY_LITTLE_ENDIAN, PLY_BIG_ENDIAN };
+enum ply_role { PLY_X, PLY_Y, PLY_Z, PLY_CORNERS, PLY_SKIPPED };
+
+struct ply_type {
+    const char *name, *other_name;
+    uint8_t size;
+    enum { PLY_UNSIGNED, PLY_SIGNED, PLY_FLOAT } kind;
+};
+
+struct ply_property {
+    const struct ply_type *count_type;   /* of a list; NULL for a scalar */
+    const struct ply_type *type;
+    enum ply_role role;
+};
+
+struct ply_element {
+    enum { PLY_VERTEX, PLY_FACE, PLY_OTHER } kind;
+    size_t count;
+    size_t first, end;                   /* its properties */
+};
+
+struct ply {
+    enum ply_encoding encoding;
+    size_t num_elements, num_properties;
+    struct ply_element element[PLY_MAX_ELEMENTS];
+    struct ply_property property[PLY_MAX_PROPERTIES];
+};
+
+static int ply_type_named(struct reader *r, const char *name, const struct ply_type **type)
+{
+    static const struct ply_type types[] = {
+        { "char", "int8", 1, PLY_SIGNED },     { "uchar", "uint8", 1, PLY_UNSIGNED },
+        { "short", "int16", 2, PLY_SIGNED },   { "ushort", "uint16", 2, PLY_UNSIGNED },
+        { "int", "int32", 4, PLY_SIGNED },     { "uint", "uint32", 4, PLY_UNSIGNED },
+        { "float", "float32", 4, PLY_FLOAT },  { "double", "float64", 8, PLY_FLOAT },
+    };
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (strcmp(name, types[i].name) == 0 || strcmp(name, types[i].other_name) == 0) {
+            *type = &types[i];
+            return 1;
+        }
+    return fail(r, "unknown type '%s'", name);
+}
+
+static int ply_encoding_line(struct reader *r, struct ply *ply)
+{
+    static const char *const names[] = { "ascii", "binary_little_endian", "binary_big_endian" };
+    char word[WORD_BYTES];
+    take_word(r, word);
+    for (int i = 0; i < 3; i++)
+        if (strcmp(word, names[i]) == 0) {
+            ply->encoding = (enum ply_encoding)i;
+            return 1;
+        }
+    return fail(r, "unknown PLY encoding '%s'", word);
+}
+
+static int ply_element_kind(struct reader *r, struct ply *ply, struct ply_element *element)
+{
+    char name[WORD_BYTES];
+    take_word(r, name);
+    if (strcmp(name, "tristrips") == 0)
+        return fail(r, "triangle strips (element tristrips) are not supported");
+    element->kind = strcmp(name, "vertex") == 0 ? PLY_VERTEX : strcmp(name, "face") == 0 ? PLY_FACE : PLY_OTHER;
+    for (size_t i = 0; i < ply->num_elements; i++)
+        if (element->kind != PLY_OTHER && ply->element[i].kind == element->kind)
+            return fail(r, "second element '%s'", name);
+    return 1;
+}
+
+static int ply_element_line(struct reader *r, struct ply *ply)
+{
+    double count;
+    if (ply->num_elements == PLY_MAX_ELEMENTS)
+        return fail(r, "more than %d elements", PLY_MAX_ELEMENTS);
+    struct ply_element *element = &ply->element[ply->num_elements];
+    if (!ply_element_kind(r, ply, element) || !take_number(r, &count))
+        return 0;
+    if (!(count >= 0 && count <= (double)r->size && count == floor(count)))
+        return fail(r, "%.12g rows of an element do not fit in the file", count);
+    element->count = (size_t)count;
+    element->first = element->end = ply->num_properties;
+    ply->num_elements++;
+    return 1;
+}
+
+/* A property with a part in the mesh has one place: x, y, z of the vertices are scalars, the corners are a list. */
+static enum ply_role ply_role_of(const struct ply_element *element, const char *name, int is_list)
+{
+    if (element->kind == PLY_VERTEX && !is_list && name[0] >= 'x' && name[0] <= 'z' && name[1] == '\0')
+        return (enum ply_role)(PLY_X + (name[0] - 'x'));
+    if (element->kind == PLY_FACE && is_list
+            && (strcmp(name, "vertex_indices") == 0 || strcmp(name, "vertex_index") == 0))
+        return PLY_CORNERS;
+    return PLY_SKIPPED;
+}
+
+/* Takes "TYPE NAME" or "list TYPE TYPE NAME". */
+static int ply_property_types(struct reader *r, struct ply_property *property)
+{
+    char word[WORD_BYTES];
+    property->count_type = NULL;
+    take_word(r, word);
+    if (strcmp(word, "list") != 0)
+        return ply_type_named(r, word, &property->type);
+    take_word(r, word);
+    if (!ply_type_named(r, word, &property->count_type))
+        return 0;
+    if (property->count_type->kind == PLY_FLOAT)
+        return fail(r, "a list cannot have a count of type %s", word);
+    take_word(r, word);
+    return ply_type_named(r, word, &property->type);
+}
+
+static int ply_property_line(struct reader *r, struct ply *ply)
+{
+    char name[WORD_BYTES];
+    if (ply->num_elements == 0)
+        return fail(r, "property before the first element");
+    if (ply->num_properties == PLY_MAX_PROPERTIES)
+        return fail(r, "more than %d properties", PLY_MAX_PROPERTIES);
+    struct ply_element *element = &ply->element[ply->num_elements - 1];
+    struct ply_property *property = &ply->property[ply->num_properties];
+    if (!ply_property_types(r, property))
+        return 0;
+    take_word(r, name);
+    property->role = ply_role_of(element, name, property->count_type != NULL);
+    if (property->role == PLY_CORNERS && property->type->kind == PLY_FLOAT)
+        return fail(r, "vertex numbers of faces cannot be of type %s", property->type->name);
+    element->end = ++ply->num_properties;
+    return 1;
+}
+
+/* Takes lines up to and with end_header. */
+static int ply_header(struct reader *r, struct ply *ply)
+{
+    char word[WORD_BYTES];
+    int has_encoding = 0;
+    take_word(r, word);
+    if (strcmp(word, "ply") != 0)
+        return fail(r, "not a PLY file: no 'ply' at the start");
+    while (strcmp(word, "end_header") != 0) {
+        int ok = 1;
+        next_line(r);
+        if (!seek_word(r))
+            return fail(r, "the file ends inside the header");
+        take_word(r, word);
+        if (strcmp(word, "format") == 0)
+            ok = has_encoding = ply_encoding_line(r, ply);
+        else if (strcmp(word, "element") == 0)
+            ok = ply_element_line(r, ply);
+        else if (strcmp(word, "property") == 0)
+            ok = ply_property_line(r, ply);
+        else if (strcmp(word, "comment") != 0 && strcmp(word, "obj_info") != 0 && strcmp(word, "end_header") != 0)
+            ok = fail(r, "unknown header line '%s'", word);
+        if (!ok)
+            return 0;
+    }
+    next_line(r);
+    return has_encoding || fail(r, "the header has no format line");
+}
+
+static size_t ply_count_role(const struct ply *ply, const struct ply_element *element, enum ply_role role)
+{
+    size_t count = 0;
+    for (size_t i = element->first; i < element->end; i++)
+        count += ply->property[i].role == role;
+    return count;
+}
+
+/* Each role is played once, and the rows can be in the file: an item takes a digit and a blank, or its size. */
+static int ply_check_element(struct reader *r, const struct ply *ply, const struct ply_element *element)
+{
+    size_t row = 0;
+    for (size_t i = element->first; i < element->end; i++) {
+        const struct ply_property *p = &ply->property[i];
+        row += ply->encoding == PLY_ASCII ? 2 : p->count_type != NULL ? p->count_type->size : p->type->size;
+    }
+    if (element->count > 0 && (row == 0 || element->count > (r->size - r->at + 1) / row))
+        return fail(r, "%zu rows of an element do not fit in the file", element->count);
+    for (int role = PLY_X; role <= PLY_Z; role++)
+        if (element->kind == PLY_VERTEX && ply_count_role(ply, element, (enum ply_role)role) != 1)
+            return fail(r, "element vertex needs one property %c", 'x' + (role - PLY_X));
+    if (element->kind == PLY_FACE && ply_count_role(ply, element, PLY_CORNERS) != 1)
+        return fail(r, "element face needs one list vertex_indices or vertex_index");
+    return 1;
+}
+
+static int ply_allocate(struct reader *r, const struct ply *ply, struct mesh_file *mesh)
+{
+    size_t vertices = 0, faces = 0;
+    for (size_t i = 0; i < ply->num_elements; i++) {
+        const struct ply_element *element = &ply->element[i];
+        if (!ply_check_element(r, ply, element))
+            return 0;
+        vertices += element->kind == PLY_VERTEX ? element->count : 0;
+        faces += element->kind == PLY_FACE ? element->count : 0;
+    }
+    return allocate(r, mesh, vertices, faces);
+}
+
+/* -- PLY: data ----------------------------------------------------------------------------------------------------- */
+
+static uint64_t load_bytes(const uint8_t *data, size_t size, int big_endian)
+{
+    uint64_t value = 0;
+    for (size_t i = 0; i < size; i++)
+        value = value << 8 | data[big_endian ? i : size - 1 - i];
+    return value;
+}
+
+static float float_of_bits(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static double double_of_bits(uint64_t bits)
+{
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static double ply_value(const struct ply_type *type, uint64_t bits)
+{
+    if (type->kind == PLY_FLOAT)
+        return type->size == 4 ? (double)float_of_bits((uint32_t)bits) : double_of_bits(bits);
+    int negative = type->kind == PLY_SIGNED && bits >> (8 * type->size - 1) != 0;
+    return (double)bits - (negative ? ldexp(1, 8 * type->size) : 0);
+}
+
+static int ply_take_bits(struct reader *r, const struct ply *ply, const struct ply_type *type, uint64_t *bits)
+{
+    r->item = r->at;
+    if (r->size - r->at < type->size)
+        return fail(r, "the file ends inside its data");
+    *bits = load_bytes(r->data + r->at, type->size, ply->encoding == PLY_BIG_ENDIAN);
+    r->at += type->size;
+    return 1;
+}
+
+static int ply_seek_word(struct reader *r)
+{
+    return seek_word(r) || fail(r, "the file ends inside its data");
+}
+
+static int ply_take(struct reader *r, const struct ply *ply, const struct ply_type *type, double *value)
+{
+    uint64_t bits;
+    if (ply->encoding == PLY_ASCII)
+        return ply_seek_word(r) && take_number(r, value);
+    if (!ply_take_bits(r, ply, type, &bits))
+        return 0;
+    *value = ply_value(type, bits);
+    return 1;
+}
+
+/* Takes a value that nobody needs, which in text may be "nan". */
+static int ply_skip(struct reader *r, const struct ply *ply, const struct ply_type *type)
+{
+    char word[WORD_BYTES];
+    uint64_t bits;
+    if (ply->encoding != PLY_ASCII)
+        return ply_take_bits(r, ply, type, &bits);
+    if (!ply_seek_word(r))
+        return 0;
+    take_word(r, word);
+    return 1;
+}
+
+static int ply_corners(struct reader *r, const struct ply *ply, const struct ply_type *type, struct mesh_file *mesh,
+                       size_t face)
+{
+    double vertex;
+    for (size_t i = 0; i < 3; i++)
+        if (!ply_take(r, ply, type, &vertex) || !store_corner(r, mesh, 3 * face + i, vertex))
+            return 0;
+    return 1;
+}
+
+static int ply_list(struct reader *r, const struct ply *ply, const struct ply_property *property,
+                    struct mesh_file *mesh, size_t row)
+{
+    double count;
+    if (!ply_take(r, ply, property->count_type, &count))
+        return 0;
+    if (property->role == PLY_CORNERS)
+        return check_corners(r, row, count) && ply_corners(r, ply, property->type, mesh, row);
+    if (!(count >= 0 && count == floor(count)))
+        return fail(r, "list of %.12g items", count);
+    for (double i = 0; i < count; i++)
+        if (!ply_skip(r, ply, property->type))
+            return 0;
+    return 1;
+}
+
+static int ply_row(struct reader *r, const struct ply *ply, const struct ply_element *element, struct mesh_file *mesh,
+                   size_t row)
+{
+    for (size_t i = element->first; i < element->end; i++) {
+        const struct ply_property *property = &ply->property[i];
+        double value;
+        int ok = property->count_type != NULL ? ply_list(r, ply, property, mesh, row)
+               : property->role == PLY_SKIPPED ? ply_skip(r, ply, property->type)
+               : ply_take(r, ply, property->type, &value)
+                 && store_coordinate(r, &mesh->positions[3 * row + (size_t)(property->role - PLY_X)], value);
+        if (!ok)
+            return 0;
+    }
+    return 1;
+}
+
+static int read_ply(struct reader *r, struct mesh_file *mesh)
+{
+    struct ply ply;
+    ply.num_elements = ply.num_properties = 0;
+    if (!ply_header(r, &ply) || !ply_allocate(r, &ply, mesh))
+        return 0;
+    if (ply.encoding != PLY_ASCII)
+        r->line = 0;
+    for (size_t e = 0; e < ply.num_elements; e++)
+        for (size_t row = 0; row < ply.element[e].count; row++)
+            if (!ply_row(r, &ply, &ply.element[e], mesh, row))
+                return 0;
+    return 1;
+}
+
+/* -- STL ----------------------------------------------------------------------------------------------------------- */
+
+#define STL_HEADER_BYTES 84          /* comment, number of triangles */
+#define STL_TRIANGLE_BYTES 50        /* normal, three positions, two bytes that mean nothing */
+#define STL_NO_VERTEX UINT32_MAX
+
+/* Both readers first give each corner a vertex of its own. */
+static int stl_allocate(struct reader *r, struct mesh_file *mesh, size_t faces)
+{
+    if (faces > UINT32_MAX / 3)
+        return fail(r, "too many triangles");
+    return allocate(r, mesh, 3 * faces, faces);
+}
+
+static int stl_read_binary(struct reader *r, struct mesh_file *mesh)
+{
+    r->line = 0;
+    if (!stl_allocate(r, mesh, (r->size - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES))
+        return 0;
+    for (size_t i = 0; i < 9 * (size_t)mesh->num_faces; i++) {
+        r->item = STL_HEADER_BYTES + i / 9 * STL_TRIANGLE_BYTES + 12 + i % 9 * 4;
+        float value = float_of_bits((uint32_t)load_bytes(r->data + r->item, 4, 0));
+        if (!store_coordinate(r, &mesh->positions[i], (double)value))
+            return 0;
+    }
+    return 1;
+}
+
+/* Counts the lines that begin with "vertex" and goes back to the start. */
+static size_t stl_count_corners(struct reader *r)
+{
+    char word[WORD_BYTES];
+    size_t corners = 0;
+    while (seek_word(r)) {
+        take_word(r, word);
+        if (equal_ignoring_case(word, "vertex"))
+            corners++;
+        next_line(r);
+    }
+    r->at = 0;
+    r->line = 1;
+    return corners;
+}
+
+/* Lines that frame the positions: of these only "endloop" matters, at which a face must have its three corners. */
+static int stl_frame_line(struct reader *r, const char *word, size_t corners, size_t *faces)
+{
+    static const char *const frame[] = { "solid", "facet", "outer", "endfacet", "endsolid" };
+    if (equal_ignoring_case(word, "endloop"))
+        return check_corners(r, *faces, (double)corners - 3 * (double)*faces) && ++*faces;
+    for (size_t i = 0; i < sizeof frame / sizeof *frame; i++)
+        if (equal_ignoring_case(word, frame[i]))
+            return 1;
+    return fail(r, "unknown STL line '%s'", word);
+}
+
+static int stl_read_text(struct reader *r, struct mesh_file *mesh)
+{
+    char word[WORD_BYTES];
+    size_t corners = stl_count_corners(r), faces = 0;
+    if (!stl_allocate(r, mesh, (corners + 2) / 3))
+        return 0;
+    corners = 0;
+    while (seek_word(r)) {
+        take_word(r, word);
+        if (!(equal_ignoring_case(word, "vertex") ? take_position(r, &mesh->positions[3 * corners++])
+                                                  : stl_frame_line(r, word, corners, &faces)))
+            return 0;
+        next_line(r);
+    }
+    return corners == 3 * faces || fail(r, "the file ends inside face %zu", faces);
+}
+
+static uint32_t hash_position(const float position[3])
+{
+    uint32_t bits[3], hash = 0;
+    memcpy(bits, position, sizeof bits);
+    for (int i = 0; i < 3; i++) {
+        hash = (hash ^ bits[i]) * 0x9e3779b1u;
+        hash ^= hash >> 15;
+    }
+    return hash;
+}
+
+/* The vertex with this position; a new one behind the others if there is none yet. */
+static uint32_t find_or_add(struct mesh_file *mesh, uint32_t *table, size_t mask, const float position[3])
+{
+    size_t slot = hash_position(position) & mask;
+    while (table[slot] != STL_NO_VERTEX
+            && memcmp(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position) != 0)
+        slot = (slot + 1) & mask;
+    if (table[slot] == STL_NO_VERTEX) {
+        table[slot] = mesh->num_vertices++;
+        memmove(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position);
+    }
+    return table[slot];
+}
+
+/* Gives corners with equal positions the same vertex, numbered as they first occur. Works in place: the vertex is never
+ * behind the corner. The table is at most half full. */
+static int stl_weld(struct reader *r, struct mesh_file *mesh)
+{
+    size_t corners = 3 * (size_t)mesh->num_faces, slots = 2;
+    while (slots < 2 * corners)
+        slots *= 2;
+    uint32_t *table = slots > SIZE_MAX / sizeof *table ? NULL : malloc(slots * sizeof *table);
+    if (table == NULL)
+        return fail(r, "out of memory for %zu corners", corners);
+    memset(table, 0xff, slots * sizeof *table);
+    mesh->num_vertices = 0;
+    for (size_t i = 0; i < 3 * corners; i++)
+        mesh->positions[i] += 0.0f;       /* -0 becomes 0: equal numbers have equal bytes */
+    for (size_t c = 0; c < corners; c++)
+        mesh->indices[c] = find_or_add(mesh, table, slots - 1, &mesh->positions[3 * c]);
+    free(table);
+    return 1;
+}
+
+/* A binary file is one whose size fits its count: its comment may begin with "solid" as a text does. */
+static int stl_is_binary(const struct reader *r)
+{
+    return r->size >= STL_HEADER_BYTES && (r->size - STL_HEADER_BYTES) % STL_TRIANGLE_BYTES == 0
+           && (r->size - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES == load_bytes(r->data + STL_HEADER_BYTES - 4, 4, 0);
+}
+
+static int read_stl(struct reader *r, struct mesh_file *mesh)
+{
+    char word[WORD_BYTES];
+    if (stl_is_binary(r))
+        return stl_read_binary(r, mesh) && stl_weld(r, mesh);
+    seek_word(r);
+    take_word(r, word);
+    if (!equal_ignoring_case(word, "solid"))
+        return fail(r, "not an STL file: no 'solid' at the start, nor a size that fits a number of triangles");
+    return stl_read_text(r, mesh) && stl_weld(r, mesh);
+}
+
+/* -- Reading ------------------------------------------------------------------------------------------------------- */
+
+static int read_format(struct reader *r, struct mesh_file *mesh, enum mesh_format format)
+{
+    switch (format) {
+    case MESH_OFF: return read_off(r, mesh);
+    case MESH_OBJ: return read_obj(r, mesh);
+    case MESH_PLY: return read_ply(r, mesh);
+    case MESH_STL: return read_stl(r, mesh);
+    default: return fail(r, "unknown mesh format");
+    }
+}
+
+int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mesh_format format,
+              char error[MESH_ERROR_BYTES])
+{
+    struct reader r = { NULL, 0, 0, 0, 1, NULL };
+    r.data = data;
+    r.size = size;
+    r.error = error;
+    memset(mesh, 0, sizeof *mesh);
+    if (read_format(&r, mesh, format))
+        return 1;
+    mesh_free(mesh);
+    return 0;
+}
+
+void mesh_free(struct mesh_file *mesh)
+{
+    free(mesh->positions);
+    free(mesh->indices);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+/* -- Writing ------------------------------------------------------------------------------------------------------- */
+
+static void write_text_vertices(const struct mesh_file *mesh, FILE *file, const char *prefix)
+{
+    for (size_t v = 0; v < mesh->num_vertices; v++) {
+        const float *p = &mesh->positions[3 * v];
+        fprintf(file, "%s%.9g %.9g %.9g\n", prefix, (double)p[0], (double)p[1], (double)p[2]);
+    }
+}
+
+/* first: the number of the first vertex. */
+static void write_text_faces(const struct mesh_file *mesh, FILE *file, const char *prefix, unsigned long first)
+{
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        const uint32_t *i = &mesh->indices[3 * f];
+        fprintf(file, "%s%lu %lu %lu\n", prefix, i[0] + first, i[1] + first, i[2] + first);
+    }
+}
+
+static void write_off(const struct mesh_file *mesh, FILE *file)
+{
+    fprintf(file, "OFF\n%lu %lu 0\n", (unsigned long)mesh->num_vertices, (unsigned long)mesh->num_faces);
+    write_text_vertices(mesh, file, "");
+    write_text_faces(mesh, file, "3 ", 0);
+}
+
+static void write_obj(const struct mesh_file *mesh, FILE *file)
+{
+    write_text_vertices(mesh, file, "v ");
+    write_text_faces(mesh, file, "f ", 1);
+}
+
+static void put_u32(uint8_t *bytes, uint32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        bytes[i] = (uint8_t)(value >> 8 * i);
+}
+
+static void put_position(uint8_t bytes[12], const float position[3])
+{
+    uint32_t bits[3];
+    memcpy(bits, position, sizeof bits);
+    for (int i = 0; i < 3; i++)
+        put_u32(bytes + 4 * i, bits[i]);
+}
+
+static void write_ply(const struct mesh_file *mesh, FILE *file)
+{
+    uint8_t row[13];
+    fprintf(file, "ply\nformat binary_little_endian 1.0\n"
+            "element vertex %lu\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face %lu\nproperty list uchar uint vertex_indices\nend_header\n",
+            (unsigned long)mesh->num_vertices, (unsigned long)mesh->num_faces);
+    for (size_t v = 0; v < mesh->num_vertices; v++) {
+        put_position(row, &mesh->positions[3 * v]);
+        fwrite(row, 12, 1, file);
+    }
+    row[0] = 3;
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        for (size_t i = 0; i < 3; i++)
+            put_u32(row + 1 + 4 * i, mesh->indices[3 * f + i]);
+        fwrite(row, 13, 1, file);
+    }
+}
+
+/* The unit normal of a triangle, in double against overflow; zero if it has no area. */
+static void triangle_normal(const float *a, const float *b, const float *c, float normal[3])
+{
+    double u[3], v[3], n[3], length = 0;
+    for (int i = 0; i < 3; i++) {
+        u[i] = (double)b[i] - (double)a[i];
+        v[i] = (double)c[i] - (double)a[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+        length += n[i] * n[i];
+    }
+    for (int i = 0; i < 3; i++)
+        normal[i] = length > 0 ? (float)(n[i] / sqrt(length)) : 0;
+}
+
+static void write_stl(const struct mesh_file *mesh, FILE *file)
+{
+    uint8_t header[STL_HEADER_BYTES] = "binary STL", row[STL_TRIANGLE_BYTES] = { 0 };
+    put_u32(header + STL_HEADER_BYTES - 4, mesh->num_faces);
+    fwrite(header, sizeof header, 1, file);
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        const float *corner[3];
+        float normal[3];
+        for (size_t i = 0; i < 3; i++) {
+            corner[i] = &mesh->positions[3 * (size_t)mesh->indices[3 * f + i]];
+            put_position(row + 12 + 12 * i, corner[i]);
+        }
+        triangle_normal(corner[0], corner[1], corner[2], normal);
+        put_position(row, normal);
+        fwrite(row, sizeof row, 1, file);
+    }
+}
+
+int mesh_write(const struct mesh_file *mesh, FILE *file, enum mesh_format format)
+{
+    switch (format) {
+    case MESH_OFF: write_off(mesh, file); break;
+    case MESH_OBJ: write_obj(mesh, file); break;
+    case MESH_PLY: write_ply(mesh, file); break;
+    case MESH_STL: write_stl(mesh, file); break;
+    default: return 0;
+    }
+    return !ferror(file);
+}

@@ -1,0 +1,54 @@
+/* mesh_file.h - reads and writes triangle meshes as OFF, OBJ, PLY and STL.
+ * SPDX-License-Identifier: MIT
+ *
+ * Vertices and faces come out as the file has them: same order, nothing merged, nothing dropped. Only STL, which has a
+ * position for each corner, gets its indices here: corners with equal coordinates become one vertex.
+ *
+ *     struct mesh_file mesh;
+ *     char error[MESH_ERROR_BYTES];
+ *     if (!mesh_read(&mesh, data, size, MESH_OFF, error))
+ *         fprintf(stderr, "%s\n", error);              "face 17 has 4 corners; only triangles are supported (line 60)"
+ *     ...
+ *     mesh_free(&mesh);
+ *
+ * Any bytes may be handed in. Numbers in text need LC_NUMERIC "C", which is so unless the program calls setlocale. */
+#ifndef MESH_FILE_H
+#define MESH_FILE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* What a reader takes and a writer gives.
+ *
+ * MESH_OFF  OFF and its variants with colours (C), normals (N) and texture coordinates (ST), which are skipped, as is
+ *           everything behind the corners of a face. One vertex or face a line. Written as OFF.
+ * MESH_OBJ  `v` and `f` lines, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; others are skipped.
+ * MESH_PLY  ascii and binary of both byte orders: x, y, z of element `vertex`; list `vertex_indices` or `vertex_index`
+ *           of element `face`; other elements and properties are skipped. Written as binary little-endian.
+ * MESH_STL  ascii and binary; written as binary. */
+enum mesh_format { MESH_UNKNOWN, MESH_OFF, MESH_OBJ, MESH_PLY, MESH_STL };
+
+#define MESH_ERROR_BYTES 160
+
+struct mesh_file {
+    float *positions;                  /* float[3 * num_vertices], finite */
+    uint32_t *indices;                 /* uint32_t[3 * num_faces], each < num_vertices */
+    uint32_t num_vertices, num_faces;
+};
+
+/* The format with this name ("off") or of a file with this path ("bunny.OFF"); MESH_UNKNOWN if there is none. */
+enum mesh_format mesh_format_by_name(const char *name);
+enum mesh_format mesh_format_of_path(const char *path);
+
+/* Reads a mesh from `size` bytes. Returns 1; or 0, an empty mesh and a message that says what is wrong and where.
+ * Messages number vertices and faces from 0, lines from 1, bytes from 0. Memory: at most 16 bytes per byte of data. */
+int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mesh_format format,
+              char error[MESH_ERROR_BYTES]);
+
+/* Writes a mesh. Text has enough digits to read back the same floats. Returns 1; or 0 if the file reports an error. */
+int mesh_write(const struct mesh_file *mesh, FILE *file, enum mesh_format format);
+
+void mesh_free(struct mesh_file *mesh);
+
+#endif

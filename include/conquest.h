@@ -1,0 +1,2855 @@
+/* conquest.h - progressive-to-lossless triangle mesh codec in fixed memory. Version 0.1.0.
+ * SPDX-License-Identifier: MIT
+ *
+ * A stream starts with a coarse mesh and refines it, vertex split by vertex split, to the exact mesh that was encoded.
+ * Any prefix of a stream is a valid mesh. All memory is the caller's: no allocation, no globals, no recursion, integers
+ * only, nothing from libc but memcpy and memset.
+ *
+ *     #define CONQUEST_IMPLEMENTATION        in one C or C++ file
+ *     #include "conquest.h"                  everywhere else without the define
+ *
+ *     static cq_decoder dec;                                   model tables, a few KiB
+ *     static uint32_t memory[CQ_DECODER_BYTES(...) / 4];       mesh, positions, queue
+ *
+ *     cq_decoder_init(&dec, memory, sizeof memory);
+ *     while ((n = read_some(bytes)) > 0) {
+ *         cq_bytes in = { bytes, n };
+ *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);          any piece size, any budget of steps
+ *         draw(dec.mesh.origin, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
+ *     }
+ *
+ * Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for Progressive-to-Lossless Transmission" ("the paper"
+ * below): levels of edge collapses inside patches that are found through gates; two indices per vertex split. SPEC.md
+ * defines the bytes.
+ *
+ * Words
+ *     patch        all triangles around one vertex, its centre
+ *     gate         directed edge (L, R) on the border of a conquered patch; the next patch lies to its left
+ *     front        the vertex A of the triangle L, R, A to the left of a gate
+ *     conquered    the vertex belongs to a patch of this level already; else it is available
+ *     isolated     a patch whose centre is not split at this level
+ *     level        one conquest that covers the mesh with patches that do not overlap
+ *     split (i, j) i: steps clockwise from L to the first common vertex; j: steps counter-clockwise from R to the second
+ *     base         the mesh that is left when no level collapses anything more; the head of the stream
+ *
+ * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either while in
+ * use. Bytes are the same on every platform.
+ */
+#ifndef CQ_CONQUEST_H
+#define CQ_CONQUEST_H
+
+/* -- Configuration ------------------------------------------------------------------------------------------------- */
+
+/* Width of vertex, face and halfedge numbers: 32, or 16 for small devices (up to 65 535 halfedges, about 10 900
+ * vertices; 15-bit channel values; half the memory). Does not change the bytes of a stream. */
+#ifndef CQ_INDEX_BITS
+#define CQ_INDEX_BITS 32
+#endif
+#if CQ_INDEX_BITS != 16 && CQ_INDEX_BITS != 32
+#error "CQ_INDEX_BITS must be 16 or 32"
+#endif
+
+/* Linkage of the functions: extern by default; `#define CQ_API static inline` keeps them private to one file. */
+#ifndef CQ_API
+#define CQ_API extern
+#endif
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* -- Versions and limits ------------------------------------------------------------------------------------------- */
+
+#define CQ_VERSION_STRING "0.1.0"    /* of this library */
+#define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
+
+#define CQ_MAX_CHANNELS 8            /* vertex channels of one stream */
+#define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
+#define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
+#define CQ_MAX_LEVELS 255            /* levels of one stream */
+#define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
+#define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
+
+/* -- Results ------------------------------------------------------------------------------------------------------- */
+
+/* Zero and above: the mesh is valid. Below zero: an error; what had been decoded before it stays valid. */
+typedef enum cq_result {
+    CQ_OK = 0,                   /* done; of a decoder: the budget is spent, there is more to refine */
+    CQ_NEED_INPUT = 1,           /* all bytes given are used, the stream goes on */
+    CQ_DONE = 2,                 /* the mesh is complete: the one that was encoded */
+    CQ_TRUNCATED = 3,            /* the input ended early: the mesh is a coarser one, valid, and final */
+    CQ_ERROR_ARGUMENT = -1,      /* a NULL pointer or a number outside its documented range */
+    CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape tells what is needed */
+    CQ_ERROR_OUTPUT = -3,        /* the output buffer is full */
+    CQ_ERROR_TOO_LARGE = -4,     /* more vertices or faces than cq_index can number */
+    CQ_ERROR_INDEX = -5,         /* mesh: a face names a vertex that does not exist */
+    CQ_ERROR_FACE = -6,          /* mesh: a face names one vertex twice */
+    CQ_ERROR_EDGE = -7,          /* mesh: an edge has more than two faces */
+    CQ_ERROR_ORIENTATION = -8,   /* mesh: two faces run along an edge in the same direction */
+    CQ_ERROR_VERTEX = -9,        /* mesh: the faces around a vertex are not one fan */
+    CQ_ERROR_UNUSED = -10,       /* mesh: a vertex belongs to no face */
+    CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1 */
+    CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
+    CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
+    CQ_ERROR_UNSUPPORTED = -14,  /* stream: a feature that this build does not know or is too small for */
+    CQ_ERROR_CORRUPT = -15,      /* stream: bytes that no encoder writes */
+    CQ_ERROR_CHECKSUM = -16      /* stream: the check value does not match */
+} cq_result;
+
+/* One English phrase for a result; never NULL. */
+CQ_API const char *cq_result_string(cq_result result);
+
+/* -- Types --------------------------------------------------------------------------------------------------------- */
+
+#if CQ_INDEX_BITS == 16
+typedef uint16_t cq_index;           /* number of a vertex, face or halfedge */
+typedef int16_t cq_value;            /* one integer of a channel: 0 .. 2^15 - 1 */
+#define CQ_NONE ((cq_index)0xffffu)  /* no vertex, face or halfedge */
+#define CQ_MAX_BITS 15
+#else
+typedef uint32_t cq_index;
+typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1 */
+#define CQ_NONE ((cq_index)0xffffffffu)
+#define CQ_MAX_BITS 24
+#endif
+
+/* Where a mesh error is. Fields that the error does not concern are CQ_NONE. */
+typedef struct cq_place {
+    cq_index face;        /* CQ_ERROR_INDEX, _FACE, _EDGE, _ORIENTATION: the face, in input order */
+    cq_index vertex;      /* the vertex, or the edge's first vertex */
+    cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
+} cq_place;
+
+/* What a channel's numbers mean to a reader of the stream. The codec treats all kinds alike but for the prediction. */
+typedef enum cq_kind {
+    CQ_POSITION = 0,      /* 3 components; a collapse puts the merged vertex at the midpoint */
+    CQ_GENERIC = 1        /* anything else that may be averaged */
+} cq_kind;
+
+/* One per-vertex channel: `components` integers per vertex, each in 0 .. 2^bits - 1. A reader gets component k of
+ * vertex v back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries. */
+typedef struct cq_channel {
+    uint8_t kind;         /* cq_kind */
+    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS */
+    uint8_t bits;         /* 1 .. CQ_MAX_BITS */
+    uint8_t reserved;     /* 0 */
+    uint32_t step;
+    uint32_t origin[CQ_MAX_COMPONENTS];
+} cq_channel;
+
+/* Counts that decide how much memory a mesh needs, and the channels. */
+typedef struct cq_shape {
+    uint32_t num_vertices;
+    uint32_t num_faces;
+    uint32_t num_boundary_loops;
+    uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
+    uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
+    cq_channel channel[CQ_MAX_CHANNELS];
+} cq_shape;
+
+/* -- Mesh ----------------------------------------------------------------------------------------------------------
+ *
+ * Indexed halfedges. Face f owns halfedges 3f, 3f+1, 3f+2; halfedge h runs from origin[h] to origin[cq_next(h)], with
+ * its face on the left (counter-clockwise faces). `origin` is the index buffer: cq_index[3 * num_faces].
+ *
+ * The mesh is always closed: each boundary loop is closed by one virtual vertex, fanned to the loop. Virtual vertices
+ * are numbered first_virtual .. first_virtual + num_virtual - 1 and their faces first_virtual_face .. first_virtual_face
+ * + num_virtual_faces - 1, behind room for all real ones, so that real vertices and faces are 0 .. n-1 at every level.
+ *
+ * A collapse frees one vertex and two faces; their slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
+ * last in, first out. A decoder never collapses: its vertices and faces have no gaps.
+ *
+ * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from a
+ * vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices twice; no two
+ * virtual vertices share an edge or a real neighbour. */
+typedef struct cq_mesh {
+    cq_index *origin;     /* cq_index[3 * all faces] */
+    cq_index *twin;       /* cq_index[3 * all faces] */
+    cq_index *out;        /* cq_index[all vertices], a halfedge that starts at the vertex */
+    cq_index *valence;    /* cq_index[all vertices], number of neighbours, virtual ones included */
+    uint8_t *mark;        /* uint8_t[all vertices], scratch of the operations, zero between them */
+    cq_index num_vertices, num_faces;                 /* slots, real, free ones included */
+    cq_index num_virtual, num_virtual_faces;          /* slots, virtual, free ones included */
+    cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
+    cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
+    cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
+} cq_mesh;
+
+/* Bytes of memory for a mesh: v vertices + boundary loops, f faces + boundary edges. A multiple of 4. */
+#define CQ_MESH_BYTES(v, f) (CQI_ROUND(((size_t)(v) * 2 + (size_t)(f) * 6) * sizeof(cq_index) + (size_t)(v)))
+#define CQI_ROUND(n) (((n) + 3) / 4 * 4)
+
+/* The same for a shape; 0 if it is too large for cq_index or size_t. */
+CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
+
+/* Builds a mesh from triangles.
+ *
+ * shape    in: num_vertices, num_faces. out: num_boundary_loops, num_boundary_edges as found (also on CQ_ERROR_MEMORY).
+ * indices  cq_index[3 * num_faces], values 0 .. num_vertices - 1, counter-clockwise. Halfedge h starts at indices[h].
+ * memory   cq_mesh_bytes(shape) bytes with the shape that comes out, aligned to 4. A closed mesh needs no second try:
+ *          start with loops and edges 0, and on CQ_ERROR_MEMORY hand in cq_mesh_bytes(shape).
+ * place    where the input is not an oriented 2-manifold; may be NULL.
+ *
+ * Any genus, number of components and of boundary loops. Returns CQ_OK, CQ_ERROR_MEMORY, _TOO_LARGE, _ARGUMENT or
+ * the mesh errors CQ_ERROR_INDEX .. CQ_ERROR_UNUSED. Time O(vertices + faces). */
+CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
+                               size_t memory_size, cq_place *place);
+
+/* Checks every invariant of the mesh in time O(vertices + faces). CQ_OK, or CQ_ERROR_EDGE, _VERTEX with the place. */
+CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
+
+/* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
+ * neighbours, each of valence 4 or more), no two boundaries touch, and the merged valence is at most max_valence. */
+CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_valence);
+
+/* Collapses halfedge h = A -> B: B's other edges go to A, B and the two faces at h are freed.
+ *
+ *            q                      q          h must satisfy cq_mesh_can_collapse.
+ *          / | \                    |          p = origin[prev(h)] lies to the left of A -> B.
+ *        --A-h>B--       =>       --A--        Ring of A clockwise: p, neighbours of B, q, neighbours of A.
+ *          \ | /                    |          first = A -> p, last = A -> q: spokes that split it again.
+ *            p                      p                                                                         */
+CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
+
+/* Splits vertex A = origin[first] = origin[last]: a new vertex B takes A's neighbours strictly clockwise between the
+ * spokes `first` and `last`, and both keep the two spokes' ends, first != last. Undoes the last collapse that has not been
+ * undone: each vertex and face gets its slot back (a face may start at another corner, out[] may be another spoke).
+ * Returns B, or CQ_NONE if the mesh is full or A is virtual. */
+CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
+
+/* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]; returns n <= num_faces. */
+CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
+
+/* Circulators: around its face, and around its origin. */
+static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
+static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
+static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
+static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
+static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
+static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
+
+/* -- Range coder ---------------------------------------------------------------------------------------------------
+ *
+ * Byte-wise, 32-bit range, carry handled; usable alone. The encoder counts bytes beyond its buffer instead of writing
+ * them. The decoder reads zeros beyond its input and counts them. Both run the same models and spend the same bits. */
+typedef struct cq_range_encoder {
+    uint64_t low;         /* low end of the interval, 33 bits with the carry */
+    uint32_t range;       /* its width, > 2^24 after each call */
+    uint8_t *data;        /* may be NULL if size is 0 */
+    size_t size;          /* capacity of data */
+    size_t count;         /* bytes produced, also those that did not fit */
+    size_t zeros;         /* of these, zero bytes at the end */
+    size_t pending;       /* 0xff bytes that wait for a carry */
+    int cache;            /* the byte before them, -1 at the start */
+} cq_range_encoder;
+
+typedef struct cq_range_decoder {
+    uint32_t code;        /* offset of the value in the interval, < range */
+    uint32_t range;
+    uint32_t slot;        /* width of one of the slots that cq_decode_slot made */
+    const uint8_t *data;
+    size_t size;
+    size_t count;         /* bytes read; above size: the stream was too short */
+} cq_range_decoder;
+
+typedef uint16_t cq_bit_model;       /* probability of a 1 in 1/65536, kept in 32 .. 65504 */
+#define CQ_BIT_MODEL_INIT 32768u
+
+CQ_API void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size);
+CQ_API void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size);
+
+/* Codes one bit with an adaptive model; both sides must use the same rate 1 .. 8 (higher is slower) per call. */
+CQ_API void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit);
+CQ_API int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate);
+
+/* Codes a symbol that owns `freq` > 0 of `total` <= 2^24 slots (2^16 lose nothing), from slot `start`. The decoder first asks for the slot,
+ * looks up the symbol, and then takes it. */
+CQ_API void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total);
+CQ_API uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total);
+CQ_API void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total);
+
+/* Codes the low `bits` 0 .. 32 of a value, all equally likely. */
+CQ_API void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits);
+CQ_API uint32_t cq_decode_raw(cq_range_decoder *d, int bits);
+
+/* Ends the code with as few bytes as a decoder needs that reads zeros beyond them; returns e->count. The data is
+ * complete if that is <= size. */
+CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
+
+/* -- Reports -------------------------------------------------------------------------------------------------------
+ *
+ * Encoder and decoder fill the same report, if given one. Costs are in 1/65536 bit; the parts add up to the stream. */
+typedef struct cq_level {
+    uint32_t num_vertices;           /* real vertices after the level is refined */
+    uint32_t num_patches;            /* patches conquered */
+    uint32_t num_splits;             /* of these, split; the others are isolated */
+    uint32_t sum_i, sum_j;           /* of the indices of all splits */
+    uint64_t flags, indices, values; /* cost */
+} cq_level;
+
+typedef struct cq_report {
+    cq_shape shape;
+    uint32_t num_components;
+    uint32_t num_levels;
+    uint32_t base_vertices, base_faces;                        /* real */
+    uint64_t header, base, flags, indices, positions, channels;  /* cost; sum = 65536 * 8 * bytes */
+    size_t bytes;                    /* of the stream */
+    cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
+} cq_report;
+
+/* -- Private types: their sizes are public, their contents are not ---------------------------------------------------- */
+
+#define CQI_BUFFER_BYTES 512         /* input that a step may need at once; see CQI_STEP_BYTES */
+#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
+#define CQI_SCALES 16                /* classes of patch size, a context of the residuals */
+
+/* A conquest in progress: the list of patches is the queue of gates too. */
+typedef struct cqi_walk {
+    cq_index seed;        /* next component to look for: a vertex (decoder) or its number (encoder) */
+    cq_index head;        /* patch whose gates are being tried */
+    cq_index tail;        /* patches found so far */
+    cq_index spoke;       /* of patch `head`: the next gate is behind it, clockwise; CQ_NONE: head has not begun */
+} cqi_walk;
+
+/* The patch of a centre, from its entry spoke clockwise. */
+typedef struct cqi_ring {
+    cq_index size;
+    cq_index spoke[CQ_MAX_VALENCE];
+    uint8_t valence[CQ_MAX_VALENCE];   /* of the ring's vertices, at most 31 */
+    uint8_t state[CQ_MAX_VALENCE];     /* who else holds the vertex: CQI_STATES values */
+} cqi_ring;
+
+/* Everything that adapts. */
+typedef struct cqi_model {
+    cq_bit_model component, loop;      /* base: another component follows; a new vertex is virtual */
+    cq_bit_model level;                /* a level is not of the known type */
+    cq_bit_model grow[8][8], close[8], turn[8];  /* base: kind of gate, by faces at its two ends */
+    cq_bit_model flag[4][12];          /* patch is split, by available ring vertices and valence */
+    cq_bit_model side[2];              /* which of the three cases of a first gate */
+    cq_bit_model size[CQI_SCALES][32]; /* bits of a residual: a binary tree */
+    cq_bit_model sign, top[32];        /* its sign and its second highest bit */
+    int16_t length[CQI_CANDIDATES + CQ_MAX_VALENCE];
+    int16_t first[14 * 6], last[14 * 6];
+    int16_t index_i[8], index_j[8];
+    int16_t rule[49];
+} cqi_model;
+
+/* -- Decoder ------------------------------------------------------------------------------------------------------- */
+
+/* A piece of input: cq_decode advances data and shrinks size by what it has used. */
+typedef struct cq_bytes {
+    const uint8_t *data;
+    size_t size;
+} cq_bytes;
+
+/* Reads the header at the start of a stream. CQ_OK and the shape; CQ_NEED_INPUT if `size` bytes are not all of it; or an
+ * error. CQ_MAX_HEADER_BYTES are always enough. header_bytes and stream_bytes may be NULL. */
+CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
+
+/* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
+ * c components of all channels together. */
+#define CQ_DECODER_BYTES(v, f, c) \
+    (CQ_MESH_BYTES(v, f) + CQI_ROUND(((size_t)(f) / 3 + 1) * sizeof(cq_index)) \
+     + CQI_ROUND((size_t)(v) * (size_t)(c) * sizeof(cq_value)))
+
+/* The same for a shape; 0 if it is too large for cq_index or size_t. */
+CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
+
+/* Public fields, for reading: shape and mesh and channel once the header is read; mesh.num_vertices and mesh.num_faces
+ * grow with each split. The rest is private. */
+typedef struct cq_decoder {
+    cq_shape shape;                        /* of the full mesh */
+    cq_mesh mesh;                          /* of this moment; mesh.origin is the index buffer */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers */
+    uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
+    uint32_t num_components;               /* of the mesh, once the base is read */
+    cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
+
+    /* private */
+    cq_result status;                      /* CQ_OK, or the permanent result */
+    int phase;
+    cq_mesh draft;                         /* the mesh while the base is read */
+    uint8_t *memory;
+    size_t memory_size;
+    struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
+    uint8_t buffer[CQI_BUFFER_BYTES];
+    size_t payload_left, payload_size;     /* bytes not yet in the buffer; of the whole payload */
+    size_t dropped;                        /* bytes that have left the buffer */
+    uint32_t crc, expected_crc;            /* of the payload: so far, and in the header */
+    int ended;                             /* the caller has no more input */
+    cq_range_decoder range;
+    cq_index gate, before, before2;        /* base: the border halfedge to grow at, and the two before it */
+    cq_index scan, virtual_scan;           /* base: all halfedges before these are closed */
+    cq_index value;                        /* base: next vertex to get its values */
+    cq_index base_vertices;
+    int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
+    uint32_t dither;
+    cq_index *patch;                       /* entry spokes of the level's patches */
+    cq_index splits;                       /* patches of this level that are split */
+    cqi_walk walk;
+    cqi_ring ring;
+    uint16_t weight[CQI_CANDIDATES];
+    int16_t score[CQI_CANDIDATES];
+    uint64_t cost;                         /* where the last report entry ended */
+    cqi_model model;
+} cq_decoder;
+
+/* Prepares a decoder. memory: aligned to 4, contents need not be initialised; it is carved up when the header has been
+ * read, and must hold cq_decoder_bytes of the shape. Returns CQ_OK or CQ_ERROR_ARGUMENT. */
+CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
+
+/* Decodes until the input or the budget is used up.
+ *
+ * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes behind
+ *          the end of the stream are not used. NULL: no more input will come.
+ * budget   at most so many steps; a step conquers one patch or makes one split. Budget 1 stops after every split.
+ *
+ * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error; CQ_ERROR_MEMORY
+ * if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is complete the mesh has no
+ * vertices. Time O(bytes + steps), O(vertices) once for the base and for each level; stack < 512 bytes. */
+CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
+
+/* -- Encoder ------------------------------------------------------------------------------------------------------- */
+
+/* What to encode, and how. Zero-initialise, then set what you need. */
+typedef struct cq_input {
+    cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
+    const cq_index *indices;               /* cq_index[3 * num_faces] */
+    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] */
+    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded vertex of each input vertex */
+    void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
+    void *user;
+} cq_input;
+
+/* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
+CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
+
+/* Encodes a mesh.
+ *
+ * in       in->shape.num_boundary_loops and _edges are set as found; start with zeros (a closed mesh) and on
+ *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
+ * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8.
+ * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
+ * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
+ *
+ * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
+CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                           size_t *stream_size, cq_place *place, cq_report *report);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* CQ_CONQUEST_H */
+
+/* Stop here if you only need the interface. Below is the implementation. */
+#if defined(CONQUEST_IMPLEMENTATION) && !defined(CONQUEST_IMPLEMENTATION_DONE)
+#define CONQUEST_IMPLEMENTATION_DONE /* a guard of its own: the interface may have been included before */
+
+#include <string.h> /* memcpy, memset, memmove */
+
+/* Asserts state what the programmer got wrong, never what a stream contains. */
+#ifndef CQ_ASSERT
+#define CQ_ASSERT(condition) ((void)0)
+#endif
+
+static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
+
+/* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
+static int cqi_bit_length(uint32_t x)
+{
+    int n = 0;
+    if (x >> 16) { n += 16; x >>= 16; }
+    if (x >> 8) { n += 8; x >>= 8; }
+    if (x >> 4) { n += 4; x >>= 4; }
+    if (x >> 2) { n += 2; x >>= 2; }
+    return n + (int)(x >> 1 ? 2 : x);
+}
+
+const char *cq_result_string(cq_result result)
+{
+    switch (result) {
+    case CQ_OK: return "ok";
+    case CQ_NEED_INPUT: return "more input needed";
+    case CQ_DONE: return "complete";
+    case CQ_TRUNCATED: return "the input ends early";
+    case CQ_ERROR_ARGUMENT: return "bad argument";
+    case CQ_ERROR_MEMORY: return "memory too small or misaligned";
+    case CQ_ERROR_OUTPUT: return "output buffer full";
+    case CQ_ERROR_TOO_LARGE: return "too many vertices or faces";
+    case CQ_ERROR_INDEX: return "a face names a vertex that does not exist";
+    case CQ_ERROR_FACE: return "a face names one vertex twice";
+    case CQ_ERROR_EDGE: return "an edge has more than two faces";
+    case CQ_ERROR_ORIENTATION: return "two faces run along an edge in the same direction";
+    case CQ_ERROR_VERTEX: return "the faces around a vertex are not one fan";
+    case CQ_ERROR_UNUSED: return "a vertex belongs to no face";
+    case CQ_ERROR_VALUE: return "a channel value is out of range";
+    case CQ_ERROR_FORMAT: return "not a conquest stream";
+    case CQ_ERROR_VERSION: return "a stream version this library does not know";
+    case CQ_ERROR_UNSUPPORTED: return "a stream feature this build does not support";
+    case CQ_ERROR_CORRUPT: return "corrupt stream";
+    case CQ_ERROR_CHECKSUM: return "check value mismatch";
+    }
+    return "unknown result";
+}
+
+/* -- Memory: carving the caller's block ---------------------------------------------------------------------------- */
+
+typedef struct cqi_arena {
+    uint8_t *next;
+    size_t left;
+} cqi_arena;
+
+/* Takes the next `count` elements of `size` bytes; the caller has checked the sum. Blocks start at multiples of 4. */
+static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
+{
+    uint8_t *block = arena->next;
+    size_t bytes = CQI_ROUND(count * size);
+    CQ_ASSERT(bytes <= arena->left);
+    arena->next += bytes;
+    arena->left -= bytes;
+    return block;
+}
+
+static int cqi_aligned(const void *memory) { return (uintptr_t)memory % 4 == 0; }
+
+/* Vertices with the virtual ones, faces with the virtual ones. */
+static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
+static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
+
+static uint32_t cqi_all_components(const cq_shape *s)
+{
+    uint32_t k, n = 0;
+    for (k = 0; k < s->num_channels; k++) n += s->channel[k].components;
+    return n;
+}
+
+/* Everything that cq_index can number, and small enough that no size below overflows: each array needs at most 64 bytes
+ * per halfedge in all, and halfedges are bounded by CQI_MAX_HALFEDGES. */
+#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xfffeu : sizeof(size_t) < 8 ? 0x03ffffffu : 0xfffffffeu)
+
+static int cqi_countable(const cq_shape *s)
+{
+    const uint32_t limit = (uint32_t)(CQI_MAX_HALFEDGES / 3);
+    return s->num_vertices <= limit && s->num_boundary_loops <= limit - s->num_vertices &&
+           s->num_faces <= limit && s->num_boundary_edges <= limit - s->num_faces;
+}
+
+size_t cq_mesh_bytes(const cq_shape *s)
+{
+    if (!s || !cqi_countable(s)) return 0;
+    return CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
+}
+
+/* Lays out a mesh without vertices and faces. Block sizes add up to CQ_MESH_BYTES: only the last one needs rounding
+ * because 3 * 2 * faces + 2 * vertices indices are split as 6f and 2v, each an even number of 16-bit words. */
+static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
+{
+    size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
+    cq_index *indices = (cq_index *)cqi_take(arena, 6 * f + 2 * v, sizeof(cq_index));
+    m->origin = indices;
+    m->twin = indices + 3 * f;
+    m->out = indices + 6 * f;
+    m->valence = indices + 6 * f + v;
+    m->mark = (uint8_t *)cqi_take(arena, v, 1);
+    memset(m->mark, 0, v);
+    m->num_vertices = m->num_faces = m->num_virtual = m->num_virtual_faces = 0;
+    m->first_virtual = (cq_index)s->num_vertices;
+    m->first_virtual_face = (cq_index)s->num_faces;
+    m->max_virtual = (cq_index)s->num_boundary_loops;
+    m->max_virtual_faces = (cq_index)s->num_boundary_edges;
+    m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
+}
+
+/* -- Mesh: building ------------------------------------------------------------------------------------------------ */
+
+static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_index vertex, cq_index other)
+{
+    if (place) {
+        place->face = face;
+        place->vertex = vertex;
+        place->other = other;
+    }
+    return result;
+}
+
+/* Every face names three different vertices that exist. */
+static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_place *place)
+{
+    cq_index f, k;
+    for (f = 0; f < s->num_faces; f++) {
+        const cq_index *v = indices + 3 * (size_t)f;
+        for (k = 0; k < 3; k++)
+            if (v[k] >= s->num_vertices) return cqi_error(place, CQ_ERROR_INDEX, f, v[k], CQ_NONE);
+        for (k = 0; k < 3; k++)
+            if (v[k] == v[(k + 1) % 3]) return cqi_error(place, CQ_ERROR_FACE, f, v[k], CQ_NONE);
+    }
+    return CQ_OK;
+}
+
+/* The larger (which = 0) or smaller (1) end of a halfedge. */
+static cq_index cqi_end(const cq_index *indices, cq_index h, int which)
+{
+    cq_index a = indices[h], b = indices[cq_next(h)];
+    return (a < b) == (which != 0) ? a : b;
+}
+
+/* One pass of a radix sort with vertices as digits, stable: halfedges `from` (NULL: 0, 1, 2, ...) ordered by one end. */
+static void cqi_sort_pass(const cq_index *indices, cq_index num_halfedges, const cq_index *from, cq_index *to,
+                          cq_index *start, cq_index num_vertices, int which)
+{
+    cq_index k, sum = 0;
+    memset(start, 0, num_vertices * sizeof(cq_index));
+    for (k = 0; k < num_halfedges; k++) start[cqi_end(indices, k, which)]++;
+    for (k = 0; k < num_vertices; k++) {
+        cq_index count = start[k];
+        start[k] = sum;
+        sum = (cq_index)(sum + count);
+    }
+    for (k = 0; k < num_halfedges; k++) {
+        cq_index h = from ? from[k] : k;
+        to[start[cqi_end(indices, h, which)]++] = h;
+    }
+}
+
+static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
+{
+    return cqi_end(indices, g, 0) == cqi_end(indices, h, 0) && cqi_end(indices, g, 1) == cqi_end(indices, h, 1);
+}
+
+/* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: both ends are radix digits. origin
+ * and out serve as scratch until the end, then origin = indices. */
+static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
+{
+    cq_index *sorted = m->origin;
+    cq_index k, step, n = (cq_index)(3 * s->num_faces);
+    cqi_sort_pass(indices, n, NULL, m->twin, m->out, (cq_index)s->num_vertices, 0);
+    cqi_sort_pass(indices, n, m->twin, sorted, m->out, (cq_index)s->num_vertices, 1);
+    for (k = 0; k < n; k = (cq_index)(k + step)) {
+        cq_index g = sorted[k], h;
+        step = 1;
+        m->twin[g] = CQ_NONE;
+        if (n - k < 2 || !cqi_same_edge(indices, g, sorted[k + 1])) continue;
+        h = sorted[k + 1];
+        if (n - k > 2 && cqi_same_edge(indices, g, sorted[k + 2]))
+            return cqi_error(place, CQ_ERROR_EDGE, (cq_index)(sorted[k + 2] / 3), indices[g], indices[cq_next(g)]);
+        if (indices[g] == indices[h])
+            return cqi_error(place, CQ_ERROR_ORIENTATION, (cq_index)(h / 3), indices[g], indices[cq_next(g)]);
+        m->twin[g] = h;
+        m->twin[h] = g;
+        step = 2;
+    }
+    memcpy(m->origin, indices, n * sizeof(cq_index));
+    return CQ_OK;
+}
+
+/* out[v] = the one boundary halfedge that starts at v, or CQ_NONE. */
+static cq_result cqi_find_boundary(cq_mesh *m, cq_shape *s, cq_place *place)
+{
+    cq_index h;
+    memset(m->out, 0xff, s->num_vertices * sizeof(cq_index));
+    s->num_boundary_edges = 0;
+    for (h = 0; h < 3 * s->num_faces; h++) {
+        if (m->twin[h] != CQ_NONE) continue;
+        if (m->out[m->origin[h]] != CQ_NONE)
+            return cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, m->origin[h], CQ_NONE);
+        m->out[m->origin[h]] = h;
+        s->num_boundary_edges++;
+    }
+    return CQ_OK;
+}
+
+/* As many boundary halfedges enter a vertex as leave it, and cqi_find_boundary allows one: so every walk closes. */
+static void cqi_count_loops(cq_mesh *m, cq_shape *s)
+{
+    cq_index v, w;
+    s->num_boundary_loops = 0;
+    for (v = 0; v < s->num_vertices; v++) {
+        if (m->out[v] == CQ_NONE || m->mark[v]) continue;
+        for (w = v; !m->mark[w]; w = cq_target(m, m->out[w])) m->mark[w] = 1;
+        s->num_boundary_loops++;
+    }
+    memset(m->mark, 0, s->num_vertices);
+}
+
+static void cqi_pair(cq_mesh *m, cq_index g, cq_index h)
+{
+    m->twin[g] = h;
+    m->twin[h] = g;
+}
+
+/* Fans a virtual vertex w to the boundary loop that leaves v: for each boundary halfedge a -> b a face b, a, w. */
+static void cqi_close_loop(cq_mesh *m, cq_index v)
+{
+    cq_index w = (cq_index)(m->first_virtual + m->num_virtual++);
+    cq_index first = CQ_NONE, before = CQ_NONE, h = m->out[v], last;
+    while (m->twin[h] == CQ_NONE) {
+        cq_index b = cq_target(m, h);
+        cq_index g = (cq_index)(3 * (m->first_virtual_face + m->num_virtual_faces++));
+        m->origin[g] = b;
+        m->origin[g + 1] = m->origin[h];
+        m->origin[g + 2] = w;
+        cqi_pair(m, g, h);
+        if (before == CQ_NONE) first = g;
+        else cqi_pair(m, (cq_index)(before + 2), (cq_index)(g + 1)); /* w -> a and a -> w */
+        before = g;
+        h = m->out[b];
+    }
+    last = (cq_index)(before + 2);
+    cqi_pair(m, last, (cq_index)(first + 1));
+}
+
+static void cqi_close_loops(cq_mesh *m)
+{
+    cq_index v;
+    for (v = 0; v < m->num_vertices; v++)
+        if (m->out[v] != CQ_NONE && m->twin[m->out[v]] == CQ_NONE) cqi_close_loop(m, v);
+}
+
+/* Sets out and valence from the halfedges of faces first .. first + count - 1. */
+static void cqi_count_valences(cq_mesh *m, cq_index first, cq_index count)
+{
+    cq_index h, end = (cq_index)(3 * (first + count));
+    for (h = (cq_index)(3 * first); h < end; h++) {
+        m->out[m->origin[h]] = h;
+        m->valence[m->origin[h]]++;
+    }
+}
+
+/* The halfedges around v form one cycle of its valence (that counts all of them). */
+static int cqi_is_one_fan(const cq_mesh *m, cq_index v)
+{
+    cq_index h = m->out[v], n = 0;
+    do {
+        h = cq_clockwise(m, h);
+        n++;
+    } while (h != m->out[v] && n < m->valence[v]);
+    return h == m->out[v] && n == m->valence[v];
+}
+
+static cq_result cqi_check_fans(const cq_mesh *m, cq_place *place)
+{
+    cq_index v;
+    for (v = 0; v < m->num_vertices; v++) {
+        if (!m->valence[v]) return cqi_error(place, CQ_ERROR_UNUSED, CQ_NONE, v, CQ_NONE);
+        if (!cqi_is_one_fan(m, v)) return cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, v, CQ_NONE);
+    }
+    return CQ_OK;
+}
+
+/* Carves, pairs and counts; the shape is then complete and the mesh still open. */
+static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size,
+                                cq_place *place)
+{
+    cqi_arena arena;
+    cq_result r;
+    arena.next = (uint8_t *)memory;
+    arena.left = size;
+    if (!cq_mesh_bytes(s)) return CQ_ERROR_TOO_LARGE;
+    if (!memory || !cqi_aligned(memory) || size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
+    cqi_mesh_carve(m, s, &arena);
+    r = cqi_match_twins(m, indices, s, place);
+    if (r == CQ_OK) r = cqi_find_boundary(m, s, place);
+    if (r == CQ_OK) cqi_count_loops(m, s);
+    return r;
+}
+
+cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size, cq_place *place)
+{
+    cq_result r;
+    if (place) place->face = place->vertex = place->other = CQ_NONE;
+    if (!m || !s || (s->num_faces && !indices)) return CQ_ERROR_ARGUMENT;
+    s->num_boundary_loops = s->num_boundary_edges = 0;
+    if (!cq_mesh_bytes(s)) return CQ_ERROR_TOO_LARGE;
+    r = cqi_check_faces(indices, s, place);
+    if (r == CQ_OK) r = cqi_build_open(m, s, indices, memory, size, place);
+    if (r == CQ_OK && s->num_boundary_edges) r = cqi_build_open(m, s, indices, memory, size, place); /* now with room */
+    if (r != CQ_OK) return r;
+    m->num_vertices = (cq_index)s->num_vertices;
+    m->num_faces = (cq_index)s->num_faces;
+    cqi_close_loops(m);
+    memset(m->valence, 0, cqi_all_vertices(s) * sizeof(cq_index));
+    cqi_count_valences(m, 0, m->num_faces);
+    cqi_count_valences(m, m->first_virtual_face, m->num_virtual_faces);
+    return cqi_check_fans(m, place);
+}
+
+/* -- Mesh: checking ------------------------------------------------------------------------------------------------ */
+
+#define CQI_SCRATCH 0x80 /* bit of mark[v] that the mesh operations use and clear again */
+
+static int cqi_in_range(cq_index x, cq_index count, cq_index first, cq_index virtual_count)
+{
+    return x < count || (x >= first && x - first < virtual_count);
+}
+
+static int cqi_is_vertex(const cq_mesh *m, cq_index v)
+{
+    return cqi_in_range(v, m->num_vertices, m->first_virtual, m->num_virtual) && m->out[v] != CQ_NONE;
+}
+
+static int cqi_is_face(const cq_mesh *m, cq_index f)
+{
+    return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) &&
+           m->origin[3 * f] != CQ_NONE;
+}
+
+/* Number of corners of a face that are virtual. */
+static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
+{
+    return cq_is_virtual(m, m->origin[3 * f]) + cq_is_virtual(m, m->origin[3 * f + 1]) +
+           cq_is_virtual(m, m->origin[3 * f + 2]);
+}
+
+static cq_result cqi_check_halfedges(const cq_mesh *m, cq_index first, cq_index count, cq_place *place)
+{
+    cq_index f, h;
+    for (f = first; f < first + count; f++) {
+        if (!cqi_is_face(m, f)) continue;
+        for (h = (cq_index)(3 * f); h < 3 * f + 3; h++) {
+            cq_index t = m->twin[h];
+            if (!cqi_is_vertex(m, m->origin[h]))
+                return cqi_error(place, CQ_ERROR_INDEX, f, m->origin[h], CQ_NONE);
+            if (t == CQ_NONE || t == h || !cqi_is_face(m, (cq_index)(t / 3)) || m->twin[t] != h ||
+                cq_target(m, t) != m->origin[h])
+                return cqi_error(place, CQ_ERROR_EDGE, f, m->origin[h], cq_target(m, h));
+        }
+        if (cqi_virtual_corners(m, f) != (f >= m->first_virtual_face)) return cqi_error(place, CQ_ERROR_FACE, f, CQ_NONE, CQ_NONE);
+    }
+    return CQ_OK;
+}
+
+/* Sets or clears the scratch bit of v's neighbours. Returns one that had it already, or CQ_NONE. */
+static cq_index cqi_mark_ring(const cq_mesh *m, cq_index v, int set)
+{
+    cq_index h = m->out[v], repeated = CQ_NONE;
+    do {
+        cq_index w = cq_target(m, h);
+        if (set && (m->mark[w] & CQI_SCRATCH)) repeated = w;
+        m->mark[w] = (uint8_t)(set ? m->mark[w] | CQI_SCRATCH : m->mark[w] & ~CQI_SCRATCH);
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return repeated;
+}
+
+/* Is a real vertex next to at most one virtual vertex, a virtual one to none? */
+static int cqi_boundary_is_simple(const cq_mesh *m, cq_index v)
+{
+    cq_index h = m->out[v], n = 0;
+    do {
+        n = (cq_index)(n + (cq_index)cq_is_virtual(m, cq_target(m, h)));
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return n <= (cq_index)!cq_is_virtual(m, v);
+}
+
+static cq_result cqi_check_vertices(const cq_mesh *m, cq_index first, cq_index count, cq_index *corners, cq_place *place)
+{
+    cq_index v, twice;
+    for (v = first; v < first + count; v++) {
+        if (!cqi_is_vertex(m, v)) continue;
+        if (m->origin[m->out[v]] != v || m->valence[v] < (cq_is_virtual(m, v) ? 3u : 2u) || !cqi_is_one_fan(m, v) || !cqi_boundary_is_simple(m, v))
+            return cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, v, CQ_NONE);
+        twice = cqi_mark_ring(m, v, 1);
+        cqi_mark_ring(m, v, 0);
+        if (twice != CQ_NONE) return cqi_error(place, CQ_ERROR_EDGE, CQ_NONE, v, twice);
+        *corners = (cq_index)(*corners + m->valence[v]);
+    }
+    return CQ_OK;
+}
+
+static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index count)
+{
+    cq_index f, n = 0;
+    for (f = first; f < first + count; f++)
+        if (cqi_is_face(m, f)) n = (cq_index)(n + 3);
+    return n;
+}
+
+cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
+{
+    cq_index in_fans = 0, corners;
+    cq_result r = cqi_check_halfedges(m, 0, m->num_faces, place);
+    if (r == CQ_OK) r = cqi_check_halfedges(m, m->first_virtual_face, m->num_virtual_faces, place);
+    if (r == CQ_OK) r = cqi_check_vertices(m, 0, m->num_vertices, &in_fans, place);
+    if (r == CQ_OK) r = cqi_check_vertices(m, m->first_virtual, m->num_virtual, &in_fans, place);
+    if (r != CQ_OK) return r;
+    corners = cqi_count_corners(m, 0, m->num_faces);
+    corners = (cq_index)(corners + cqi_count_corners(m, m->first_virtual_face, m->num_virtual_faces));
+    return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
+/* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
+
+/* A -> B may be collapsed, given that A's neighbours carry the scratch mark and `boundary` says whether one of them is
+ * virtual. Common neighbours of A and B must be p and q only; they keep valence 3 or more; if both ends are on a
+ * boundary, the edge must be too (else two loops, or two places of one, would touch). */
+static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
+{
+    cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
+    cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
+    int b_boundary = 0;
+    if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || p == q) return 0;
+    if (m->valence[p] < 4 || m->valence[q] < 4) return 0;
+    if (m->valence[a] > max_valence || m->valence[b] > max_valence) return 0;
+    if (m->valence[a] + m->valence[b] - 4 > max_valence) return 0;
+    s = g;
+    do {
+        cq_index w = cq_target(m, s);
+        common = (cq_index)(common + (m->mark[w] & CQI_SCRATCH ? 1 : 0));
+        b_boundary |= cq_is_virtual(m, w);
+        s = cq_clockwise(m, s);
+    } while (s != g);
+    if (boundary && b_boundary && !cq_is_virtual(m, p) && !cq_is_virtual(m, q)) return 0;
+    return common == 2;
+}
+
+static int cqi_on_boundary(const cq_mesh *m, cq_index v)
+{
+    cq_index h = m->out[v];
+    do {
+        if (cq_is_virtual(m, cq_target(m, h))) return 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return 0;
+}
+
+int cq_mesh_can_collapse(const cq_mesh *m, cq_index h, cq_index max_valence)
+{
+    cq_index a = m->origin[h];
+    int can;
+    if (m->valence[a] > max_valence) return 0; /* bounds the time of what follows */
+    cqi_mark_ring(m, a, 1);
+    can = cqi_collapsible(m, h, max_valence, cqi_on_boundary(m, a));
+    cqi_mark_ring(m, a, 0);
+    return can;
+}
+
+/* Free slots form stacks: of vertices through valence[], of faces through origin[3f + 1]. */
+static void cqi_free_vertex(cq_mesh *m, cq_index v)
+{
+    m->out[v] = CQ_NONE;
+    m->valence[v] = m->free_vertex;
+    m->free_vertex = v;
+}
+
+static void cqi_free_face(cq_mesh *m, cq_index f)
+{
+    cq_index *head = f >= m->first_virtual_face ? &m->free_virtual_face : &m->free_face;
+    m->origin[3 * f] = CQ_NONE;
+    m->origin[3 * f + 1] = *head;
+    *head = f;
+}
+
+static cq_index cqi_new_vertex(cq_mesh *m)
+{
+    cq_index v = m->free_vertex;
+    if (v != CQ_NONE) m->free_vertex = m->valence[v];
+    else if (m->num_vertices < m->first_virtual) v = m->num_vertices++;
+    return v;
+}
+
+static cq_index cqi_new_face(cq_mesh *m, int is_virtual)
+{
+    cq_index *head = is_virtual ? &m->free_virtual_face : &m->free_face, f = *head;
+    if (f != CQ_NONE) *head = m->origin[3 * f + 1];
+    else if (is_virtual && m->num_virtual_faces < m->max_virtual_faces)
+        f = (cq_index)(m->first_virtual_face + m->num_virtual_faces++);
+    else if (!is_virtual && m->num_faces < m->first_virtual_face) f = m->num_faces++;
+    return f;
+}
+
+/* Room for one vertex and the faces of a split with common neighbours p and q, of which at most one is virtual. */
+static int cqi_has_room(const cq_mesh *m, cq_index p, cq_index q)
+{
+    cq_index want = (cq_index)(2 - cq_is_virtual(m, p) - cq_is_virtual(m, q)), f = m->free_face;
+    cq_index room = (cq_index)(m->first_virtual_face - m->num_faces);
+    if (want < 2 && m->free_virtual_face == CQ_NONE && m->num_virtual_faces == m->max_virtual_faces) return 0;
+    if (m->free_vertex == CQ_NONE && m->num_vertices == m->first_virtual) return 0;
+    for (; room < want && f != CQ_NONE; f = m->origin[3 * f + 1]) room++;
+    return room >= want;
+}
+
+void cq_mesh_collapse(cq_mesh *m, cq_index h, cq_index *first, cq_index *last)
+{
+    cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], s;
+    cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
+    cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[cq_next(h)]; /* A -> p, p -> B */
+    cq_index to_q = m->twin[cq_prev(g)], from_q = m->twin[cq_next(g)]; /* B -> q, q -> A */
+    for (s = cq_clockwise(m, g); s != g; s = cq_clockwise(m, s)) m->origin[s] = a;
+    cqi_pair(m, to_p, from_p);
+    cqi_pair(m, to_q, from_q);
+    m->valence[a] = (cq_index)(m->valence[a] + m->valence[b] - 4);
+    m->valence[p]--;
+    m->valence[q]--;
+    m->out[a] = to_p;
+    m->out[p] = from_p;
+    m->out[q] = from_q;
+    cqi_free_vertex(m, b);
+    cqi_free_face(m, (cq_index)(g / 3));
+    cqi_free_face(m, (cq_index)(h / 3));
+    *first = to_p;
+    *last = to_q;
+}
+
+static void cqi_set_face(cq_mesh *m, cq_index f, cq_index a, cq_index b, cq_index c)
+{
+    m->origin[3 * f] = a;
+    m->origin[3 * f + 1] = b;
+    m->origin[3 * f + 2] = c;
+}
+
+cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
+{
+    cq_index a = m->origin[first], p = cq_target(m, first), q = cq_target(m, last);
+    cq_index from_p = m->twin[first], from_q = m->twin[last];
+    cq_index b, f, g, s, moved = 0;
+    if (cq_is_virtual(m, a) || !cqi_has_room(m, p, q)) return CQ_NONE;
+    f = cqi_new_face(m, cq_is_virtual(m, p));
+    g = cqi_new_face(m, cq_is_virtual(m, q));
+    b = cqi_new_vertex(m);
+    for (s = cq_clockwise(m, first);; s = cq_clockwise(m, s)) { /* B takes the spokes behind first up to last */
+        m->origin[s] = b;
+        moved++;
+        if (s == last) break;
+    }
+    cqi_set_face(m, f, p, a, b); /* p -> A, A -> B, B -> p */
+    cqi_set_face(m, g, a, q, b); /* A -> q, q -> B, B -> A */
+    cqi_pair(m, (cq_index)(3 * f), first);
+    cqi_pair(m, (cq_index)(3 * f + 2), from_p);
+    cqi_pair(m, (cq_index)(3 * g), from_q);
+    cqi_pair(m, (cq_index)(3 * g + 1), last);
+    cqi_pair(m, (cq_index)(3 * f + 1), (cq_index)(3 * g + 2));
+    m->valence[b] = (cq_index)(moved + 2);
+    m->valence[a] = (cq_index)(m->valence[a] - moved + 2);
+    m->valence[p]++;
+    m->valence[q]++;
+    m->out[a] = first;
+    m->out[b] = last;
+    return b;
+}
+
+size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
+{
+    size_t n = 0;
+    cq_index f;
+    for (f = 0; f < m->num_faces; f++) {
+        if (!cqi_is_face(m, f)) continue;
+        memcpy(triangles + 3 * n, m->origin + 3 * (size_t)f, 3 * sizeof(cq_index));
+        n++;
+    }
+    return n;
+}
+
+/* -- Range coder ---------------------------------------------------------------------------------------------------
+ *
+ * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The decoder
+ * keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input: a step takes
+ * code to code - offset only if code >= offset, and the part it then takes is wider than what is left of code. */
+#define CQI_TOP 0x1000000u
+
+static void cqi_put_byte(cq_range_encoder *e, int byte)
+{
+    if (e->count < e->size) e->data[e->count] = (uint8_t)byte;
+    e->count++;
+    e->zeros = byte ? 0 : e->zeros + 1;
+}
+
+/* Moves the top byte of low out. A byte waits in cache, and 0xff bytes behind it in pending, until the carry is known. */
+static void cqi_shift_low(cq_range_encoder *e)
+{
+    uint32_t low = (uint32_t)e->low;
+    int carry = (int)(e->low >> 32);
+    if (low < 0xff000000u || carry) {
+        if (e->cache >= 0) cqi_put_byte(e, (e->cache + carry) & 0xff); /* the first byte of all can't carry: low < 1 */
+        for (; e->pending; e->pending--) cqi_put_byte(e, (0xff + carry) & 0xff);
+        e->cache = (int)(low >> 24);
+    } else {
+        e->pending++;
+    }
+    e->low = (uint64_t)(low << 8);
+}
+
+static void cqi_encode_interval(cq_range_encoder *e, uint32_t offset, uint32_t width)
+{
+    e->low += offset;
+    e->range = width;
+    while (e->range < CQI_TOP) {
+        e->range <<= 8;
+        cqi_shift_low(e);
+    }
+}
+
+static void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t width)
+{
+    d->code -= offset;
+    d->range = width;
+    while (d->range < CQI_TOP) {
+        d->range <<= 8;
+        d->code = d->code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
+        d->count++;
+    }
+}
+
+void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
+{
+    memset(e, 0, sizeof *e);
+    e->range = 0xffffffffu;
+    e->data = data;
+    e->size = size;
+    e->cache = -1;
+}
+
+void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size)
+{
+    int k;
+    memset(d, 0, sizeof *d);
+    d->range = 0xffffffffu;
+    d->data = data;
+    d->size = size;
+    for (k = 0; k < 4; k++, d->count++) d->code = d->code << 8 | (d->count < size ? data[d->count] : 0u);
+}
+
+/* The part of the range that a 1 gets: never 0 and never all, since 32 <= model <= 65504 and range >= 2^24. */
+static uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
+
+static void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
+{
+    uint32_t p = *model; /* shifts of differences >= 0 keep 32 <= p <= 65504 */
+    *model = (cq_bit_model)(bit ? p + ((65504 - p) >> rate) : p - ((p - 32) >> rate));
+}
+
+void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
+{
+    uint32_t one = cqi_one_width(e->range, *model);
+    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+    cqi_adapt_bit(model, rate, bit);
+}
+
+int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
+{
+    uint32_t one = cqi_one_width(d->range, *model);
+    int bit = d->code < one;
+    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
+    cqi_adapt_bit(model, rate, bit);
+    return bit;
+}
+
+/* The last symbol also gets what the division leaves over, so that every code of the interval means something. */
+static uint32_t cqi_freq_width(uint32_t range, uint32_t slot, uint32_t start, uint32_t freq, uint32_t total)
+{
+    return start + freq == total ? range - slot * start : slot * freq;
+}
+
+void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total)
+{
+    uint32_t slot = e->range / total;
+    cqi_encode_interval(e, slot * start, cqi_freq_width(e->range, slot, start, freq, total));
+}
+
+uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
+{
+    uint32_t slot;
+    d->slot = d->range / total;
+    slot = d->code / d->slot;
+    return slot < total ? slot : total - 1;
+}
+
+void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
+{
+    cqi_decode_interval(d, d->slot * start, cqi_freq_width(d->range, d->slot, start, freq, total));
+}
+
+void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits)
+{
+    for (; bits > 16; bits -= 8) cq_encode_freq(e, value >> (bits - 8) & 0xff, 1, 256);
+    if (bits > 0) cq_encode_freq(e, value & ((1u << bits) - 1), 1, 1u << bits);
+}
+
+uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
+{
+    uint32_t value = 0, slot;
+    for (; bits > 0; bits -= bits > 16 ? 8 : bits) {
+        int part = bits > 16 ? 8 : bits;
+        slot = cq_decode_slot(d, (uint32_t)1 << part);
+        cq_decode_freq(d, slot, 1, (uint32_t)1 << part);
+        value = value << part | slot;
+    }
+    return value;
+}
+
+/* Picks the number in [low, low + range) with the most zero bits at its end, writes it, and drops zero bytes. */
+size_t cq_range_encoder_finish(cq_range_encoder *e)
+{
+    uint64_t end = e->low + e->range, value = e->low;
+    int bits, k;
+    for (bits = 32; bits > 0; bits--) {
+        uint64_t mask = ((uint64_t)1 << bits) - 1;
+        value = (e->low + mask) & ~mask;
+        if (value < end) break;
+    }
+    e->low = bits ? value : e->low;
+    for (k = 0; k < 5; k++) cqi_shift_low(e); /* four bytes of low, and the cache */
+    e->count -= e->zeros;
+    e->zeros = 0;
+    return e->count;
+}
+
+/* -- Header -------------------------------------------------------------------------------------------------------- */
+
+typedef struct cqi_header {
+    cq_shape shape;
+    size_t header_size, payload_size;
+    uint32_t payload_crc;
+} cqi_header;
+
+/* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
+static uint32_t cqi_crc32(uint32_t crc, const uint8_t *data, size_t size)
+{
+    static const uint32_t table[16] = {
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
+        0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu, 0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu
+    };
+    size_t k;
+    crc = ~crc;
+    for (k = 0; k < size; k++) {
+        crc ^= data[k];
+        crc = crc >> 4 ^ table[crc & 15];
+        crc = crc >> 4 ^ table[crc & 15];
+    }
+    return ~crc;
+}
+
+/* A reader of header bytes with a sticky result: CQ_NEED_INPUT past the end, CQ_ERROR_CORRUPT for a bad number. */
+typedef struct cqi_reader {
+    const uint8_t *data;
+    size_t size, at;
+    cq_result result;
+} cqi_reader;
+
+static uint32_t cqi_read_uint(cqi_reader *r, int bytes)
+{
+    uint32_t value = 0;
+    int k;
+    if (r->size - r->at < (size_t)bytes) {
+        if (r->result == CQ_OK) r->result = CQ_NEED_INPUT;
+        r->at = r->size;
+        return 0;
+    }
+    for (k = 0; k < bytes; k++) value |= (uint32_t)r->data[r->at++] << (8 * k);
+    return value;
+}
+
+/* LEB128, 32 bits, in its shortest form only. */
+static uint32_t cqi_read_varint(cqi_reader *r)
+{
+    uint32_t value = 0, byte;
+    int shift = 0;
+    do {
+        byte = cqi_read_uint(r, 1);
+        if (r->result != CQ_OK) return 0;
+        if ((shift == 28 && byte > 15) || (shift && !byte)) r->result = CQ_ERROR_CORRUPT;
+        value |= (byte & 127) << shift;
+        shift += 7;
+    } while (byte & 128 && r->result == CQ_OK);
+    return value;
+}
+
+static void cqi_read_channel(cqi_reader *r, cq_channel *c)
+{
+    uint32_t k;
+    c->kind = (uint8_t)cqi_read_uint(r, 1);
+    c->components = (uint8_t)cqi_read_uint(r, 1);
+    c->bits = (uint8_t)cqi_read_uint(r, 1);
+    c->step = cqi_read_uint(r, 4);
+    for (k = 0; k < c->components && k < CQ_MAX_COMPONENTS; k++) c->origin[k] = cqi_read_uint(r, 4);
+}
+
+static int cqi_channel_is_valid(const cq_channel *c)
+{
+    return c->kind <= CQ_GENERIC && c->components >= 1 && c->components <= CQ_MAX_COMPONENTS && c->bits >= 1 &&
+           c->bits <= 24 && c->reserved == 0 && (c->kind != CQ_POSITION || c->components == 3);
+}
+
+/* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
+static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
+{
+    int64_t euler, faces;
+    uint32_t zigzag;
+    s->num_vertices = cqi_read_varint(r);
+    s->num_boundary_loops = cqi_read_varint(r);
+    if (s->num_boundary_loops) s->num_boundary_edges = cqi_read_varint(r);
+    zigzag = cqi_read_varint(r);
+    if (r->result != CQ_OK) return r->result;
+    euler = zigzag & 1 ? -(int64_t)(zigzag >> 1) - 1 : (int64_t)(zigzag >> 1);
+    faces = 2 * ((int64_t)s->num_vertices + s->num_boundary_loops) - 4 * euler - (int64_t)s->num_boundary_edges;
+    if (faces < 0 || faces > 0xffffffff || s->num_boundary_edges / 3 < s->num_boundary_loops) return CQ_ERROR_CORRUPT;
+    s->num_faces = (uint32_t)faces;
+    return CQ_OK;
+}
+
+static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
+{
+    cq_shape *s = &h->shape;
+    cq_result result = cqi_read_counts(r, s);
+    uint32_t k;
+    if (result != CQ_OK) return result;
+    s->num_channels = cqi_read_uint(r, 1);
+    if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
+    for (k = 0; k < s->num_channels; k++) {
+        cqi_read_channel(r, &s->channel[k]);
+        if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
+    }
+    h->payload_size = cqi_read_varint(r);
+    h->payload_crc = cqi_read_uint(r, 4);
+    return r->result;
+}
+
+/* The check value comes before any judgement of the contents, but lengths must be known to find it. */
+static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
+{
+    static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
+    cqi_reader r;
+    cq_result result;
+    size_t k;
+    memset(h, 0, sizeof *h);
+    for (k = 0; k < size && k < 3; k++)
+        if (data[k] != magic[k]) return k < 2 ? CQ_ERROR_FORMAT : CQ_ERROR_VERSION;
+    if (size < 3) return CQ_NEED_INPUT;
+    r.data = data;
+    r.size = size;
+    r.at = 3;
+    r.result = CQ_OK;
+    result = cqi_read_body(&r, h);
+    if (result != CQ_OK) return result;
+    k = r.at;
+    if (cqi_read_uint(&r, 2) != (cqi_crc32(0, data, k) & 0xffff) && r.result == CQ_OK) return CQ_ERROR_CHECKSUM;
+    h->header_size = r.at;
+    return r.result;
+}
+
+static void cqi_write_uint(uint8_t **to, uint32_t value, int bytes)
+{
+    for (; bytes; bytes--, value >>= 8) *(*to)++ = (uint8_t)value;
+}
+
+static void cqi_write_varint(uint8_t **to, uint32_t value)
+{
+    for (; value >= 128; value >>= 7) *(*to)++ = (uint8_t)(value | 128);
+    *(*to)++ = (uint8_t)value;
+}
+
+/* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
+static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
+{
+    uint8_t *to = data;
+    uint32_t k, j;
+    int64_t euler = (2 * (int64_t)cqi_all_vertices(s) - (int64_t)cqi_all_faces(s)) / 4;
+    cqi_write_uint(&to, 'C' | 'Q' << 8 | (uint32_t)CQ_STREAM_VERSION << 16, 3);
+    cqi_write_varint(&to, s->num_vertices);
+    cqi_write_varint(&to, s->num_boundary_loops);
+    if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
+    cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
+    cqi_write_uint(&to, s->num_channels, 1);
+    for (k = 0; k < s->num_channels; k++) {
+        const cq_channel *c = &s->channel[k];
+        cqi_write_uint(&to, c->kind | (uint32_t)c->components << 8 | (uint32_t)c->bits << 16, 3);
+        cqi_write_uint(&to, c->step, 4);
+        for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
+    }
+    cqi_write_varint(&to, (uint32_t)payload_size);
+    cqi_write_uint(&to, payload_crc, 4);
+    cqi_write_uint(&to, cqi_crc32(0, data, (size_t)(to - data)) & 0xffff, 2);
+    return (size_t)(to - data);
+}
+
+cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes)
+{
+    cqi_header h;
+    cq_result result;
+    if (!shape || (size && !data)) return CQ_ERROR_ARGUMENT;
+    result = cqi_read_header(data, size, &h);
+    *shape = h.shape;
+    if (header_bytes) *header_bytes = h.header_size;
+    if (stream_bytes) *stream_bytes = h.header_size + h.payload_size;
+    return result;
+}
+
+size_t cq_decoder_bytes(const cq_shape *s)
+{
+    if (!s || !cqi_countable(s)) return 0;
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s));
+}
+
+/* -- Coding: one routine for both directions ------------------------------------------------------------------------
+ *
+ * Everything from here to the encoder is run by the decoder, and by the encoder when it replays its choices from the
+ * base. A function called cqi_code_x returns the x of the stream: when decoding it reads it, when encoding it writes the
+ * one that is passed in, which the plan has looked up. Nothing else differs, so the two cannot drift apart. */
+
+#ifdef CQ_NO_ENCODER
+#define CQI_ENCODING(d) 0
+#else
+#define CQI_ENCODING(d) ((d)->plan != NULL)
+#endif
+
+/* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
+typedef struct cqi_plan {
+    cq_range_encoder range;
+    cq_mesh mesh;                       /* simplified step by step, in the end the base */
+    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A */
+    cq_index *to_decoded, *to_input;    /* vertex numbers, virtual ones too; CQ_NONE: not yet decoded */
+    cq_index *top, *below;              /* last vertex collapsed into v; the one before it */
+    cq_index *end_p, *end_q;            /* of a collapsed vertex: its two common neighbours */
+    uint8_t *level;                     /* of a collapsed vertex: the level that collapsed it, 1 is the finest */
+    cq_index *patch;                    /* of the conquest, as in the decoder */
+    cq_index *seed;                     /* components: cq_index[components][2], L and R of the first gate */
+    cq_index num_seeds, next_seed;
+    cq_index *face_input, *face_decoded;  /* base: input halfedge of decoded 3f; decoded halfedge of input 3f */
+    uint32_t num_levels;
+    uint32_t current;                   /* level being replayed */
+} cqi_plan;
+
+#define CQI_RATE 5 /* adaptation of all bit models */
+
+/* -- The plan: what the encoder looks up while it replays -- */
+
+/* The spoke that runs from one vertex to a neighbour of it. */
+static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
+{
+    cq_index h = m->out[from];
+    while (cq_target(m, h) != to) h = cq_clockwise(m, h);
+    return h;
+}
+
+/* Corner k of the face at h, counted from h. */
+static cq_index cqi_corner(cq_index h, int k) { return k == 0 ? h : k == 1 ? cq_next(h) : cq_prev(h); }
+
+/* First gate of the next component, as an input halfedge. */
+static cq_index cqi_plan_seed(cqi_plan *p)
+{
+    const cq_index *gate = p->seed + 2 * (size_t)p->next_seed++;
+    return cqi_find_spoke(&p->mesh, gate[0], gate[1]);
+}
+
+static void cqi_plan_vertex(cqi_plan *p, cq_index input, cq_index decoded)
+{
+    p->to_decoded[input] = decoded;
+    p->to_input[decoded] = input;
+}
+
+/* Face at input halfedge h is now decoded face f, corner 0 at h. */
+static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
+{
+    p->face_input[f] = h;
+    p->face_decoded[h / 3] = (cq_index)(3 * f + (3 - h % 3) % 3);
+}
+
+static cq_index cqi_plan_to_input(const cqi_plan *p, cq_index decoded)
+{
+    return cqi_corner(p->face_input[decoded / 3], (int)(decoded % 3));
+}
+
+static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
+{
+    cq_index first = p->face_decoded[input / 3];
+    return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
+}
+
+/* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins to
+ * fill ends at the first face clockwise that is there already. */
+static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
+{
+    cq_index t = p->mesh.twin[x_to_w];
+    while (cqi_plan_to_decoded(p, t) == CQ_NONE) t = p->mesh.twin[cq_next(t)];
+    return cqi_plan_to_decoded(p, t);
+}
+
+/* Is decoded vertex v split at the level that is being replayed? Its input vertex lives on in v. */
+static int cqi_plan_is_split(const cqi_plan *p, cq_index v)
+{
+    cq_index b = p->top[p->to_input[v]];
+    return b != CQ_NONE && p->level[b] == p->current;
+}
+
+static int cqi_code_bit(cq_decoder *d, cq_bit_model *model, int bit)
+{
+    if (!CQI_ENCODING(d)) return cq_decode_bit(&d->range, model, CQI_RATE);
+    cq_encode_bit(&d->plan->range, model, CQI_RATE, bit);
+    return bit;
+}
+
+static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
+{
+    if (!CQI_ENCODING(d)) return cq_decode_raw(&d->range, bits);
+    cq_encode_raw(&d->plan->range, value, bits);
+    return value;
+}
+
+/* A number of `bits` bits as a binary tree of models: model[1] is the root, model[2^bits] the size. */
+static uint32_t cqi_code_tree(cq_decoder *d, cq_bit_model *model, int bits, uint32_t value)
+{
+    uint32_t node = 1;
+    for (; bits; bits--) node = node << 1 | (uint32_t)cqi_code_bit(d, &model[node], (int)(value >> (bits - 1) & 1));
+    return node;
+}
+
+/* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
+static int cqi_starved(const cq_decoder *d) { return d->payload_left && d->range.count > d->range.size; }
+
+/* log2(x) in 1/65536, rounded down, x > 0. */
+static uint32_t cqi_log2(uint32_t x)
+{
+    int n = cqi_bit_length(x) - 1, k;
+    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
+    uint32_t result = (uint32_t)n;
+    for (k = 0; k < 16; k++) {
+        m = m * m >> 31;
+        result = result << 1 | (uint32_t)(m >> 32);
+        if (m >> 32) m >>= 1;
+    }
+    return result;
+}
+
+/* Adds what was coded since the last call to two entries of the report, in 1/65536 bit. */
+static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
+{
+    uint64_t bytes = d->dropped + d->range.count, now;
+    uint32_t range = d->range.range;
+    if (CQI_ENCODING(d)) {
+        bytes = d->plan->range.count + d->plan->range.pending + (d->plan->range.cache >= 0 ? 5 : 4);
+        range = d->plan->range.range;
+    }
+    now = bytes * 8 * 65536 - cqi_log2(range);
+    *entry += now - d->cost;
+    if (level_entry) *level_entry += now - d->cost;
+    d->cost = now;
+}
+
+static cq_level *cqi_level_report(cq_decoder *d) { return &d->report->level[(d->level - 1) % CQ_MAX_LEVELS]; }
+
+static void cqi_model_init(cqi_model *m)
+{
+    cq_bit_model *bit = &m->component;
+    while (bit < (cq_bit_model *)m->length) *bit++ = CQ_BIT_MODEL_INIT;
+    memset(m->length, 0, sizeof *m - offsetof(cqi_model, length));
+}
+
+/* -- Base ------------------------------------------------------------------------------------------------------------
+ *
+ * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[] is a
+ * permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has shrunk to two
+ * halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own. The gate is a border
+ * halfedge u -> w; what follows is a face w, u, x, and only x is coded:
+ *
+ *     grow    x is new
+ *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
+ *     close   x is the end of the one after the gate: the face closes the fan of w
+ *     join    x is the end of any other border halfedge, whose number is coded: splits the loop, or merges two
+ */
+enum { CQI_GROW, CQI_TURN, CQI_CLOSE, CQI_JOIN };
+
+typedef struct cqi_base_op {
+    int kind;
+    cq_index border;  /* the border halfedge that ends at x; CQI_GROW: unused */
+    cq_index vertex;  /* x */
+} cqi_base_op;
+
+static int cqi_is_open(const cq_mesh *m, cq_index h) { return m->twin[m->twin[h]] != h; }
+
+static cq_index cqi_new_virtual(cq_mesh *m)
+{
+    return m->num_virtual < m->max_virtual ? (cq_index)(m->first_virtual + m->num_virtual++) : CQ_NONE;
+}
+
+/* A new vertex, virtual ones only where allowed. CQ_NONE if there is no room. */
+static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_virtual)
+{
+    cq_mesh *m = &d->draft;
+    cq_index v;
+    may_be_virtual = may_be_virtual && m->num_virtual < m->max_virtual;
+    is_virtual = may_be_virtual && cqi_code_bit(d, &d->model.loop, is_virtual);
+    v = is_virtual ? cqi_new_virtual(m) : cqi_new_vertex(m);
+    if (v != CQ_NONE) m->valence[v] = 0;
+    return v;
+}
+
+/* The same for the vertex that the encoder knows by its input number. */
+static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index input)
+{
+    cq_index v = cqi_code_base_vertex(d, may_be_virtual, CQI_ENCODING(d) && cq_is_virtual(&d->plan->mesh, input));
+    if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
+    return v;
+}
+
+/* Adds face a, b, c with its halfedges unlinked; `input` is where the encoder finds it. CQ_NONE if there is no room. */
+static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
+{
+    cq_mesh *m = &d->draft;
+    cq_index f = cqi_new_face(m, cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c));
+    if (f == CQ_NONE) return CQ_NONE;
+    cqi_set_face(m, f, a, b, c);
+    m->valence[a]++;
+    m->valence[b]++;
+    m->valence[c]++;
+    m->out[a] = (cq_index)(3 * f);
+    m->out[b] = (cq_index)(3 * f + 1);
+    m->out[c] = (cq_index)(3 * f + 2);
+    if (CQI_ENCODING(d)) cqi_plan_face(d->plan, input, f);
+    return f;
+}
+
+#define CQI_SEED 0x40 /* bit of mark[v]: v is the L of its component's first gate, v + 1 the R */
+
+/* The first triangle L, R, X of a component. The first gate to be grown at is L -> R. */
+static cq_result cqi_start_component(cq_decoder *d)
+{
+    cq_mesh *m = &d->draft;
+    cq_index v[3] = { CQ_NONE, CQ_NONE, CQ_NONE }, input = 0, corner = 0, f, h;
+    int k;
+    if (CQI_ENCODING(d)) input = cqi_plan_seed(d->plan);
+    for (k = 0; k < 3; k++) {
+        if (CQI_ENCODING(d)) corner = d->plan->mesh.origin[cqi_corner(input, k)];
+        v[k] = cqi_code_new_vertex(d, k == 2, corner);
+        if (v[k] == CQ_NONE) return CQ_ERROR_CORRUPT;
+    }
+    f = cqi_add_face(d, v[0], v[1], v[2], input);
+    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    m->mark[v[0]] |= CQI_SEED;
+    h = (cq_index)(3 * f);
+    m->twin[h] = (cq_index)(h + 1);
+    m->twin[h + 1] = (cq_index)(h + 2);
+    m->twin[h + 2] = h;
+    d->gate = h;
+    d->before = (cq_index)(h + 2);
+    d->before2 = (cq_index)(h + 1);
+    d->num_components++;
+    return CQ_OK;
+}
+
+/* Halfedges of the draft, real ones first, as numbers without a gap. */
+static cq_index cqi_num_halfedges(const cq_mesh *m) { return (cq_index)(3 * (m->num_faces + m->num_virtual_faces)); }
+
+static cq_index cqi_nth_halfedge(const cq_mesh *m, cq_index n)
+{
+    return (cq_index)(n < 3 * m->num_faces ? n : n - 3 * m->num_faces + 3 * m->first_virtual_face);
+}
+
+static cq_index cqi_halfedge_number(const cq_mesh *m, cq_index h)
+{
+    return (cq_index)(h < 3 * m->num_faces ? h : h - 3 * m->first_virtual_face + 3 * m->num_faces);
+}
+
+/* The kind of the gate, and for a join the border halfedge. In an encoder *border is the right one already. */
+static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
+{
+    const cq_mesh *m = &d->draft;
+    cqi_model *model = &d->model;
+    cq_index u = m->valence[m->origin[d->gate]], w = m->valence[cq_target(m, d->gate)], n;
+    u = u < 7 ? u : 7;
+    w = w < 7 ? w : 7;
+    if (cqi_code_bit(d, &model->grow[u][w], kind == CQI_GROW)) return CQI_GROW;
+    if (cqi_code_bit(d, &model->turn[u], kind == CQI_TURN)) return CQI_TURN;
+    if (cqi_code_bit(d, &model->close[w], kind == CQI_CLOSE)) return CQI_CLOSE;
+    n = CQI_ENCODING(d) ? cqi_halfedge_number(m, *border) : 0;
+    n = (cq_index)cqi_code_raw(d, n, cqi_bit_length((uint32_t)cqi_num_halfedges(m) - 1));
+    *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->gate;
+    return CQI_JOIN;
+}
+
+/* What the encoder sees behind the gate: the kind, the apex and the border halfedge before it. */
+static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, cq_index *border)
+{
+    const cqi_plan *p = d->plan;
+    *apex = p->mesh.origin[cq_prev(behind)];
+    if (p->to_decoded[*apex] == CQ_NONE) return CQI_GROW;
+    if (cqi_plan_to_decoded(p, p->mesh.twin[cq_next(behind)]) == d->before) return CQI_TURN;
+    *border = cqi_plan_border(p, cq_prev(behind));
+    return *border == d->draft.twin[d->gate] ? CQI_CLOSE : CQI_JOIN;
+}
+
+/* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border` the one
+ * that ends at x, or CQ_NONE if x is new. */
+static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
+{
+    cq_mesh *m = &d->draft;
+    cq_index u_to_x = (cq_index)(k + 1), x_to_w = (cq_index)(k + 2), after = m->twin[d->gate];
+    m->twin[u_to_x] = border == CQ_NONE ? x_to_w : m->twin[border];
+    m->twin[d->before] = u_to_x;
+    if (border != CQ_NONE) m->twin[border] = x_to_w;
+    m->twin[x_to_w] = after;
+    cqi_pair(m, d->gate, k);
+}
+
+/* The first open halfedge from *scan on becomes the gate's second predecessor. Halfedges never open again, so all scans
+ * together take linear time. */
+static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
+{
+    const cq_mesh *m = &d->draft;
+    while (*scan < end && !cqi_is_open(m, *scan)) ++*scan;
+    if (*scan == end) return 0;
+    d->before2 = *scan;
+    d->before = m->twin[d->before2];
+    d->gate = m->twin[d->before];
+    return 1;
+}
+
+/* Another gate for a loop that is used up. 0 if there is none: the component is complete. */
+static int cqi_find_gate(cq_decoder *d)
+{
+    cq_index virtual_end = (cq_index)(3 * (d->draft.first_virtual_face + d->draft.num_virtual_faces));
+    return cqi_scan_gate(d, &d->scan, (cq_index)(3 * d->draft.num_faces)) ||
+           cqi_scan_gate(d, &d->virtual_scan, virtual_end);
+}
+
+/* One face behind the gate, then the next gate: at u again, or past w once u is closed. */
+static cq_result cqi_grow_base(cq_decoder *d)
+{
+    cq_mesh *m = &d->draft;
+    cq_index u = m->origin[d->gate], w = cq_target(m, d->gate), x, border = CQ_NONE, behind = 0, apex = 0, f, k;
+    int kind = CQI_GROW;
+    if (CQI_ENCODING(d)) {
+        behind = d->plan->mesh.twin[cqi_plan_to_input(d->plan, d->gate)];
+        kind = cqi_plan_gate(d, behind, &apex, &border);
+    }
+    kind = cqi_code_gate(d, kind, &border);
+    if (kind == CQI_TURN) border = d->before2;
+    if (kind == CQI_CLOSE) border = m->twin[d->gate];
+    if (kind == CQI_GROW) {
+        border = CQ_NONE;
+        x = cqi_code_new_vertex(d, !cq_is_virtual(m, u) && !cq_is_virtual(m, w), apex);
+    } else {
+        x = cqi_is_open(m, border) ? cq_target(m, border) : u;
+    }
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (x == CQ_NONE || x == u || x == w) return CQ_ERROR_CORRUPT;
+    f = cqi_add_face(d, w, u, x, behind);
+    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    k = (cq_index)(3 * f);
+    cqi_link_face(d, k, border);
+    if (kind == CQI_TURN) {
+        d->before2 = border;
+        d->before = (cq_index)(k + 2);
+        d->gate = m->twin[d->before];
+    } else {
+        d->gate = (cq_index)(k + 1);
+    }
+    return CQ_OK;
+}
+
+/* The base is complete: it must be a mesh with the header's boundary loops and Euler characteristic. */
+static cq_result cqi_finish_base(cq_decoder *d)
+{
+    const cq_mesh *m = &d->draft;
+    const cq_shape *s = &d->shape;
+    int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
+    int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
+    if (m->num_virtual != m->max_virtual || euler != full) return CQ_ERROR_CORRUPT;
+    return cq_mesh_check(m, NULL) == CQ_OK ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+/* -- Values ----------------------------------------------------------------------------------------------------------
+ *
+ * A collapse merges values a, b to floor((a + b) / 2) and leaves delta = b - a, from which the split gets both back. */
+
+#define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
+
+static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
+
+/* Sign and magnitude; bits of the magnitude in the context of a scale, its second bit in the context of their number. */
+static int32_t cqi_code_residual(cq_decoder *d, int scale, int32_t residual)
+{
+    cqi_model *m = &d->model;
+    uint32_t magnitude = cqi_abs(residual);
+    int bits = (int)(cqi_code_tree(d, m->size[scale], 5, (uint32_t)cqi_bit_length(magnitude)) & 31), negative;
+    if (bits == 0) return 0;
+    negative = cqi_code_bit(d, &m->sign, residual < 0);
+    if (bits > 26) return CQI_WILD;
+    if (bits > 1) {
+        uint32_t top = (uint32_t)cqi_code_bit(d, &m->top[bits], (int)(magnitude >> (bits - 2) & 1));
+        uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
+        magnitude = (2 | top) << (bits - 2) | cqi_code_raw(d, low, bits - 2);
+    } else {
+        magnitude = 1;
+    }
+    return negative ? -(int32_t)magnitude : (int32_t)magnitude;
+}
+
+static int cqi_value_fits(const cq_channel *c, int32_t value) { return value >= 0 && value >> c->bits == 0; }
+
+/* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
+static int32_t cqi_predict_base(const cq_decoder *d, const cq_value *values, uint32_t stride, int32_t first, cq_index v)
+{
+    const cq_mesh *m = &d->draft;
+    cq_index h = m->out[v];
+    int32_t sum = 0, n = 0;
+    do {
+        cq_index w = cq_target(m, h);
+        if (w < v && n < 64) {
+            sum += values[(size_t)w * stride];
+            n++;
+        }
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return n ? sum / n : v ? values[(size_t)(v - 1) * stride] : first;
+}
+
+/* All channels of base vertex d->value. */
+static cq_result cqi_code_base_values(cq_decoder *d)
+{
+    uint32_t k, c;
+    cq_index v = d->value++;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        const cq_channel *channel = &d->shape.channel[k];
+        for (c = 0; c < channel->components; c++) {
+            cq_value *values = d->channel[k] + c;
+            uint32_t stride = channel->components;
+            int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
+            if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
+            x = p + cqi_code_residual(d, CQI_SCALES - 1, x);
+            if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+            values[(size_t)v * stride] = (cq_value)x;
+        }
+    }
+    return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* Sums over the fans of a split, relative to the value of the centre. */
+typedef struct cqi_fans {
+    int32_t sum_a, sum_b, n_a, n_b;  /* over the neighbours of A and of B but for each other; n counts these too */
+    uint32_t spread;                 /* sum of the distances of all ring vertices */
+} cqi_fans;
+
+static void cqi_sum_fans(const cq_decoder *d, const cq_value *values, uint32_t stride, int32_t centre, cq_index p,
+                         cq_index q, cqi_fans *fans)
+{
+    cq_index k;
+    memset(fans, 0, sizeof *fans);
+    fans->n_a = fans->n_b = 1;
+    for (k = 0; k < d->ring.size; k++) {
+        cq_index v = cq_target(&d->mesh, d->ring.spoke[k]);
+        int32_t x;
+        if (cq_is_virtual(&d->mesh, v)) continue;
+        x = values[(size_t)v * stride] - centre;
+        fans->spread += cqi_abs(x);
+        if (k >= p && k <= q) {
+            fans->sum_b += x;
+            fans->n_b++;
+        }
+        if (k <= p || k >= q) {
+            fans->sum_a += x;
+            fans->n_a++;
+        }
+    }
+}
+
+/* B - A if both were the mean of their neighbours and the centre their midpoint. With 18-bit values no product exceeds
+ * 2 * 24 * 24 * 2^18 < 2^29; wider ones are shifted down to that first, which costs precision, not correctness. */
+static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
+{
+    int32_t scale = (int32_t)1 << (bits > 18 ? bits - 18 : 0);
+    int32_t b = f->sum_b / scale, a = f->sum_a / scale;
+    return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * scale;
+}
+
+/* d->delta for a split of v at ring positions p, q. False if a value would not fit. */
+static int cqi_code_deltas(cq_decoder *d, cq_index v, cq_index p, cq_index q)
+{
+    uint32_t k, c, n = 0;
+    cqi_fans fans;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        const cq_channel *channel = &d->shape.channel[k];
+        for (c = 0; c < channel->components; c++, n++) {
+            uint32_t stride = channel->components;
+            const cq_value *values = d->channel[k] + c;
+            int32_t centre = values[(size_t)v * stride], delta = 0, predicted, low;
+            int scale;
+            cqi_sum_fans(d, values, stride, centre, p, q, &fans);
+            predicted = cqi_predict_delta(&fans, channel->bits);
+            scale = cqi_bit_length(fans.spread / d->ring.size);
+            scale = scale < CQI_SCALES - 2 ? scale : CQI_SCALES - 2;
+            if (CQI_ENCODING(d)) delta = d->plan->value[k][(size_t)d->plan->top[d->plan->to_input[v]] * stride + c];
+            delta = predicted + cqi_code_residual(d, scale, delta - predicted);
+            low = centre - cqi_floor_half(delta);
+            if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, low + delta)) return 0;
+            d->delta[n] = delta;
+        }
+    }
+    return 1;
+}
+
+static void cqi_apply_deltas(cq_decoder *d, cq_index a, cq_index b)
+{
+    uint32_t k, c, n = 0;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        uint32_t stride = d->shape.channel[k].components;
+        for (c = 0; c < stride; c++, n++) {
+            cq_value *at = d->channel[k] + (size_t)a * stride + c;
+            *at = (cq_value)(*at - cqi_floor_half(d->delta[n]));
+            d->channel[k][(size_t)b * stride + c] = (cq_value)(*at + d->delta[n]);
+        }
+    }
+}
+
+/* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
+ *
+ * mark[v] during a level: how many patches hold v on their ring, exact below CQI_MANY, and flags. In the second phase of
+ * a level, when patches are left in reverse order, the number counts the patches that are still waiting. */
+enum {
+    CQI_MANY = 15,        /* this number of patches or more; never counted down again */
+    CQI_LEFT = 0x10,      /* a patch that holds v has been left */
+    CQI_CENTRE = 0x20     /* v is the centre of a patch; its number says instead whether it is split */
+    /* CQI_SEED = 0x40, CQI_SCRATCH = 0x80 */
+};
+
+static int cqi_is_conquered(const cq_mesh *m, cq_index v) { return (m->mark[v] & (CQI_MANY | CQI_CENTRE)) != 0; }
+
+/* Virtual vertices are conquered from the start: they are never the centre of a patch. */
+static void cqi_walk_begin(cq_mesh *m, cqi_walk *w)
+{
+    cq_index v;
+    for (v = 0; v < m->num_vertices; v++) m->mark[v] &= CQI_SEED;
+    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
+    w->seed = w->head = w->tail = 0;
+    w->spoke = CQ_NONE;
+}
+
+/* Takes the patch of the spoke's origin. */
+static void cqi_conquer(cq_mesh *m, cqi_walk *w, cq_index *patch, cq_index spoke, int split)
+{
+    cq_index h = spoke, centre = m->origin[spoke];
+    do {
+        uint8_t *mark = &m->mark[cq_target(m, h)];
+        if ((*mark & CQI_MANY) < CQI_MANY) ++*mark;
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+    m->mark[centre] = (uint8_t)(m->mark[centre] | CQI_CENTRE | split);
+    patch[w->tail++] = spoke;
+}
+
+/* Leaves the patch again, in the reverse order of conquest. */
+static void cqi_leave(cq_mesh *m, cq_index spoke)
+{
+    cq_index h = spoke;
+    do {
+        uint8_t *mark = &m->mark[cq_target(m, h)];
+        if ((*mark & CQI_MANY) < CQI_MANY) --*mark;
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+}
+
+static void cqi_mark_left(cq_mesh *m, cq_index spoke)
+{
+    cq_index h = spoke;
+    do {
+        m->mark[cq_target(m, h)] |= CQI_LEFT;
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+}
+
+/* The next gate of the patches found so far whose front vertex is available, as the spoke front -> L; or CQ_NONE.
+ *
+ *        front            Ring edges of the patch clockwise from its entry spoke: x1 = L, x2 = R of the first gate. The
+ *        /   \            entry edge itself is tried last. `spoke` is centre -> x1.                                  */
+static cq_index cqi_next_gate(const cq_mesh *m, cqi_walk *w, const cq_index *patch)
+{
+    for (; w->head < w->tail; w->head++, w->spoke = CQ_NONE) {
+        if (w->spoke == CQ_NONE) w->spoke = patch[w->head];
+        do {
+            cq_index gate, to_r = cq_clockwise(m, w->spoke);
+            gate = m->twin[cq_next(to_r)];
+            if (!cqi_is_conquered(m, m->origin[cq_prev(gate)])) return cq_prev(gate);
+            w->spoke = to_r;
+        } while (w->spoke != patch[w->head]);
+    }
+    return CQ_NONE;
+}
+
+/* The first gate of a component (section 2.4), given its halfedge L -> R: the side whose front vertex is real. */
+static cq_index cqi_first_gate(const cq_mesh *m, cq_index h)
+{
+    return cq_is_virtual(m, m->origin[cq_prev(h)]) ? m->twin[h] : h;
+}
+
+/* Entry spoke of the first patch of a component. Case 0: the front vertex is the centre. 1: the front vertex was
+ * collapsed into L, the centre is L, its ring ends at R. 2: into R, the centre is R, its ring begins at L. */
+static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
+{
+    if (side == 1) return cq_clockwise(m, gate);
+    return side == 2 ? m->twin[gate] : cq_prev(gate);
+}
+
+static cq_index cqi_next_seed(const cq_mesh *m, cqi_walk *w, cq_index end)
+{
+    while (w->seed < end && !(m->mark[w->seed] & CQI_SEED)) w->seed++;
+    return w->seed < end ? w->seed++ : CQ_NONE;
+}
+
+/* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
+static int cqi_code_flag(cq_decoder *d, cq_index spoke, int split)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_index h = spoke, available = 0, valence = m->valence[m->origin[spoke]];
+    if (valence > CQ_MAX_VALENCE) return 0;
+    do {
+        available = (cq_index)(available + !cqi_is_conquered(m, cq_target(m, h)));
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+    available = available < 3 ? available : 3;
+    valence = valence < 11 ? valence : 11;
+    return cqi_code_bit(d, &d->model.flag[available][valence], split);
+}
+
+/* Which of the three cases of a first gate; only asked where one of L, R, front is split. */
+static int cqi_plan_side(const cqi_plan *p, const cq_mesh *m, cq_index gate)
+{
+    if (cqi_plan_is_split(p, m->origin[gate])) return 1;
+    return cqi_plan_is_split(p, cq_target(m, gate)) ? 2 : 0;
+}
+
+static cq_index cqi_code_first_patch(cq_decoder *d, cq_index seed)
+{
+    cq_index gate = cqi_first_gate(&d->mesh, cqi_find_spoke(&d->mesh, seed, (cq_index)(seed + 1)));
+    int side = CQI_ENCODING(d) ? cqi_plan_side(d->plan, &d->mesh, gate) : 0;
+    if (cqi_code_bit(d, &d->model.side[0], side != 0)) side = 1 + cqi_code_bit(d, &d->model.side[1], side == 2);
+    else side = 0;
+    return cqi_first_spoke(&d->mesh, gate, side);
+}
+
+/* Conquers one patch. CQ_DONE when the conquest is complete. */
+static cq_result cqi_code_patch(cq_decoder *d)
+{
+    cq_index spoke = cqi_next_gate(&d->mesh, &d->walk, d->patch);
+    int split;
+    if (spoke == CQ_NONE) {
+        cq_index seed = cqi_next_seed(&d->mesh, &d->walk, d->base_vertices);
+        if (seed == CQ_NONE) return CQ_DONE;
+        spoke = cqi_code_first_patch(d, seed);
+    }
+    split = CQI_ENCODING(d) && cqi_plan_is_split(d->plan, d->mesh.origin[spoke]);
+    split = cqi_code_flag(d, spoke, split);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    cqi_conquer(&d->mesh, &d->walk, d->patch, spoke, split);
+    d->splits = (cq_index)(d->splits + (cq_index)split);
+    return CQ_OK;
+}
+
+/* -- Splits ----------------------------------------------------------------------------------------------------------
+ *
+ * One symbol says which pair of ring vertices p < q the split's common neighbours are: D (D - 1) / 2 candidates for a
+ * centre of valence D. The paper's indices are i = p and j = D - 1 - q. Candidate weights are those of a log-linear
+ * model (multinomial logit): the score of a candidate is a sum of table entries, one for each of its features, its
+ * weight is 2^score, and after each split every entry moves along the gradient of the log-likelihood: by rate times
+ * (1 if the feature was present in the split, minus the probability that the model had given to that). */
+
+enum {
+    CQI_UNIT = 10,        /* scores are in 2^-10 octaves */
+    CQI_HEAVIEST = 13,    /* weight 2^13 for the best candidate, at least 1 for all others */
+    CQI_LEARN = 24        /* step of a table entry at full surprise, in units */
+};
+
+/* State of a ring vertex: who else holds it in this level. */
+enum { CQI_STATE_FREE, CQI_STATE_LEFT, CQI_STATE_ONE, CQI_STATE_ONE_LEFT, CQI_STATE_MORE, CQI_STATE_VIRTUAL, CQI_STATES };
+
+/* 2^(-(k + 1/2) / 64) * 2^CQI_HEAVIEST */
+static const uint16_t cqi_exp2[64] = {
+    8148, 8060, 7973, 7887, 7802, 7718, 7635, 7553, 7472, 7391, 7311, 7233,
+    7155, 7078, 7001, 6926, 6851, 6778, 6705, 6632, 6561, 6490, 6420, 6351,
+    6283, 6215, 6148, 6082, 6016, 5952, 5887, 5824, 5761, 5699, 5638, 5577,
+    5517, 5458, 5399, 5341, 5283, 5226, 5170, 5114, 5059, 5005, 4951, 4897,
+    4845, 4792, 4741, 4690, 4639, 4589, 4540, 4491, 4443, 4395, 4347, 4301,
+    4254, 4208, 4163, 4118
+};
+
+/* Weight of a candidate whose score is `below` units under the best one. */
+static uint16_t cqi_weight(int32_t below)
+{
+    uint32_t w = (uint32_t)below >> CQI_UNIT > CQI_HEAVIEST ? 0 :
+                 (uint32_t)cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> (below >> CQI_UNIT);
+    return (uint16_t)(w ? w : 1);
+}
+
+/* Moves an entry by gradient (1/65536) * CQI_LEARN units; a dither makes rounding unbiased, so 16 bits are enough. */
+static void cqi_learn(cq_decoder *d, int16_t *entry, int32_t gradient)
+{
+    int32_t x;
+    d->dither = d->dither * 1664525u + 1013904223u;
+    x = gradient * CQI_LEARN + (int32_t)(d->dither >> 16);
+    x = ((x + (256 << 16)) >> 16) - 256 + *entry;
+    *entry = (int16_t)(x < -32000 ? -32000 : x > 32000 ? 32000 : x);
+}
+
+static uint8_t cqi_ring_state(const cq_mesh *m, cq_index v)
+{
+    int left = (m->mark[v] & CQI_LEFT) != 0;
+    if (cq_is_virtual(m, v)) return CQI_STATE_VIRTUAL;
+    switch (m->mark[v] & CQI_MANY) {
+    case 0: return (uint8_t)(left ? CQI_STATE_LEFT : CQI_STATE_FREE);
+    case 1: return (uint8_t)(left ? CQI_STATE_ONE_LEFT : CQI_STATE_ONE);
+    default: return CQI_STATE_MORE;
+    }
+}
+
+static void cqi_read_ring(cq_decoder *d, cq_index spoke)
+{
+    const cq_mesh *m = &d->mesh;
+    cqi_ring *r = &d->ring;
+    cq_index h = spoke;
+    r->size = 0;
+    do {
+        cq_index v = cq_target(m, h);
+        r->spoke[r->size] = h;
+        r->valence[r->size] = (uint8_t)(m->valence[v] < 31 ? m->valence[v] : 31);
+        r->state[r->size++] = cqi_ring_state(m, v);
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+}
+
+/* Which candidates are possible: all; or only those with q = D - 1 (side 1) or p = 0 (side 2) at a first gate. */
+static int cqi_side_of_patch(const cq_decoder *d, cq_index centre)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_index other = CQ_NONE;
+    if (m->mark[centre] & CQI_SEED) other = (cq_index)(centre + 1);
+    else if (centre && centre <= d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
+    if (other == CQ_NONE) return 0;
+    return cq_target(m, d->ring.spoke[0]) == other ? 2 : 1;
+}
+
+/* -- features -- */
+
+static int cqi_valence_class(int v) { return v < 3 ? 0 : v < 16 ? v - 3 : 13; }
+
+static int cqi_difference_class(int x) { return x < -2 ? 0 : x > 3 ? 5 : x < 3 ? x + 2 : 5; }
+
+typedef struct cqi_features {
+    int16_t *first[CQ_MAX_VALENCE], *last[CQ_MAX_VALENCE];  /* entries of a ring vertex as p, as q */
+    int16_t *index_i[CQ_MAX_VALENCE], *index_j[CQ_MAX_VALENCE];
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE];  /* smallest valence of an alternative to B before p, after q */
+    int32_t base_first[CQ_MAX_VALENCE], base_last[CQ_MAX_VALENCE];
+} cqi_features;
+
+static void cqi_collect_features(cq_decoder *d, cqi_features *f)
+{
+    cqi_model *m = &d->model;
+    const cqi_ring *r = &d->ring;
+    int n = (int)r->size, k, best = 99;
+    for (k = 0; k < n; k++) {
+        int c = cqi_valence_class(r->valence[k]) * CQI_STATES + r->state[k];
+        int free = r->state[k] <= CQI_STATE_LEFT;
+        f->first[k] = &m->first[c];
+        f->last[k] = &m->last[c];
+        f->index_i[k] = &m->index_i[k < 7 ? k : 7];
+        f->index_j[k] = &m->index_j[n - 1 - k < 7 ? n - 1 - k : 7];
+        f->base_first[k] = *f->first[k] + *f->index_i[k];
+        f->base_last[k] = *f->last[k] + *f->index_j[k];
+        f->before[k] = (uint8_t)(free && r->valence[k] + 1 < best ? r->valence[k] + 1 : best);
+        if (free && r->valence[k] < best) best = r->valence[k];
+    }
+    for (k = n - 1, best = 99; k >= 0; k--) {
+        int free = r->state[k] <= CQI_STATE_LEFT;
+        f->after[k] = (uint8_t)(free && r->valence[k] + 1 < best ? r->valence[k] + 1 : best);
+        if (free && r->valence[k] < best) best = r->valence[k];
+    }
+}
+
+static int cqi_rule_class(const cqi_features *f, int p, int q)
+{
+    int b = q - p + 2;
+    int x = f->before[p] == 99 ? 6 : cqi_difference_class(f->before[p] - b);
+    int y = f->after[q] == 99 ? 6 : cqi_difference_class(f->after[q] - b);
+    return x * 7 + y;
+}
+
+/* Entry for B's share of a centre of valence n. */
+static int cqi_length_index(int n, int length) { return n * (n - 1) / 2 + length; }
+
+static int cqi_is_candidate(int p, int q, int n, int side) { return side == 0 || (side == 1 ? q == n - 1 : p == 0); }
+
+/* Which pair p, q: reads or writes it, and adapts. */
+static void cqi_code_pair(cq_decoder *d, int side, int *p_out, int *q_out)
+{
+    cqi_model *m = &d->model;
+    cqi_features f;
+    int n = (int)d->ring.size, p, q, k = 0, chosen = 0;
+    int32_t best = -100000000;
+    uint32_t total = 0, start = 0, slot = 0, scale;
+    int32_t gfirst[CQ_MAX_VALENCE], glast[CQ_MAX_VALENCE], glen[CQ_MAX_VALENCE], grule[49];
+    cqi_collect_features(d, &f);
+    for (p = 0; p < n - 1; p++)
+        for (q = p + 1; q < n; q++, k++) {
+            int32_t s;
+            if (!cqi_is_candidate(p, q, n, side)) continue;
+            s = f.base_first[p] + f.base_last[q] + m->length[cqi_length_index(n, q - p)] + m->rule[cqi_rule_class(&f, p, q)];
+            s = s < -32000 ? -32000 : s > 32000 ? 32000 : s;
+            d->score[k] = (int16_t)s;
+            if (s > best) best = s;
+        }
+    for (p = 0, k = 0; p < n - 1; p++)
+        for (q = p + 1; q < n; q++, k++) {
+            d->weight[k] = cqi_is_candidate(p, q, n, side) ? cqi_weight(best - d->score[k]) : 0;
+            if (CQI_ENCODING(d) && p == *p_out && q == *q_out) {
+                start = total;
+                chosen = k;
+            }
+            total += d->weight[k];
+        }
+    if (CQI_ENCODING(d)) {
+        cq_encode_freq(&d->plan->range, start, d->weight[chosen], total);
+    } else {
+        slot = cq_decode_slot(&d->range, total);
+        for (chosen = 0; start + d->weight[chosen] <= slot; chosen++) start += d->weight[chosen];
+        cq_decode_freq(&d->range, start, d->weight[chosen], total);
+    }
+    scale = 0x80000000u / total;
+    memset(gfirst, 0, sizeof gfirst);
+    memset(glast, 0, sizeof glast);
+    memset(glen, 0, sizeof glen);
+    memset(grule, 0, sizeof grule);
+    for (p = 0, k = 0; p < n - 1; p++)
+        for (q = p + 1; q < n; q++, k++) {
+            int32_t g = -(int32_t)(d->weight[k] * scale >> 15);
+            if (k == chosen) {
+                g += 65536;
+                *p_out = p;
+                *q_out = q;
+            }
+            gfirst[p] += g;
+            glast[q] += g;
+            glen[q - p] += g;
+            grule[cqi_rule_class(&f, p, q)] += g;
+        }
+    for (p = 0; p < n; p++) {
+        cqi_learn(d, f.first[p], gfirst[p]);
+        cqi_learn(d, f.last[p], glast[p]);
+        cqi_learn(d, f.index_i[p], gfirst[p]);
+        cqi_learn(d, f.index_j[p], glast[p]);
+        if (p) cqi_learn(d, &m->length[cqi_length_index(n, p)], glen[p]);
+    }
+    for (p = 0; p < 49; p++) if (grule[p]) cqi_learn(d, &m->rule[p], grule[p]);
+}
+
+/* The pair that the plan has for the centre. */
+static void cqi_plan_pair(const cq_decoder *d, cq_index centre, int *p, int *q)
+{
+    const cqi_plan *plan = d->plan;
+    cq_index b = plan->top[plan->to_input[centre]];
+    int k;
+    for (k = 0; k < (int)d->ring.size; k++) {
+        cq_index input = plan->to_input[cq_target(&d->mesh, d->ring.spoke[k])];
+        if (input == plan->end_p[b]) *p = k;
+        if (input == plan->end_q[b]) *q = k;
+    }
+}
+
+static void cqi_report_split(cq_decoder *d, int p, int q)
+{
+    cq_level *level = cqi_level_report(d);
+    level->sum_i += (uint32_t)p;
+    level->sum_j += (uint32_t)((int)d->ring.size - 1 - q);
+}
+
+static void cqi_charge_values(cq_decoder *d)
+{
+    int positions = d->shape.num_channels && d->shape.channel[0].kind == CQ_POSITION;
+    cq_level *level = d->level ? cqi_level_report(d) : NULL;
+    cqi_charge(d, positions ? &d->report->positions : &d->report->channels, level ? &level->values : NULL);
+}
+
+/* The split of the patch at `spoke`: both indices, then the values, then the mesh. */
+static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
+{
+    cq_index centre = d->mesh.origin[spoke], b;
+    int p = 0, q = 0;
+    cqi_read_ring(d, spoke);
+    if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
+    cqi_code_pair(d, cqi_side_of_patch(d, centre), &p, &q);
+    if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (!cqi_code_deltas(d, centre, (cq_index)p, (cq_index)q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (d->report) cqi_charge_values(d);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
+    if (b == CQ_NONE) return CQ_ERROR_CORRUPT;
+    d->mesh.mark[b] = 0;
+    cqi_apply_deltas(d, centre, b);
+    if (d->report) cqi_report_split(d, p, q);
+    if (CQI_ENCODING(d)) {
+        cq_index input = d->plan->to_input[centre], removed = d->plan->top[input];
+        d->plan->top[input] = d->plan->below[removed];
+        cqi_plan_vertex(d->plan, removed, b);
+    }
+    return CQ_OK;
+}
+
+/* -- Steps ---------------------------------------------------------------------------------------------------------- */
+
+enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
+
+/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
+ * such bits and 24 raw ones, and decoding looks 4 bytes ahead. */
+#define CQI_STEP_BYTES (3 + 13 * CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 4)
+
+/* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
+#define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
+
+static cq_result cqi_end_component(cq_decoder *d)
+{
+    cq_result result;
+    int more = CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds;
+    more = cqi_code_bit(d, &d->model.component, more);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (more) return cqi_start_component(d);
+    result = cqi_finish_base(d);
+    if (d->report) cqi_charge(d, &d->report->base, NULL);
+    d->phase = CQI_BASE_VALUES;
+    return result;
+}
+
+static cq_result cqi_step_base(cq_decoder *d)
+{
+    if (!d->num_components) return cqi_start_component(d);
+    if (!cqi_is_open(&d->draft, d->gate) && !cqi_find_gate(d)) return cqi_end_component(d);
+    return cqi_grow_base(d);
+}
+
+static cq_result cqi_step_base_values(cq_decoder *d)
+{
+    if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
+    if (d->report) {
+        cqi_charge_values(d);
+        d->report->num_components = d->num_components;
+        d->report->base_vertices = d->draft.num_vertices;
+        d->report->base_faces = d->draft.num_faces;
+    }
+    d->mesh = d->draft;
+    d->base_vertices = d->mesh.num_vertices;
+    d->phase = CQI_LEVEL;
+    return CQ_OK;
+}
+
+/* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
+static cq_result cqi_step_level(cq_decoder *d)
+{
+    if (d->mesh.num_vertices == d->shape.num_vertices) {
+        d->phase = CQI_COMPLETE;
+        if (CQI_ENCODING(d)) return CQ_DONE;
+        return d->range.count < d->range.size || d->payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
+    }
+    d->level++;
+    d->splits = 0;
+    if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
+    if (d->level > CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT;
+    if (cqi_code_bit(d, &d->model.level, 0)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_UNSUPPORTED;
+    cqi_walk_begin(&d->mesh, &d->walk);
+    d->phase = CQI_WALK;
+    return CQ_OK;
+}
+
+static void cqi_report_walk(cq_decoder *d)
+{
+    cq_level *level = cqi_level_report(d);
+    d->report->num_levels = d->level;
+    memset(level, 0, sizeof *level);
+    cqi_charge(d, &d->report->flags, &level->flags);
+    level->num_patches = d->walk.tail;
+    level->num_splits = d->splits;
+    level->num_vertices = (uint32_t)d->mesh.num_vertices + d->splits;
+}
+
+static cq_result cqi_step_walk(cq_decoder *d)
+{
+    cq_result result = cqi_code_patch(d);
+    if (result != CQ_DONE) return result;
+    if (d->splits < CQI_MIN_SPLITS(d->mesh.num_vertices)) return CQ_ERROR_CORRUPT;
+    if (d->splits > d->shape.num_vertices - d->mesh.num_vertices) return CQ_ERROR_CORRUPT;
+    if (d->report) cqi_report_walk(d);
+    d->phase = CQI_SPLITS;
+    return CQ_OK;
+}
+
+/* Leaves patches in reverse order down to the next split one, and splits it. */
+static cq_result cqi_step_split(cq_decoder *d)
+{
+    cq_mesh *m = &d->mesh;
+    while (d->walk.tail) {
+        cq_index spoke = d->patch[--d->walk.tail], centre = m->origin[spoke];
+        int split = m->mark[centre] & CQI_MANY;
+        cq_result result = CQ_OK;
+        m->mark[centre] &= CQI_SEED;
+        cqi_leave(m, spoke);
+        if (split) result = cqi_code_split(d, spoke);
+        cqi_mark_left(m, spoke);
+        if (split || result != CQ_OK) return result;
+    }
+    d->phase = CQI_LEVEL;
+    return CQ_OK;
+}
+
+static cq_result cqi_step(cq_decoder *d)
+{
+    switch (d->phase) {
+    case CQI_BASE: return cqi_step_base(d);
+    case CQI_BASE_VALUES: return cqi_step_base_values(d);
+    case CQI_LEVEL: return cqi_step_level(d);
+    case CQI_WALK: return cqi_step_walk(d);
+    default: return cqi_step_split(d);
+    }
+}
+
+/* -- Decoder -------------------------------------------------------------------------------------------------------- */
+
+/* Gets ready for the first step. The memory holds at least cq_decoder_bytes of d->shape. */
+static void cqi_start(cq_decoder *d)
+{
+    cqi_arena arena;
+    uint32_t k;
+    arena.next = d->memory;
+    arena.left = d->memory_size;
+    cqi_mesh_carve(&d->mesh, &d->shape, &arena);
+    d->patch = (cq_index *)cqi_take(&arena, cqi_all_faces(&d->shape) / 3 + 1, sizeof(cq_index));
+    for (k = 0; k < d->shape.num_channels; k++)
+        d->channel[k] = (cq_value *)cqi_take(&arena, (size_t)cqi_all_vertices(&d->shape) * d->shape.channel[k].components, sizeof(cq_value));
+    d->draft = d->mesh;
+    d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
+    cqi_model_init(&d->model);
+    d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
+}
+
+cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
+{
+    if (!d || !memory) return CQ_ERROR_ARGUMENT;
+    memset(d, 0, sizeof *d);
+    d->memory = (uint8_t *)memory;
+    d->memory_size = memory_size;
+    return CQ_OK;
+}
+
+static cq_result cqi_fits_build(const cq_shape *s)
+{
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++)
+        if (s->channel[k].bits > CQ_MAX_BITS) return CQ_ERROR_UNSUPPORTED;
+    return cq_decoder_bytes(s) ? CQ_OK : CQ_ERROR_TOO_LARGE;
+}
+
+static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
+{
+    cq_result result;
+    d->shape = h->shape;
+    result = cqi_fits_build(&d->shape);
+    if (result != CQ_OK) return result;
+    if (!cqi_aligned(d->memory) || d->memory_size < cq_decoder_bytes(&d->shape)) return CQ_ERROR_MEMORY;
+    d->payload_left = d->payload_size = h->payload_size;
+    d->expected_crc = h->payload_crc;
+    if (d->report) {
+        memset(d->report, 0, sizeof *d->report);
+        d->report->shape = d->shape;
+        d->report->bytes = h->header_size + h->payload_size;
+    }
+    d->range.size = 0;
+    cqi_start(d);
+    return CQ_OK;
+}
+
+/* Takes header bytes one by one, so that none behind a short stream is touched. */
+static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
+{
+    cqi_header h;
+    cq_result result = CQ_NEED_INPUT;
+    while (result == CQ_NEED_INPUT && in && in->size) {
+        d->buffer[d->range.size++] = *in->data++;
+        in->size--;
+        result = cqi_read_header(d->buffer, d->range.size, &h);
+    }
+    if (result == CQ_NEED_INPUT && d->ended) return CQ_TRUNCATED;
+    return result == CQ_OK ? cqi_open_stream(d, &h) : result;
+}
+
+/* Moves payload bytes from the input to the buffer. */
+static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
+{
+    size_t used = d->range.count < d->range.size ? d->range.count : d->range.size, n;
+    if (!in || !in->size || !d->payload_left || d->range.size - used >= CQI_STEP_BYTES) return;
+    memmove(d->buffer, d->buffer + used, d->range.size - used);
+    d->range.size -= used;
+    d->range.count -= used;
+    d->dropped += used;
+    n = CQI_BUFFER_BYTES - d->range.size;
+    n = n < in->size ? n : in->size;
+    n = n < d->payload_left ? n : d->payload_left;
+    memcpy(d->buffer + d->range.size, in->data, n);
+    d->crc = cqi_crc32(d->crc, in->data, n);
+    d->range.size += n;
+    d->payload_left -= n;
+    in->data += n;
+    in->size -= n;
+}
+
+/* Enough input for any step: all that can be needed, or all that there is. */
+static int cqi_is_ready(const cq_decoder *d)
+{
+    return !d->payload_left || d->ended || d->range.size >= d->range.count + CQI_STEP_BYTES;
+}
+
+static cq_result cqi_finish_stream(cq_decoder *d)
+{
+    if (d->crc != d->expected_crc) return CQ_ERROR_CHECKSUM;
+    if (d->report) {
+        cq_report *r = d->report;
+        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+    }
+    return CQ_DONE;
+}
+
+static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
+{
+    cq_result result = CQ_OK;
+    while (budget) {
+        cqi_take_payload(d, in);
+        if (!cqi_is_ready(d)) return CQ_NEED_INPUT;
+        if (!d->range.data) {
+            cq_range_decoder_init(&d->range, d->buffer, d->range.size);
+            d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+        }
+        if (d->phase >= CQI_WALK) budget--;
+        result = cqi_step(d);
+        if (result != CQ_OK) break;
+    }
+    if (result == CQ_DONE) result = cqi_finish_stream(d);
+    d->status = result;
+    return result;
+}
+
+cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
+{
+    if (!d || (in && in->size && !in->data)) return CQ_ERROR_ARGUMENT;
+    if (d->status != CQ_OK) return d->status;
+    if (!in) d->ended = 1;
+    if (d->phase == CQI_HEADER) {
+        cq_result result = cqi_take_header(d, in);
+        if (result == CQ_NEED_INPUT) return result;
+        if (result != CQ_OK) {
+            d->status = result;
+            return result;
+        }
+    }
+    return cqi_run(d, in, budget);
+}
+
+/* -- Encoder: simplification (section 2.2 of the paper) --------------------------------------------------------------- */
+
+#ifndef CQ_NO_ENCODER
+
+typedef struct cqi_encoder {
+    cqi_plan plan;
+    cq_decoder replay;
+} cqi_encoder;
+
+size_t cq_encoder_bytes(const cq_shape *s)
+{
+    size_t v, f, c;
+    if (!s || !cqi_countable(s)) return 0;
+    v = cqi_all_vertices(s);
+    f = cqi_all_faces(s);
+    c = cqi_all_components(s);
+    return (sizeof(cqi_encoder) + 7) / 8 * 8 + CQ_MESH_BYTES(v, f) + CQ_DECODER_BYTES(v, f, c) +
+           CQI_ROUND(v * c * sizeof(cq_value)) + CQI_ROUND(v) + CQI_ROUND((7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index)) + 64;
+}
+
+/* Joins the values of b to those of a; b's become the difference. */
+static void cqi_merge_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_index b)
+{
+    uint32_t k, c;
+    for (k = 0; k < s->num_channels; k++) {
+        uint32_t stride = s->channel[k].components;
+        for (c = 0; c < stride; c++) {
+            cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
+            int32_t delta = *bt - *at;
+            *at = (cq_value)(*at + cqi_floor_half(delta));
+            *bt = (cq_value)delta;
+        }
+    }
+}
+
+static void cqi_split_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_index b)
+{
+    uint32_t k, c;
+    for (k = 0; k < s->num_channels; k++) {
+        uint32_t stride = s->channel[k].components;
+        for (c = 0; c < stride; c++) {
+            cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
+            *at = (cq_value)(*at - cqi_floor_half(*bt));
+            *bt = (cq_value)(*at + *bt);
+        }
+    }
+}
+
+/* Would the collapse of a first gate's front vertex with b leave a virtual vertex in front of the gate? The decoder would
+ * then take the gate from its other side. */
+static int cqi_turns_gate(const cq_mesh *m, cq_index spoke, cq_index b)
+{
+    cq_index l_to_r = cq_next(spoke), r_to_a = cq_next(l_to_r), across = CQ_NONE;
+    if (b == m->origin[l_to_r]) across = m->twin[r_to_a];
+    if (b == m->origin[r_to_a]) across = m->twin[spoke];
+    return across != CQ_NONE && cq_is_virtual(m, m->origin[cq_prev(across)]);
+}
+
+/* The neighbour B of the front vertex to collapse with, as the halfedge A -> B: the smallest valence, then the first one
+ * clockwise from L. CQ_NONE: the patch is isolated. */
+static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
+{
+    const cq_mesh *m = &p->mesh;
+    cq_index a = m->origin[spoke], h = spoke, chosen = CQ_NONE;
+    int boundary;
+    if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
+    boundary = cqi_on_boundary(m, a);
+    cqi_mark_ring(m, a, 1);
+    do {
+        cq_index b = cq_target(m, h);
+        if (!cqi_is_conquered(m, b) && (chosen == CQ_NONE || m->valence[b] < m->valence[cq_target(m, chosen)]) &&
+            cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && !(first && cqi_turns_gate(m, spoke, b)))
+            chosen = h;
+        h = cq_clockwise(m, h);
+    } while (h != spoke);
+    cqi_mark_ring(m, a, 0);
+    return chosen;
+}
+
+/* Collapses A -> B and notes what the decoder will need. */
+static void cqi_collapse_noted(cqi_plan *p, const cq_shape *s, cq_index h)
+{
+    cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h), first, last;
+    cq_mesh_collapse(&p->mesh, h, &first, &last);
+    cqi_merge_values(p, s, a, b);
+    p->end_p[b] = cq_target(&p->mesh, first);
+    p->end_q[b] = cq_target(&p->mesh, last);
+    p->below[b] = p->top[a];
+    p->top[a] = b;
+    p->level[b] = (uint8_t)p->current;
+}
+
+/* Takes back the last collapse, that of b into a. */
+static void cqi_undo_collapse(cqi_plan *p, const cq_shape *s, cq_index a)
+{
+    cq_index b = p->top[a];
+    cq_mesh_split(&p->mesh, cqi_find_spoke(&p->mesh, a, p->end_p[b]), cqi_find_spoke(&p->mesh, a, p->end_q[b]));
+    p->top[a] = p->below[b];
+    cqi_split_values(p, s, a, b);
+}
+
+/* One patch: the gate's front vertex is collapsed with a neighbour, or is isolated. At a first gate, a front vertex A
+ * that goes with L or R is collapsed into it, so that L and R live on. Returns 1 if something was collapsed. */
+static int cqi_conquer_patch(cqi_plan *p, const cq_shape *s, cqi_walk *w, cq_index spoke, int first)
+{
+    cq_mesh *m = &p->mesh;
+    cq_index l = cq_target(m, spoke), r = cq_target(m, cq_next(spoke)), h = cqi_choose(p, spoke, first), b;
+    int side = 0;
+    if (h != CQ_NONE) {
+        b = cq_target(m, h);
+        if (first && (b == l || b == r)) {
+            side = b == l ? 1 : 2;
+            h = m->twin[h];
+        }
+        cqi_collapse_noted(p, s, h);
+        if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);
+    }
+    cqi_conquer(m, w, p->patch, spoke, h != CQ_NONE);
+    return h != CQ_NONE;
+}
+
+static cq_index cqi_plan_next_spoke(cqi_plan *p, cqi_walk *w, int *first)
+{
+    cq_index spoke = cqi_next_gate(&p->mesh, w, p->patch);
+    *first = 0;
+    if (spoke != CQ_NONE || w->seed == p->num_seeds) return spoke;
+    *first = 1;
+    spoke = cqi_find_spoke(&p->mesh, p->seed[2 * (size_t)w->seed], p->seed[2 * (size_t)w->seed + 1]);
+    w->seed++;
+    return cq_prev(cqi_first_gate(&p->mesh, spoke));
+}
+
+/* Undoes the collapses of a level that is not worth its walk: centres in reverse order. */
+static void cqi_undo_level(cqi_plan *p, const cq_shape *s, cqi_walk *w)
+{
+    while (w->tail) {
+        cq_index centre = p->mesh.origin[p->patch[--w->tail]];
+        if (p->mesh.mark[centre] & CQI_MANY) cqi_undo_collapse(p, s, centre);
+    }
+}
+
+/* Simplifies by one level. False if that is not worth it; the mesh is then unchanged. */
+static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
+{
+    cqi_walk w;
+    cq_index spoke, splits = 0;
+    int first;
+    cqi_walk_begin(&p->mesh, &w);
+    while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
+        splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
+    if (splits < CQI_MIN_SPLITS(*num_live - splits)) {
+        cqi_undo_level(p, s, &w);
+        return 0;
+    }
+    *num_live = (cq_index)(*num_live - splits);
+    return 1;
+}
+
+/* Finds the components and a first gate for each: the first halfedge of its first face. */
+static void cqi_find_components(cqi_plan *p, cq_index *stack)
+{
+    cq_mesh *m = &p->mesh;
+    cq_index f, n;
+    p->num_seeds = 0;
+    for (f = 0; f < m->num_faces; f++) {
+        if (m->mark[m->origin[3 * f]]) continue;
+        p->seed[2 * (size_t)p->num_seeds] = m->origin[3 * f];
+        p->seed[2 * (size_t)p->num_seeds++ + 1] = m->origin[3 * f + 1];
+        m->mark[m->origin[3 * f]] = 1;
+        stack[0] = m->origin[3 * f];
+        for (n = 1; n;) {
+            cq_index v = stack[--n], h = m->out[v];
+            do {
+                cq_index u = cq_target(m, h);
+                if (!m->mark[u]) {
+                    m->mark[u] = 1;
+                    stack[n++] = u;
+                }
+                h = cq_clockwise(m, h);
+            } while (h != m->out[v]);
+        }
+    }
+}
+
+static cq_result cqi_check_values(const cq_input *in, cq_place *place)
+{
+    uint32_t k;
+    size_t v, c;
+    for (k = 0; k < in->shape.num_channels; k++) {
+        const cq_channel *channel = &in->shape.channel[k];
+        if (!cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS || !in->values[k]) return CQ_ERROR_ARGUMENT;
+        for (v = 0; v < in->shape.num_vertices; v++)
+            for (c = 0; c < channel->components; c++)
+                if (!cqi_value_fits(channel, in->values[k][v * channel->components + c]))
+                    return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
+    }
+    return CQ_OK;
+}
+
+/* Lays out the encoder behind its struct, and copies the values. */
+static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
+{
+    cqi_plan *p = &e->plan;
+    const cq_shape *s = &in->shape;
+    size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
+    uint32_t k;
+    p->to_decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->top = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->below = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->end_p = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->end_q = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->seed = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->level = (uint8_t *)cqi_take(arena, v, 1);
+    p->patch = (cq_index *)cqi_take(arena, f / 3 + 1, sizeof(cq_index));
+    p->face_input = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
+    p->face_decoded = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
+    memset(p->to_decoded, 0xff, v * sizeof(cq_index));
+    memset(p->top, 0xff, v * sizeof(cq_index));
+    memset(p->face_decoded, 0xff, f * sizeof(cq_index));
+    for (k = 0; k < s->num_channels; k++) {
+        size_t n = (size_t)s->num_vertices * s->channel[k].components;
+        p->value[k] = (cq_value *)cqi_take(arena, n, sizeof(cq_value));
+        memcpy(p->value[k], in->values[k], n * sizeof(cq_value));
+    }
+    e->replay.shape = *s;
+    e->replay.plan = p;
+    e->replay.memory = arena->next;
+    e->replay.memory_size = arena->left;
+}
+
+static void cqi_progress(const cq_input *in, uint32_t done)
+{
+    if (in->progress) in->progress(in->user, done, 2 * in->shape.num_vertices);
+}
+
+static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
+{
+    cqi_plan *p = &e->plan;
+    cq_index live = (cq_index)in->shape.num_vertices;
+    cqi_find_components(p, p->to_input);
+    for (p->current = 1; p->current <= CQ_MAX_LEVELS && cqi_simplify(p, &in->shape, &live); p->current++)
+        cqi_progress(in, in->shape.num_vertices - live);
+    p->num_levels = p->current - 1;
+}
+
+/* Runs the decoder's steps, writing. */
+static void cqi_replay(cqi_encoder *e, const cq_input *in)
+{
+    uint32_t n = 0;
+    e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+    cqi_start(&e->replay);
+    while (cqi_step(&e->replay) == CQ_OK)
+        if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
+}
+
+/* Puts the header in front of the payload, which was written behind the shortest possible one. */
+static cq_result cqi_frame(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
+                           size_t *stream_size)
+{
+    uint8_t header[CQ_MAX_HEADER_BYTES];
+    size_t header_size = cqi_write_header(header, s, payload_size, 0);
+    *stream_size = header_size + payload_size;
+    if (*stream_size > out_size) return CQ_ERROR_OUTPUT;
+    memmove(out + header_size, out + gap, payload_size);
+    cqi_write_header(header, s, payload_size, cqi_crc32(0, out + header_size, payload_size));
+    memcpy(out, header, header_size);
+    return CQ_OK;
+}
+
+static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
+{
+    r->shape = *s;
+    r->bytes = bytes;
+    r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+}
+
+cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                    size_t *stream_size, cq_place *place, cq_report *report)
+{
+    cqi_encoder *e = (cqi_encoder *)memory;
+    cqi_arena arena;
+    cq_result result;
+    size_t gap;
+    uint8_t header[CQ_MAX_HEADER_BYTES];
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_ARGUMENT;
+    if (place) place->face = place->vertex = place->other = CQ_NONE;
+    result = cqi_check_values(in, place);
+    if (result != CQ_OK) return result;
+    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
+    if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    memset(e, 0, sizeof *e);
+    arena.next = (uint8_t *)memory + (sizeof *e + 7) / 8 * 8;
+    arena.left = memory_size - (sizeof *e + 7) / 8 * 8;
+    result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena.next, arena.left, place);
+    if (result != CQ_OK) return result;
+    if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    arena.next += cq_mesh_bytes(&in->shape);
+    arena.left -= cq_mesh_bytes(&in->shape);
+    cqi_encoder_carve(e, in, &arena);
+    gap = cqi_write_header(header, &in->shape, 0, 0);
+    cq_range_encoder_init(&e->plan.range, out_size > gap ? out + gap : out, out_size > gap ? out_size - gap : 0);
+    if (report) memset(report, 0, sizeof *report);
+    e->replay.report = report;
+    cqi_simplify_all(e, in);
+    cqi_replay(e, in);
+    result = cqi_frame(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
+    if (report) cqi_report_encoding(report, &in->shape, *stream_size);
+    if (in->map) memcpy(in->map, e->plan.to_decoded, in->shape.num_vertices * sizeof(cq_index));
+    return result;
+}
+
+#endif /* CQ_NO_ENCODER */
+
+#endif /* CONQUEST_IMPLEMENTATION */

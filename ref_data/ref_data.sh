@@ -1,0 +1,112 @@
+#!/bin/sh
+# Reference data: ref_data.sh make | check
+#
+# make   makes the meshes of meshes.txt, and of each good one the streams of this library's format version, vN/:
+#        NAME.cqm with positions, NAME.c.cqm without (--connectivity); SHA256SUMS of them and of what they decode to:
+#        NAME.cqm.off the whole mesh, NAME.cqm.levels all levels, coarsest first. Other versions are never touched.
+# check  meshes come out of meshgen as they are here; streams of every version decode to the same hashes; this library
+#        writes the same bytes again. The last line is `N passed, N failed`.
+set -eu
+cd "$(dirname "$0")"
+cqm=../build/cqm
+meshgen=../build/meshgen
+out=../build/ref_data
+version=v$(sed -n 's/^#define CQ_STREAM_VERSION \([0-9]*\).*/\1/p' ../include/conquest.h)
+
+list_meshes() { grep -v '^#' meshes.txt; }
+list_good() { list_meshes | sed -n '/^bad\//d; s/\.off .*//p'; }
+
+# encode MESH STREAM: with the options that the stream's name asks for
+encode() {
+    case $2 in
+    *.c.cqm) "$cqm" encode --connectivity "$1" "$2" ;;
+    *) "$cqm" encode "$1" "$2" ;;
+    esac
+}
+
+# decode STREAM FOLDER: all files that SHA256SUMS has for it
+decode() {
+    result=$2/${1##*/}
+    "$cqm" decode --quiet "$1" "$result.off"
+    levels=$("$cqm" info --json "$1" | sed -n 's/.*"levels": *\([0-9]*\).*/\1/p')
+    : >"$result.levels"
+    level=0
+    while [ "$level" -le "$levels" ]; do
+        "$cqm" decode --quiet --level "$level" "$1" "$result.level.off"
+        cat "$result.level.off" >>"$result.levels"
+        level=$((level + 1))
+    done
+    rm "$result.level.off"
+}
+
+make_meshes() {
+    mkdir -p bad
+    list_meshes | while read -r file arguments; do
+        # shellcheck disable=SC2086 # arguments are words
+        "$meshgen" $arguments >"$file"
+    done
+}
+
+make_streams() {
+    rm -rf "$version" "$out"
+    mkdir -p "$version" "$out"
+    list_good | while read -r name; do
+        for stream in "$name.cqm" "$name.c.cqm"; do
+            encode "$name.off" "$version/$stream"
+            decode "$version/$stream" "$out"
+            cp "$version/$stream" "$out"
+        done
+    done
+    (cd "$out" && sha256sum -- *) >"$version/SHA256SUMS"
+}
+
+passed=0
+failed=0
+check() {
+    if "$@" >/dev/null 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAIL  $*"
+    fi
+}
+
+is_made_again() {
+    # shellcheck disable=SC2086
+    "$meshgen" $2 | cmp - "$1"
+}
+
+decodes_as_before() {
+    decode "$1/$2" "$out"
+    grep " $2\(\.off\|\.levels\)\$" "$1/SHA256SUMS" | (cd "$out" && sha256sum -c --strict)
+}
+
+encodes_as_before() {
+    encode "$2" "$out/$3" && cmp "$out/$3" "$1/$3"
+}
+
+check_all() {
+    rm -rf "$out"
+    mkdir -p "$out"
+    while read -r file arguments; do
+        case $file in \#*) continue ;; esac
+        check is_made_again "$file" "$arguments"
+    done <meshes.txt
+    for stream in v*/*.cqm; do
+        [ -e "$stream" ] || continue
+        check decodes_as_before "${stream%/*}" "${stream##*/}"
+    done
+    for name in $(list_good); do
+        [ -d "$version" ] || continue
+        check encodes_as_before "$version" "$name.off" "$name.cqm"
+        check encodes_as_before "$version" "$name.off" "$name.c.cqm"
+    done
+    echo "$passed passed, $failed failed"
+    [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
+}
+
+case ${1-} in
+make) make_meshes && make_streams ;;
+check) check_all ;;
+*) echo "usage: ref_data.sh make | check" >&2; exit 2 ;;
+esac

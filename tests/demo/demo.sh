@@ -1,0 +1,60 @@
+#!/bin/sh
+# `make demo`: encodes some meshes, decodes them at several levels into build/demo and prints a table.
+#
+# The last level is checked against the input by `cqm verify`; whatever fails ends the demo with its message and exit status
+# 1. Bits per vertex: of the whole stream with 12-bit positions, and of the connectivity alone (--connectivity).
+set -eu
+cd "$(dirname "$0")/../.."
+cqm=build/cqm
+out=build/demo
+meshes="build/meshes/fandisk.off build/meshes/bunny00.off build/meshes/armadillo.off build/meshes/couplingdown.off
+    build/meshes/cheese.off build/meshes/lion-head.off build/meshes/elephant-with-holes.off build/meshes/bones.off
+    build/meshes/boeing.off ref_data/random_genus_holes.off"
+
+# number KEY: the value of a key in the JSON text that `info` holds
+number() {
+    printf '%s\n' "$info" | sed -n "s/^ *\"$1\": *\([0-9.]*\).*/\1/p"
+}
+
+# seconds COMMAND...: runs it and prints the processor time that it took
+seconds() {
+    spent=$("$@" >/dev/null && times) || return 1
+    printf '%s\n' "$spent" | tail -n 1 | awk '{ gsub(/[ms]/, " "); printf "%.2f", $1 * 60 + $2 + $3 * 60 + $4 }'
+}
+
+# decode_levels NAME LEVELS: the base, then levels at a third and two thirds of the way, then the whole mesh
+decode_levels() {
+    for level in 0 $(($2 / 3)) $(($2 * 2 / 3)) "$2"; do
+        "$cqm" decode --level "$level" "$out/$1.cqm" "$out/$1.level$level.off"
+    done
+}
+
+# show MESH: one line of the table
+show() {
+    name=$(basename "$1" .off)
+    encode_seconds=$(seconds "$cqm" encode "$1" "$out/$name.cqm")
+    decode_seconds=$(seconds "$cqm" decode "$out/$name.cqm" "$out/$name.off")
+    "$cqm" encode --connectivity "$1" "$out/$name.connectivity.cqm"
+    connectivity=$(wc -c <"$out/$name.connectivity.cqm")
+    info=$("$cqm" info --json "$out/$name.cqm")
+    levels=$(number levels)
+    vertices=$(number vertices)
+    bytes=$(number bytes)
+    decode_levels "$name" "$levels"
+    cmp "$out/$name.level$levels.off" "$out/$name.off"
+    "$cqm" verify "$1" >/dev/null
+    awk -v v="$vertices" -v b="$bytes" -v c="$connectivity" 'BEGIN { printf "%.2f %.2f", 8 * b / v, 8 * c / v }' >"$out/bits"
+    read -r all_bits connectivity_bits <"$out/bits"
+    printf '%-20s %6s %6s %5s %5s %5s %4s %8s %7s %7s %7s %7s\n' "$name" "$vertices" "$(number faces)" "$(number genus)" \
+        "$(number boundary_loops)" "$(number components)" "$levels" "$bytes" "$all_bits" "$connectivity_bits" \
+        "$encode_seconds" "$decode_seconds"
+}
+
+rm -rf "$out"
+mkdir -p "$out"
+printf '%-20s %6s %6s %5s %5s %5s %4s %8s %7s %7s %7s %7s\n' '' '' '' '' bound- comp- lev- '' bits/ connec- encode decode
+printf '%-20s %6s %6s %5s %5s %5s %4s %8s %7s %7s %7s %7s\n' mesh V F genus aries nents els bytes vertex tivity s s
+for mesh in $meshes; do
+    show "$mesh"
+done
+echo "Each mesh came back exactly. Levels as OFF files, coarsest first: $out/NAME.level*.off"
