@@ -1,7 +1,7 @@
 # conquest: a progressive mesh codec in one header. Everything that is built goes to build/.
 
 CFLAGS ?= -O2
-CLANG ?= $(firstword $(notdir $(wildcard /usr/bin/clang-19 /usr/bin/clang)) clang-19)
+CLANG ?= clang-19
 JOBS ?= $(shell nproc)
 
 WARNINGS = -Wall -Wextra -Wconversion -pedantic
@@ -10,7 +10,7 @@ HEADER = include/conquest.h
 CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 
 .DELETE_ON_ERROR:
-.PHONY: all help clean demo deps meshes ref_data check-ref test run-tests
+.PHONY: all help clean demo deps meshes ref_data check-ref test summary
 
 all: build/cqm build/minimal_decode build/stream build/meshgen ## builds the command line, the examples and the mesh generator
 
@@ -64,7 +64,7 @@ LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
 	@rm -rf build/log
-	@$(MAKE) --no-print-directory -k -j$(JOBS) $(LOGS) || true
+	@$(MAKE) --no-print-directory -k $(if $(findstring -j,$(MAKEFLAGS)),,-j$(JOBS)) $(LOGS) || true
 	@$(MAKE) --no-print-directory -s summary
 
 # Sums the last lines. A log that is missing, ends in another line or counts nothing is one failure more.
@@ -75,10 +75,10 @@ summary:
 	    /^[0-9]+ passed, [0-9]+ failed$$/ { passed[FILENAME] = $$1; failed[FILENAME] = $$3; last[FILENAME] = FNR } \
 	    END { \
 	        for (i = 1; i < ARGC; ++i) { \
-	            log = ARGV[i]; \
-	            if (!failed[log] && (!passed[log] || last[log] != lines[log])) failed[log] = 1; \
-	            if (failed[log]) { print "\nFAILED: " log; system("tail -n 20 " log) } \
-	            all_passed += passed[log]; all_failed += failed[log]; \
+	            name = ARGV[i]; \
+	            if (!failed[name] && (!passed[name] || last[name] != lines[name])) failed[name] = 1; \
+	            if (failed[name]) { print "\nFAILED: " name; system("grep -av \"^ok \" " name " | tail -n 30") } \
+	            all_passed += passed[name]; all_failed += failed[name]; \
 	        } \
 	        print all_passed + 0 " passed, " all_failed + 0 " failed"; \
 	        exit all_failed || !all_passed; \
@@ -91,7 +91,7 @@ build/log/%.log: build/tests/%
 
 TEST_FLAGS = $(WARNINGS) -g -Iinclude -Iexamples -Itests/support
 TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h)
-ASSERTIONS = -include assert.h -DCQ_ASSERT=assert
+ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
 
 # $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags
@@ -124,7 +124,7 @@ build/log/ref_data.log: build/cqm build/meshgen
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
 
-build/log/examples.log: build/cqm build/minimal_decode build/stream
+build/log/examples.log: build/cqm build/minimal_decode build/stream build/tests/minimal_decode-16
 	@mkdir -p $(@D)
 	@tests/demo/examples.sh >$@ 2>&1 || true
 	@echo "examples: $$(tail -n 1 $@)"
@@ -133,6 +133,10 @@ build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)
 	@tests/meshes/check.sh build/tests/cqm >$@ 2>&1 || true
 	@echo "meshes: $$(tail -n 1 $@)"
+
+build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
 
 build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
@@ -165,6 +169,10 @@ endef
 
 export first_unit second_unit private_unit
 
+# What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two.
+FREESTANDING = gcc -x c -std=c99 -Os -ffreestanding -fno-stack-protector -fno-pic
+IMPORTS = memcpy|memset|second_unit
+
 # All combinations as words: gcc/c99/16 ...
 HEADER_BUILDS = $(foreach c,gcc $(CLANG),$(foreach s,c99 c11 c++11 c++17,$(foreach b,16 32,$(c)/$(s)/$(b))))
 
@@ -180,5 +188,7 @@ build/log/headers.log: $(HEADER)
 	    check $$compiler $$options first second -o program && check ./program; \
 	    check $$compiler $$options private -o program && check ./program; \
 	done >../log/headers.log 2>&1; \
+	check $(FREESTANDING) -I../../include -c first -o first.o >>../log/headers.log 2>&1; \
+	check test -z "$$(nm first.o | grep -E ' [BbCDdU] ' | grep -Evw '$(IMPORTS)')" >>../log/headers.log; \
 	echo "$$passed passed, $$failed failed" >>../log/headers.log
 	@echo "headers: $$(tail -n 1 $@)"

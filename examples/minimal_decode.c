@@ -3,38 +3,36 @@
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-static uint8_t stream[1 << 24];
+static uint8_t stream[1 << 22];
+static uint32_t memory[CQ_DECODER_BYTES(250000, 500000, 3) / 4];     /* vertices, faces, numbers per vertex */
 static cq_decoder dec;
 
 /* Number i of x0 y0 z0 x1 y1 z1 ... */
-static double coordinate(const cq_channel *channel, size_t i)
+static float coordinate(const cq_channel *channel, size_t i)
 {
     float step, origin;
     memcpy(&step, &channel->step, sizeof step);
     memcpy(&origin, &channel->origin[i % 3], sizeof origin);
-    return (double)origin + (double)step * dec.channel[0][i];
+    return (float)((double)origin + (double)step * dec.channel[0][i]);
 }
 
 int main(void)
 {
-    cq_shape shape = { 0 };
     cq_bytes in = { stream, fread(stream, 1, sizeof stream, stdin) };
-    cq_result result = cq_peek(in.data, in.size, &shape, NULL, NULL);
-    size_t size = cq_decoder_bytes(&shape);
-    if (result == CQ_OK && (result = cq_decoder_init(&dec, malloc(size), size)) == CQ_OK)
+    cq_result result = cq_decoder_init(&dec, memory, sizeof memory);
+    if (result == CQ_OK)
         result = cq_decode(&dec, &in, CQ_NO_LIMIT);
     if (result == CQ_NEED_INPUT)
-        result = cq_decode(&dec, NULL, CQ_NO_LIMIT);      /* that was all: CQ_TRUNCATED, a coarser mesh */
-    if (result < 0 || dec.mesh.num_vertices == 0 || shape.channel[0].components != 3) {
+        result = cq_decode(&dec, NULL, CQ_NO_LIMIT);     /* there is no more: CQ_TRUNCATED, a coarser mesh */
+    if (result < 0 || dec.mesh.num_vertices == 0 || dec.shape.channel[0].components != 3) {
         fprintf(stderr, "%s\n", result < 0 ? cq_result_string(result) : "no mesh with positions");
         return 1;
     }
     printf("OFF\n%lu %lu 0\n", (unsigned long)dec.mesh.num_vertices, (unsigned long)dec.mesh.num_faces);
     for (size_t i = 0; i < 3 * (size_t)dec.mesh.num_vertices; i++)
-        printf("%.9g%c", coordinate(&shape.channel[0], i), i % 3 == 2 ? '\n' : ' ');
+        printf("%.9g%c", (double)coordinate(&dec.shape.channel[0], i), i % 3 == 2 ? '\n' : ' ');
     for (size_t i = 0; i < 3 * (size_t)dec.mesh.num_faces; i++)
         printf("%s%lu%c", i % 3 == 0 ? "3 " : "", (unsigned long)dec.mesh.origin[i], i % 3 == 2 ? '\n' : ' ');
     return fflush(stdout) == 0 ? 0 : 1;

@@ -314,27 +314,79 @@ typedef struct cqi_walk {
     cq_index spoke;       /* of patch `head`: the next gate is behind it, clockwise; CQ_NONE: head has not begun */
 } cqi_walk;
 
+/* One way to split a patch: B takes the ring from p to q. The features are entries of the tables of the same names. */
+typedef struct cqi_candidate {
+    uint8_t p, q;
+    uint8_t rule, delta, plane, inner, outer;
+    union {
+        int16_t score;    /* first in 2^-10 octaves, */
+        uint16_t weight;  /* then as a share of the range */
+    } as;
+} cqi_candidate;
+
 /* The patch of a centre, from its entry spoke clockwise. */
 typedef struct cqi_ring {
-    cq_index size;
+    int size;
+    int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
+    int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
+    int located;                               /* there are positions */
     cq_index spoke[CQ_MAX_VALENCE];
-    uint8_t valence[CQ_MAX_VALENCE];   /* of the ring's vertices, at most 31 */
-    uint8_t state[CQ_MAX_VALENCE];     /* who else holds the vertex: CQI_STATES values */
+    uint8_t valence[CQ_MAX_VALENCE];           /* of the ring's vertices, at most 31 */
+    uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
+    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of its spoke */
+    uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p, */
+    uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q */
+    uint16_t entry[2][CQ_MAX_VALENCE][6];      /* features as p and as q */
+    int32_t score[2][CQ_MAX_VALENCE];          /* their sums */
+    int16_t offset[CQ_MAX_VALENCE][3];         /* from the centre, the largest component has 12 bits */
+    int16_t direction[CQ_MAX_VALENCE][3];      /* the same, 256 long */
+    int32_t sum[CQ_MAX_VALENCE + 1][3];        /* of the offsets before a vertex */
+    uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
+    int32_t mean_length;
 } cqi_ring;
+
+/* Adaptive weights of the split model, in 2^-10 octaves. Indices of tables in one array. */
+enum {
+    CQI_LENGTH = 0,                                          /* [valence of the centre][q - p] */
+    CQI_SIZE_B = CQI_LENGTH + CQI_CANDIDATES + CQ_MAX_VALENCE,  /* [level class][q - p] */
+    CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
+    CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
+    CQI_DELTA = CQI_RULE + 49,                               /* [length of the predicted B - A] */
+    CQI_PLANE = CQI_DELTA + 16,                              /* [angle of p][of q] to it */
+    CQI_INNER = CQI_PLANE + 81,                              /* [of p + 1][of q - 1] */
+    CQI_OUTER = CQI_INNER + 81,                              /* [of p - 1][of q + 1] */
+    CQI_END = CQI_OUTER + 81,                                /* six tables for p, the same for q: */
+    CQI_END_HELD = 0,                                        /* [valence][state] */
+    CQI_END_INDEX = CQI_END_HELD + 14 * 6,                   /* [index i, index j] */
+    CQI_END_VALENCE = CQI_END_INDEX + 8,                     /* [level class][valence] */
+    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14,               /* [valence of the ring vertex before] */
+    CQI_END_BEHIND = CQI_END_BEFORE + 14,                    /* [valence of the one behind] */
+    CQI_END_EDGE = CQI_END_BEHIND + 14,                      /* [length of the spoke] */
+    CQI_END_SIZE = CQI_END_EDGE + 16,
+    CQI_WEIGHTS = CQI_END + 2 * CQI_END_SIZE
+};
+
+/* Adaptive bits. Indices of tables in one array. */
+enum {
+    CQI_COMPONENT = 0,                        /* base: another component follows */
+    CQI_LOOP,                                 /* base: a new vertex is virtual */
+    CQI_OTHER_LEVEL,                          /* a level is not of the one known type */
+    CQI_SIDE,                                 /* [2] which of the three cases of a first gate */
+    CQI_KIND_GROW = CQI_SIDE + 2,             /* [faces at u][at w] base: the kind of a gate */
+    CQI_KIND_TURN = CQI_KIND_GROW + 64,       /* [faces at u] */
+    CQI_KIND_CLOSE = CQI_KIND_TURN + 8,       /* [faces at w] */
+    CQI_FLAG = CQI_KIND_CLOSE + 8,            /* [available ring vertices][valence] a patch is split */
+    CQI_BITS = CQI_FLAG + 4 * 12,             /* [scale][32] bits of a residual: a binary tree */
+    CQI_TOP = CQI_BITS + CQI_SCALES * 32,     /* [bits] its second highest bit */
+    CQI_SIGN = CQI_TOP + 32,
+    CQI_MODELS = CQI_SIGN + 1
+};
 
 /* Everything that adapts. */
 typedef struct cqi_model {
-    cq_bit_model component, loop;      /* base: another component follows; a new vertex is virtual */
-    cq_bit_model level;                /* a level is not of the known type */
-    cq_bit_model grow[8][8], close[8], turn[8];  /* base: kind of gate, by faces at its two ends */
-    cq_bit_model flag[4][12];          /* patch is split, by available ring vertices and valence */
-    cq_bit_model side[2];              /* which of the three cases of a first gate */
-    cq_bit_model size[CQI_SCALES][32]; /* bits of a residual: a binary tree */
-    cq_bit_model sign, top[32];        /* its sign and its second highest bit */
-    int16_t length[CQI_CANDIDATES + CQ_MAX_VALENCE];
-    int16_t first[14 * 6], last[14 * 6];
-    int16_t index_i[8], index_j[8];
-    int16_t rule[49];
+    cq_bit_model bit[CQI_MODELS];
+    int16_t weight[CQI_WEIGHTS];
+    uint32_t dither;
 } cqi_model;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -377,6 +429,7 @@ typedef struct cq_decoder {
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
     uint8_t buffer[CQI_BUFFER_BYTES];
     size_t payload_left, payload_size;     /* bytes not yet in the buffer; of the whole payload */
+    size_t step_bytes;                     /* input that one step may need */
     size_t dropped;                        /* bytes that have left the buffer */
     uint32_t crc, expected_crc;            /* of the payload: so far, and in the header */
     int ended;                             /* the caller has no more input */
@@ -386,13 +439,12 @@ typedef struct cq_decoder {
     cq_index value;                        /* base: next vertex to get its values */
     cq_index base_vertices;
     int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
-    uint32_t dither;
     cq_index *patch;                       /* entry spokes of the level's patches */
     cq_index splits;                       /* patches of this level that are split */
+    uint32_t level_end;                    /* vertices when the level is complete */
     cqi_walk walk;
     cqi_ring ring;
-    uint16_t weight[CQI_CANDIDATES];
-    int16_t score[CQI_CANDIDATES];
+    cqi_candidate candidate[CQI_CANDIDATES];
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
 } cq_decoder;
@@ -518,6 +570,15 @@ static int cqi_aligned(const void *memory) { return (uintptr_t)memory % 4 == 0; 
 /* Vertices with the virtual ones, faces with the virtual ones. */
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
+
+/* The first channel of positions, or -1. */
+static int cqi_position_channel(const cq_shape *s)
+{
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++)
+        if (s->channel[k].kind == CQ_POSITION) return (int)k;
+    return -1;
+}
 
 static uint32_t cqi_all_components(const cq_shape *s)
 {
@@ -1048,7 +1109,7 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
  * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The decoder
  * keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input: a step takes
  * code to code - offset only if code >= offset, and the part it then takes is wider than what is left of code. */
-#define CQI_TOP 0x1000000u
+#define CQI_MIN_RANGE 0x1000000u
 
 static void cqi_put_byte(cq_range_encoder *e, int byte)
 {
@@ -1076,7 +1137,7 @@ static void cqi_encode_interval(cq_range_encoder *e, uint32_t offset, uint32_t w
 {
     e->low += offset;
     e->range = width;
-    while (e->range < CQI_TOP) {
+    while (e->range < CQI_MIN_RANGE) {
         e->range <<= 8;
         cqi_shift_low(e);
     }
@@ -1086,7 +1147,7 @@ static void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t w
 {
     d->code -= offset;
     d->range = width;
-    while (d->range < CQI_TOP) {
+    while (d->range < CQI_MIN_RANGE) {
         d->range <<= 8;
         d->code = d->code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
         d->count++;
@@ -1412,7 +1473,12 @@ typedef struct cqi_plan {
     uint32_t current;                   /* level being replayed */
 } cqi_plan;
 
-#define CQI_RATE 5 /* adaptation of all bit models */
+/* Speed of adaptation: of bit models (higher is slower), and of weights, in units at full surprise. The trainer slows
+ * both down. */
+#ifndef CQ_TRAINING
+#define CQI_RATE 5
+#define CQI_STEP 18
+#endif
 
 /* -- The plan: what the encoder looks up while it replays -- */
 
@@ -1474,8 +1540,10 @@ static int cqi_plan_is_split(const cqi_plan *p, cq_index v)
     return b != CQ_NONE && p->level[b] == p->current;
 }
 
-static int cqi_code_bit(cq_decoder *d, cq_bit_model *model, int bit)
+/* Bit with model number `index`. */
+static int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
+    cq_bit_model *model = &d->model.bit[index];
     if (!CQI_ENCODING(d)) return cq_decode_bit(&d->range, model, CQI_RATE);
     cq_encode_bit(&d->plan->range, model, CQI_RATE, bit);
     return bit;
@@ -1488,12 +1556,12 @@ static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
     return value;
 }
 
-/* A number of `bits` bits as a binary tree of models: model[1] is the root, model[2^bits] the size. */
-static uint32_t cqi_code_tree(cq_decoder *d, cq_bit_model *model, int bits, uint32_t value)
+/* A number of `bits` bits as a binary tree of 2^bits models from number `index` on; the first is unused. */
+static int cqi_code_tree(cq_decoder *d, int index, int bits, int value)
 {
-    uint32_t node = 1;
-    for (; bits; bits--) node = node << 1 | (uint32_t)cqi_code_bit(d, &model[node], (int)(value >> (bits - 1) & 1));
-    return node;
+    int node = 1, k;
+    for (k = bits; k; k--) node = node << 1 | cqi_code_bit(d, index + node, value >> (k - 1) & 1);
+    return node - (1 << bits);
 }
 
 /* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
@@ -1530,12 +1598,150 @@ static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
 
 static cq_level *cqi_level_report(cq_decoder *d) { return &d->report->level[(d->level - 1) % CQ_MAX_LEVELS]; }
 
-static void cqi_model_init(cqi_model *m)
+/* -- Priors: what the models know before the first symbol --
+ *
+ * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written by it
+ * between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave; [0] for connectivity alone, [1] with
+ * positions. They are part of the format: another table is another stream version. */
+#ifndef CQ_TRAINING
+/* priors begin */
+static const uint8_t cqi_prior_bit[CQI_MODELS] = {
+    120, 72, 0, 97, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 92, 131,
+    146, 89, 90, 71, 97, 128, 156, 118, 96, 98, 44, 83, 31, 128, 161, 103, 73, 84, 33, 79, 39, 128, 131, 69,
+    95, 50, 75, 66, 56, 128, 115, 73, 47, 46, 69, 66, 16, 128, 127, 52, 38, 27, 19, 23, 22, 128, 128, 137,
+    100, 133, 138, 160, 149, 128, 0, 72, 133, 132, 152, 129, 156, 128, 128, 128, 44, 28, 39, 105, 197, 236, 246, 216,
+    128, 128, 128, 128, 254, 235, 228, 236, 248, 252, 251, 238, 195, 128, 128, 128, 73, 255, 246, 244, 246, 252, 253, 252,
+    182, 128, 128, 128, 111, 212, 254, 248, 251, 252, 251, 250, 247, 128, 0, 0, 128, 0, 128, 128, 128, 34, 128, 128,
+    128, 128, 128, 128, 128, 83, 27, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0,
+    128, 0, 128, 128, 128, 31, 128, 128, 128, 128, 128, 128, 128, 117, 21, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 0, 0, 128, 1, 128, 128, 128, 31, 8, 128, 128, 128, 128, 128, 128, 133, 16, 8,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0, 128, 5, 128, 128, 128, 76, 2, 128,
+    128, 128, 128, 128, 128, 145, 22, 15, 103, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0,
+    128, 55, 128, 128, 128, 132, 8, 128, 128, 128, 128, 128, 128, 166, 79, 29, 13, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 0, 1, 128, 158, 75, 128, 128, 191, 27, 75, 128, 128, 128, 128, 128, 163, 157, 116,
+    15, 75, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 1, 128, 161, 1, 128, 128, 196, 56, 5,
+    128, 128, 128, 128, 128, 163, 158, 134, 26, 27, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 1,
+    128, 194, 0, 128, 128, 205, 85, 1, 128, 128, 128, 128, 128, 166, 177, 143, 59, 15, 93, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 0, 7, 128, 223, 0, 128, 128, 189, 156, 2, 128, 128, 128, 128, 128, 158, 154, 166,
+    112, 20, 2, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 72, 128, 236, 0, 128, 128, 198, 185, 6,
+    128, 128, 128, 128, 128, 131, 174, 168, 149, 61, 16, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 154,
+    128, 237, 1, 128, 128, 176, 190, 52, 75, 128, 128, 128, 128, 108, 182, 156, 164, 107, 52, 75, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 0, 212, 128, 249, 3, 128, 128, 103, 221, 126, 75, 128, 128, 128, 128, 152, 128, 199,
+    205, 162, 97, 75, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 115, 140, 128, 128, 115, 128, 128, 128, 128, 140,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 43, 128, 236, 1, 128, 128, 203, 180, 36,
+    19, 128, 128, 128, 128, 181, 154, 169, 136, 75, 83, 19, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 118,
+    126, 117, 98, 70, 61, 65, 66, 65, 45, 39, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 127,
+};
+static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
+    0, 0, 0, 0, -1, 1, 0, -5, 9, -5, 0, -9, 12, 9, -14, 0, -14, 14, 18, 10, -23, 0, -16, 8,
+    15, 11, 6, -25, 0, -19, 8, 15, 24, 13, 6, -28, 0, -24, -4, 12, 13, 15, 12, -5, -21, 0, -26, -8,
+    7, 15, 15, 18, 8, -11, -11, 0, -13, -16, -1, 5, 10, 13, 13, 3, -10, -5, 0, -11, -7, -3, 7, 0,
+    8, 4, 8, 0, -6, -1, 0, -5, -8, -9, 10, 5, 2, 2, 4, 0, 5, -4, -1, 0, -7, -10, -1, 5,
+    7, 2, 2, 2, 3, -2, 2, -2, -1, 0, -2, -7, 2, 7, 0, -1, -3, 0, 1, 1, 6, 0, -3, 0,
+    0, -2, -10, -1, 5, 0, -1, 3, 1, 3, 3, 2, -1, 2, -4, 0, 0, -2, -3, -2, 1, 3, 1, 2,
+    1, 0, -1, 2, 1, -1, 0, -2, 0, 0, -1, -8, 3, 0, 1, 1, 0, 1, 3, 2, -2, -2, 2, -1,
+    3, -2, 0, 0, 0, -5, -3, 6, 0, 3, 0, -1, 1, 2, -1, -1, -1, -1, 2, -1, 0, 0, 0, -1,
+    -2, 0, 3, 2, 2, 1, -1, 0, 1, 0, -1, 1, -1, 0, 0, 0, -1, 0, 0, -1, -1, 1, -1, 1,
+    -1, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, 1, 2, 1, 1, 0, 3,
+    0, 0, 0, 1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, -1, -1, 2, -2, 3, -1, -1, -1, 1, 1,
+    0, 0, 0, 2, 1, -1, -1, -1, 0, -1, 0, 0, 0, -1, -3, 2, 0, -1, 2, 2, 0, 3, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, -50, -8, 20, 41, 25, 2, -15, -11, -4, -1, 3,
+    0, 1, -1, -1, 0, -48, -6, 26, 36, 15, 12, -4, -11, -7, -3, 0, 0, 0, 0, -2, 0, -71, -13, 13,
+    25, 24, 22, 19, 15, 4, 1, -1, -5, -3, -5, -9, 0, -42, 3, 24, 42, 19, 1, -15, -13, -12, -10, -3,
+    4, 1, -1, 4, 0, -37, 8, 28, 29, 10, 11, -8, -16, -14, -8, -2, 2, 1, 0, 2, 0, -59, -3, 21,
+    28, 23, 21, 16, 11, 6, -2, -9, -12, -8, -6, -18, -41, -47, -36, -25, -17, -15, -62, -40, -41, -37, -42, -28,
+    -22, -64, -39, -51, -34, -39, -30, -15, -53, -24, -35, 55, 52, 52, 50, 57, -13, -23, 54, 49, 49, 47, 53, -6,
+    -11, 50, 46, 45, 48, 51, -61, -66, 55, 50, 47, 54, 54, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 29, 0, 0, 0, 0, 1, 7, 6, 23, 0, 0, 13, -1, 4, 4, 0,
+    0, 9, -8, -8, -4, -6, -1, 7, -4, -4, -10, -8, -10, 18, -8, -14, -14, -14, -15, 18, -1, -13, -13, -13,
+    -18, 14, 5, -12, 1, -9, -16, 11, 6, -7, 5, -6, -15, 8, -1, -8, 3, 1, -6, 8, 1, -6, 2, 3,
+    1, 8, 0, -4, 1, 7, 3, 2, 0, 7, 0, 3, 2, 1, 0, -5, 1, 7, 6, 12, -2, -1, 4, 2,
+    0, -1, 2, -4, 5, 17, 16, -15, -27, -25, -19, -1, 2, -6, 8, 3, 9, 25, 4, 18, 4, -1, 7, -19,
+    -16, -9, -6, 5, 5, 3, 4, -3, 23, 13, 8, 0, -5, -8, -8, -12, -7, -2, -3, 1, 0, 0, -3, 12,
+    10, 10, -2, -4, -5, -4, -4, -5, -6, -4, -4, 5, 10, -2, 0, -3, -5, -10, -4, -5, -4, 2, -4, 3,
+    7, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 48, 0, 0, 0, 0, 12,
+    8, 13, 18, 0, 0, 12, 5, 6, 1, 0, 0, 18, -6, -6, -8, -6, -10, 9, -5, 2, -9, -3, -11, 15,
+    -12, -16, -9, -18, -17, 15, -7, -16, -4, -15, -18, 15, 4, -18, 0, -10, -12, 15, 5, -14, 3, -1, -9, 7,
+    -1, -5, 1, -5, -1, 10, -1, -8, 1, 1, -1, 5, 0, 1, 0, -4, 5, 7, 0, -3, 4, 4, -1, 6,
+    0, -5, 0, 7, 8, 19, -8, -4, -2, 0, 1, 2, 3, -8, 24, 22, 18, -15, -27, -26, -16, -9, -4, 0,
+    -1, 7, 3, 23, 13, 21, -1, -11, 15, -21, -17, -7, 0, -2, -2, 0, 4, 7, 21, 15, 3, 0, -11, -7,
+    -6, -6, -6, 1, 1, 3, 3, -2, 12, -1, 0, 1, -2, -3, -1, -1, -1, 4, -4, 5, -5, 8, 15, 7,
+    6, 3, -4, -2, -6, -7, -7, -6, 0, -13, -3, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0,
+}, {
+    0, 0, 0, 0, 0, 1, 0, -2, 1, 1, 0, 0, 3, 0, -2, 0, -3, 10, 5, 7, -7, 0, -9, 13,
+    4, 5, 11, -18, 0, -17, 14, 11, 7, 10, 10, -21, 0, -21, 9, 9, 5, 7, 10, 2, -13, 0, -23, 1,
+    7, 7, 3, 8, 8, -5, -6, 0, -10, -11, 3, 5, 5, 4, 8, 5, -6, -3, 0, -10, -3, 1, 7, -1,
+    4, -1, 7, 1, -5, -1, 0, -4, -5, -5, 11, 5, 2, -1, 0, -2, 4, -3, -1, 0, -6, -5, 2, 3,
+    4, 0, 0, 2, 2, -5, 3, -1, 0, 0, -3, -5, 4, 7, -2, -2, -4, -1, 0, 0, 5, 0, -2, 0,
+    0, -1, -7, 2, 3, -1, -3, 2, 0, 2, 3, 2, -1, 2, -3, 0, 0, -2, -2, -1, 2, 3, 0, 2,
+    1, -1, -2, 1, 0, -1, 1, -2, 0, 0, -2, -7, 4, 0, 1, 0, -1, 1, 2, 1, -2, -2, 2, 0,
+    4, -1, 0, 0, 0, -4, -1, 6, 0, 2, -1, -1, 1, 2, -1, -1, -2, -2, 2, 1, 1, 0, 0, -1,
+    -2, 0, 2, 2, 2, 0, -1, -1, 1, -1, -1, 1, -1, 0, 0, 0, 0, 0, 0, 0, -1, 2, -1, 1,
+    -1, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 1, 1, 0, 0, -1, 2,
+    -1, -1, -1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 1, 3, -1, 3, -1, -1, -1, 1, 1,
+    -1, -1, -1, 2, 1, -1, -1, 0, 0, 0, 0, 0, 0, -1, -2, 2, 1, -1, 2, 1, -1, 2, -1, 0,
+    0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, -32, -6, 15, 22, 17, 0, -12, -9, -2, -1, 1,
+    0, 0, -1, -1, 0, -35, -2, 16, 18, 7, 7, -3, -6, -4, -2, 0, -1, 0, 0, -1, 0, -51, -10, 11,
+    19, 14, 16, 13, 8, 0, -2, -1, -5, -1, -3, -1, 0, -20, 1, 15, 17, 11, -1, -9, -8, -6, -9, -2,
+    5, 1, -1, 5, 0, -20, 6, 17, 15, 6, 6, -4, -12, -8, -5, -2, 2, 1, 0, 3, 0, -35, 3, 16,
+    20, 15, 14, 16, 9, 4, -2, -8, -10, -5, -3, -10, -33, -39, -28, -21, -16, -12, -57, -31, -35, -30, -36, -26,
+    -22, -60, -32, -47, -36, -40, -32, -17, -52, -16, -36, 50, 48, 47, 44, 53, -10, -24, 48, 46, 46, 45, 51, -7,
+    -13, 44, 42, 43, 45, 52, -56, -66, 47, 45, 45, 47, 49, -1, 6, 8, 7, -1, -2, 3, 4, 6, 1, 2,
+    -2, -2, -7, -8, -17, -10, -16, -21, -6, -2, -3, 5, 24, 0, -14, -16, -9, -4, 0, 6, 14, 9, -1, -19,
+    -10, -1, 5, 7, 8, 9, -1, 0, 0, -4, 3, 13, 11, 9, 4, -8, 2, -6, -1, 5, 11, 13, 8, -3,
+    -13, 3, -4, 5, 8, 10, 9, 5, -10, -18, 3, 5, 13, 8, 3, -2, -10, -20, -21, 6, 24, 5, 0, -4,
+    -11, -15, -18, -10, 0, 2, 2, 1, 5, 7, 6, 4, -9, 0, -8, -3, -1, -3, -3, -8, -12, -2, -2, -4,
+    -18, -10, -11, -4, -9, -6, 11, 3, -2, -11, -12, -6, -10, -9, 1, 10, -2, -3, -12, -11, -5, -6, 2, 6,
+    11, -3, -7, -10, -11, -7, 2, 7, 6, 9, -7, -7, -4, -6, 3, 9, 10, 13, 12, -5, -15, -3, 7, 6,
+    7, 12, 19, 17, 4, 0, 10, 8, 12, 13, 10, 15, 17, 9, -4, -5, -3, 0, -5, -2, 0, 1, -9, 19,
+    22, 19, 17, 14, 14, 11, -10, 12, 19, 26, 21, 14, 8, 4, -5, -18, 9, 15, 20, 20, 9, 3, -8, -10,
+    -12, 3, 13, 12, 10, 4, -7, -16, -10, -7, -4, 9, 7, 2, -6, -9, -17, -17, -8, -9, 9, 3, -8, -17,
+    -18, -17, -18, -9, 0, 6, -7, -18, -15, -25, -21, -18, -12, 8, -9, -19, -16, -14, -12, -8, -3, 0, 0, 14,
+    14, 11, 7, 6, 1, 5, 4, -15, 17, 0, 0, 0, 0, 2, -1, -1, 9, 0, 0, 13, -6, -4, -2, 0,
+    0, 9, -6, -3, -2, -3, -3, 0, -4, -3, -7, -6, -8, 13, -6, -8, -13, -10, -13, 7, 3, -7, -8, -7,
+    -14, 3, 4, -6, 5, 0, -15, 0, 5, -5, 4, 3, -7, -1, -1, -6, 6, 5, 2, -1, 1, -2, 2, 6,
+    8, 0, 0, -3, 1, 13, 7, -6, 0, 11, 0, 8, 6, -8, 0, -3, 3, 16, 15, -7, 1, 1, 1, -1,
+    2, -1, -1, -5, 2, 6, -1, -14, -20, -17, -13, 7, 8, -3, 7, 5, 9, 22, 0, 12, -3, -5, 3, -14,
+    -10, -6, -3, 8, 7, 2, 3, -2, 18, 6, -3, -8, -3, -3, -5, -12, -6, -1, 2, 5, 4, 2, -4, 21,
+    17, 13, 9, 0, 0, 0, -1, -6, -7, -6, -5, 4, 10, 8, 4, 2, 1, -4, -2, -3, -1, 4, -3, 1,
+    7, -2, 79, 45, 14, -2, -12, -14, -15, -14, -15, -12, -13, -12, -15, -19, -14, 22, 27, 0, 0, 0, 0, 6,
+    0, 3, 8, 0, 0, 10, -7, -6, -6, 0, 0, 9, -2, 0, -2, -1, -2, 3, -4, -1, -5, -5, -8, 6,
+    -7, -6, -4, -14, -10, 4, 1, -10, 3, -13, -11, 3, 2, -13, 2, -3, -5, 4, 5, -8, 2, 1, -4, -1,
+    -1, -2, 2, -2, 7, -1, 0, -4, 0, 5, 5, -4, 1, 4, 1, 0, 10, -2, 0, -1, 6, 7, 4, -4,
+    0, 0, 0, 12, 15, -4, 2, 5, 5, 6, 8, 8, 6, -6, 10, 7, 5, -12, -17, -20, -6, 3, -2, 2,
+    -1, 7, 3, 20, 5, 10, -1, -6, 7, -15, -8, -7, 2, 0, -1, 2, 3, 6, 17, 0, -3, -11, -7, -6,
+    -7, -7, -8, 1, 5, 5, 6, 0, 7, 9, 6, 4, 3, -2, 0, 0, -2, 3, -4, 5, -9, 2, 12, 13,
+    8, 6, 4, -3, -4, -5, -8, -6, -1, -14, -5, -2, 80, 46, 13, -3, -13, -17, -17, -15, -13, -14, -13, -12,
+    -16, -21, -15, 30,
+} };
+/* priors end */
+
+static void cqi_model_init(cqi_model *m, int located)
 {
-    cq_bit_model *bit = &m->component;
-    while (bit < (cq_bit_model *)m->length) *bit++ = CQ_BIT_MODEL_INIT;
-    memset(m->length, 0, sizeof *m - offsetof(cqi_model, length));
+    int k;
+    for (k = 0; k < CQI_MODELS; k++) m->bit[k] = (cq_bit_model)(256 * cqi_prior_bit[k] + 128);
+    for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(cqi_prior_weight[located][k] * 64);
+    m->dither = 0;
 }
+#else
+static void cqi_model_init(cqi_model *m, int located); /* the trainer's: both */
+static void cqi_model_keep(const cqi_model *m);
+#endif
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
@@ -1570,7 +1776,7 @@ static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_v
     cq_mesh *m = &d->draft;
     cq_index v;
     may_be_virtual = may_be_virtual && m->num_virtual < m->max_virtual;
-    is_virtual = may_be_virtual && cqi_code_bit(d, &d->model.loop, is_virtual);
+    is_virtual = may_be_virtual && cqi_code_bit(d, CQI_LOOP, is_virtual);
     v = is_virtual ? cqi_new_virtual(m) : cqi_new_vertex(m);
     if (v != CQ_NONE) m->valence[v] = 0;
     return v;
@@ -1646,13 +1852,12 @@ static cq_index cqi_halfedge_number(const cq_mesh *m, cq_index h)
 static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
 {
     const cq_mesh *m = &d->draft;
-    cqi_model *model = &d->model;
     cq_index u = m->valence[m->origin[d->gate]], w = m->valence[cq_target(m, d->gate)], n;
     u = u < 7 ? u : 7;
     w = w < 7 ? w : 7;
-    if (cqi_code_bit(d, &model->grow[u][w], kind == CQI_GROW)) return CQI_GROW;
-    if (cqi_code_bit(d, &model->turn[u], kind == CQI_TURN)) return CQI_TURN;
-    if (cqi_code_bit(d, &model->close[w], kind == CQI_CLOSE)) return CQI_CLOSE;
+    if (cqi_code_bit(d, CQI_KIND_GROW + (int)(8 * u + w), kind == CQI_GROW)) return CQI_GROW;
+    if (cqi_code_bit(d, CQI_KIND_TURN + (int)u, kind == CQI_TURN)) return CQI_TURN;
+    if (cqi_code_bit(d, CQI_KIND_CLOSE + (int)w, kind == CQI_CLOSE)) return CQI_CLOSE;
     n = CQI_ENCODING(d) ? cqi_halfedge_number(m, *border) : 0;
     n = (cq_index)cqi_code_raw(d, n, cqi_bit_length((uint32_t)cqi_num_halfedges(m) - 1));
     *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->gate;
@@ -1761,14 +1966,13 @@ static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
 /* Sign and magnitude; bits of the magnitude in the context of a scale, its second bit in the context of their number. */
 static int32_t cqi_code_residual(cq_decoder *d, int scale, int32_t residual)
 {
-    cqi_model *m = &d->model;
     uint32_t magnitude = cqi_abs(residual);
-    int bits = (int)(cqi_code_tree(d, m->size[scale], 5, (uint32_t)cqi_bit_length(magnitude)) & 31), negative;
+    int bits = cqi_code_tree(d, CQI_BITS + 32 * scale, 5, cqi_bit_length(magnitude)), negative;
     if (bits == 0) return 0;
-    negative = cqi_code_bit(d, &m->sign, residual < 0);
+    negative = cqi_code_bit(d, CQI_SIGN, residual < 0);
     if (bits > 26) return CQI_WILD;
     if (bits > 1) {
-        uint32_t top = (uint32_t)cqi_code_bit(d, &m->top[bits], (int)(magnitude >> (bits - 2) & 1));
+        uint32_t top = (uint32_t)cqi_code_bit(d, CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
         uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
         magnitude = (2 | top) << (bits - 2) | cqi_code_raw(d, low, bits - 2);
     } else {
@@ -1828,7 +2032,7 @@ static void cqi_sum_fans(const cq_decoder *d, const cq_value *values, uint32_t s
     cq_index k;
     memset(fans, 0, sizeof *fans);
     fans->n_a = fans->n_b = 1;
-    for (k = 0; k < d->ring.size; k++) {
+    for (k = 0; k < (cq_index)d->ring.size; k++) {
         cq_index v = cq_target(&d->mesh, d->ring.spoke[k]);
         int32_t x;
         if (cq_is_virtual(&d->mesh, v)) continue;
@@ -1868,7 +2072,7 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, cq_index p, cq_index q)
             int scale;
             cqi_sum_fans(d, values, stride, centre, p, q, &fans);
             predicted = cqi_predict_delta(&fans, channel->bits);
-            scale = cqi_bit_length(fans.spread / d->ring.size);
+            scale = cqi_bit_length(fans.spread / (uint32_t)d->ring.size);
             scale = scale < CQI_SCALES - 2 ? scale : CQI_SCALES - 2;
             if (CQI_ENCODING(d)) delta = d->plan->value[k][(size_t)d->plan->top[d->plan->to_input[v]] * stride + c];
             delta = predicted + cqi_code_residual(d, scale, delta - predicted);
@@ -1999,7 +2203,7 @@ static int cqi_code_flag(cq_decoder *d, cq_index spoke, int split)
     } while (h != spoke);
     available = available < 3 ? available : 3;
     valence = valence < 11 ? valence : 11;
-    return cqi_code_bit(d, &d->model.flag[available][valence], split);
+    return cqi_code_bit(d, CQI_FLAG + (int)(12 * available + valence), split);
 }
 
 /* Which of the three cases of a first gate; only asked where one of L, R, front is split. */
@@ -2013,7 +2217,7 @@ static cq_index cqi_code_first_patch(cq_decoder *d, cq_index seed)
 {
     cq_index gate = cqi_first_gate(&d->mesh, cqi_find_spoke(&d->mesh, seed, (cq_index)(seed + 1)));
     int side = CQI_ENCODING(d) ? cqi_plan_side(d->plan, &d->mesh, gate) : 0;
-    if (cqi_code_bit(d, &d->model.side[0], side != 0)) side = 1 + cqi_code_bit(d, &d->model.side[1], side == 2);
+    if (cqi_code_bit(d, CQI_SIDE, side != 0)) side = 1 + cqi_code_bit(d, CQI_SIDE + 1, side == 2);
     else side = 0;
     return cqi_first_spoke(&d->mesh, gate, side);
 }
@@ -2036,60 +2240,75 @@ static cq_result cqi_code_patch(cq_decoder *d)
     return CQ_OK;
 }
 
-/* -- Splits ----------------------------------------------------------------------------------------------------------
+/* -- Splits: which candidate -----------------------------------------------------------------------------------------
  *
  * One symbol says which pair of ring vertices p < q the split's common neighbours are: D (D - 1) / 2 candidates for a
- * centre of valence D. The paper's indices are i = p and j = D - 1 - q. Candidate weights are those of a log-linear
- * model (multinomial logit): the score of a candidate is a sum of table entries, one for each of its features, its
- * weight is 2^score, and after each split every entry moves along the gradient of the log-likelihood: by rate times
- * (1 if the feature was present in the split, minus the probability that the model had given to that). */
+ * centre of valence D. The paper's indices are i = p and j = D - 1 - q. The probabilities are those of a log-linear model
+ * (multinomial logit): a candidate's score is the sum of one weight for each of its features, its share of the range is
+ * 2^score, and after each split every weight moves along the gradient of the log-likelihood, by CQI_STEP times (1 if the
+ * split had the feature, minus the probability that the model had given to that). All in integers, so all alike. */
 
 enum {
     CQI_UNIT = 10,        /* scores are in 2^-10 octaves */
-    CQI_HEAVIEST = 13,    /* weight 2^13 for the best candidate, at least 1 for all others */
-    CQI_LEARN = 24        /* step of a table entry at full surprise, in units */
+    CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
+    CQI_HOPELESS = 8 << 10  /* this far under the best candidate, positions can't help any more */
 };
 
-/* State of a ring vertex: who else holds it in this level. */
-enum { CQI_STATE_FREE, CQI_STATE_LEFT, CQI_STATE_ONE, CQI_STATE_ONE_LEFT, CQI_STATE_MORE, CQI_STATE_VIRTUAL, CQI_STATES };
+/* State of a ring vertex: how many patches that wait hold it, and whether one that was left did. */
+enum { CQI_FREE, CQI_FREE_LEFT, CQI_HELD, CQI_HELD_LEFT, CQI_HELD_OFTEN, CQI_NEVER, CQI_STATES };
 
 /* 2^(-(k + 1/2) / 64) * 2^CQI_HEAVIEST */
 static const uint16_t cqi_exp2[64] = {
-    8148, 8060, 7973, 7887, 7802, 7718, 7635, 7553, 7472, 7391, 7311, 7233,
-    7155, 7078, 7001, 6926, 6851, 6778, 6705, 6632, 6561, 6490, 6420, 6351,
-    6283, 6215, 6148, 6082, 6016, 5952, 5887, 5824, 5761, 5699, 5638, 5577,
-    5517, 5458, 5399, 5341, 5283, 5226, 5170, 5114, 5059, 5005, 4951, 4897,
-    4845, 4792, 4741, 4690, 4639, 4589, 4540, 4491, 4443, 4395, 4347, 4301,
-    4254, 4208, 4163, 4118
+    8148, 8060, 7973, 7887, 7802, 7718, 7635, 7553, 7472, 7391, 7311, 7233, 7155, 7078, 7001, 6926,
+    6851, 6778, 6705, 6632, 6561, 6490, 6420, 6351, 6283, 6215, 6148, 6082, 6016, 5952, 5887, 5824,
+    5761, 5699, 5638, 5577, 5517, 5458, 5399, 5341, 5283, 5226, 5170, 5114, 5059, 5005, 4951, 4897,
+    4845, 4792, 4741, 4690, 4639, 4589, 4540, 4491, 4443, 4395, 4347, 4301, 4254, 4208, 4163, 4118
 };
 
-/* Weight of a candidate whose score is `below` units under the best one. */
-static uint16_t cqi_weight(int32_t below)
+/* Share of a candidate whose score is `below` units under the best one. */
+static uint16_t cqi_share(int32_t below)
 {
-    uint32_t w = (uint32_t)below >> CQI_UNIT > CQI_HEAVIEST ? 0 :
-                 (uint32_t)cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> (below >> CQI_UNIT);
+    uint32_t w = below >> CQI_UNIT > CQI_HEAVIEST ? 0 : (uint32_t)cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> (below >> CQI_UNIT);
     return (uint16_t)(w ? w : 1);
 }
 
-/* Moves an entry by gradient (1/65536) * CQI_LEARN units; a dither makes rounding unbiased, so 16 bits are enough. */
-static void cqi_learn(cq_decoder *d, int16_t *entry, int32_t gradient)
+/* Moves a weight along its gradient, in 1/65536; the dither makes rounding unbiased, so that 16 bits are enough. */
+static void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
     int32_t x;
-    d->dither = d->dither * 1664525u + 1013904223u;
-    x = gradient * CQI_LEARN + (int32_t)(d->dither >> 16);
-    x = ((x + (256 << 16)) >> 16) - 256 + *entry;
-    *entry = (int16_t)(x < -32000 ? -32000 : x > 32000 ? 32000 : x);
+    if (!gradient) return;
+    m->dither = m->dither * 1664525u + 1013904223u;
+    x = gradient * CQI_STEP + (int32_t)(m->dither >> 16) + (256 << 16); /* the last term keeps x positive for the shift */
+    x = (x >> 16) - 256 + m->weight[index];
+    m->weight[index] = (int16_t)(x < -16000 ? -16000 : x > 16000 ? 16000 : x);
 }
+
+/* -- The patch -- */
 
 static uint8_t cqi_ring_state(const cq_mesh *m, cq_index v)
 {
-    int left = (m->mark[v] & CQI_LEFT) != 0;
-    if (cq_is_virtual(m, v)) return CQI_STATE_VIRTUAL;
-    switch (m->mark[v] & CQI_MANY) {
-    case 0: return (uint8_t)(left ? CQI_STATE_LEFT : CQI_STATE_FREE);
-    case 1: return (uint8_t)(left ? CQI_STATE_ONE_LEFT : CQI_STATE_ONE);
-    default: return CQI_STATE_MORE;
-    }
+    int left = (m->mark[v] & CQI_LEFT) != 0, holders = m->mark[v] & CQI_MANY;
+    if (cq_is_virtual(m, v)) return CQI_NEVER;
+    if (holders > 1) return CQI_HELD_OFTEN;
+    return (uint8_t)(holders ? CQI_HELD + left : CQI_FREE + left);
+}
+
+/* At a first gate the centre may be L or R; then the other one is a common neighbour. */
+static int cqi_side_of_patch(const cq_decoder *d, cq_index centre, cq_index first)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_index other = CQ_NONE;
+    if (m->mark[centre] & CQI_SEED) other = (cq_index)(centre + 1);
+    else if (centre && centre <= d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
+    if (other == CQ_NONE) return 0;
+    return first == other ? 2 : 1;
+}
+
+/* The finest level is the input's own and often the most regular; how far is this one from it? */
+static int cqi_level_class(const cq_decoder *d)
+{
+    uint32_t after = d->level_end, all = d->shape.num_vertices;
+    return after == all ? 0 : after >= all - all / 5 ? 1 : 2;
 }
 
 static void cqi_read_ring(cq_decoder *d, cq_index spoke)
@@ -2105,130 +2324,336 @@ static void cqi_read_ring(cq_decoder *d, cq_index spoke)
         r->state[r->size++] = cqi_ring_state(m, v);
         h = cq_clockwise(m, h);
     } while (h != spoke);
+    r->side = cqi_side_of_patch(d, m->origin[spoke], cq_target(m, spoke));
+    r->level_class = cqi_level_class(d);
 }
 
-/* Which candidates are possible: all; or only those with q = D - 1 (side 1) or p = 0 (side 2) at a first gate. */
-static int cqi_side_of_patch(const cq_decoder *d, cq_index centre)
+/* -- Geometry of the patch: what the positions say about where it was split -- */
+
+/* Length of a vector within -3 % and +13 %: no square root, and no overflow below 2^27. */
+static int32_t cqi_norm(const int32_t *x)
 {
-    const cq_mesh *m = &d->mesh;
-    cq_index other = CQ_NONE;
-    if (m->mark[centre] & CQI_SEED) other = (cq_index)(centre + 1);
-    else if (centre && centre <= d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
-    if (other == CQ_NONE) return 0;
-    return cq_target(m, d->ring.spoke[0]) == other ? 2 : 1;
+    int32_t a = (int32_t)cqi_abs(x[0]), b = (int32_t)cqi_abs(x[1]), c = (int32_t)cqi_abs(x[2]), t;
+    if (a < b) { t = a; a = b; b = t; }
+    if (a < c) { t = a; a = c; c = t; }
+    if (b < c) { t = b; b = c; c = t; }
+    return (16 * a + 7 * b + 5 * c) / 16;
 }
 
-/* -- features -- */
-
-static int cqi_valence_class(int v) { return v < 3 ? 0 : v < 16 ? v - 3 : 13; }
-
-static int cqi_difference_class(int x) { return x < -2 ? 0 : x > 3 ? 5 : x < 3 ? x + 2 : 5; }
-
-typedef struct cqi_features {
-    int16_t *first[CQ_MAX_VALENCE], *last[CQ_MAX_VALENCE];  /* entries of a ring vertex as p, as q */
-    int16_t *index_i[CQ_MAX_VALENCE], *index_j[CQ_MAX_VALENCE];
-    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE];  /* smallest valence of an alternative to B before p, after q */
-    int32_t base_first[CQ_MAX_VALENCE], base_last[CQ_MAX_VALENCE];
-} cqi_features;
-
-static void cqi_collect_features(cq_decoder *d, cqi_features *f)
+/* Offsets from the centre, scaled by a power of two so that the largest component has 12 bits. */
+static void cqi_read_offsets(cq_decoder *d, const cq_value *values)
 {
-    cqi_model *m = &d->model;
-    const cqi_ring *r = &d->ring;
-    int n = (int)r->size, k, best = 99;
-    for (k = 0; k < n; k++) {
-        int c = cqi_valence_class(r->valence[k]) * CQI_STATES + r->state[k];
-        int free = r->state[k] <= CQI_STATE_LEFT;
-        f->first[k] = &m->first[c];
-        f->last[k] = &m->last[c];
-        f->index_i[k] = &m->index_i[k < 7 ? k : 7];
-        f->index_j[k] = &m->index_j[n - 1 - k < 7 ? n - 1 - k : 7];
-        f->base_first[k] = *f->first[k] + *f->index_i[k];
-        f->base_last[k] = *f->last[k] + *f->index_j[k];
-        f->before[k] = (uint8_t)(free && r->valence[k] + 1 < best ? r->valence[k] + 1 : best);
-        if (free && r->valence[k] < best) best = r->valence[k];
+    cqi_ring *r = &d->ring;
+    const cq_value *centre = values + 3 * (size_t)d->mesh.origin[r->spoke[0]];
+    uint32_t largest = 0;
+    int k, c, shift;
+    for (k = 0; k < r->size; k++) {
+        const cq_value *at = values + 3 * (size_t)cq_target(&d->mesh, r->spoke[k]);
+        for (c = 0; c < 3; c++) largest |= r->state[k] == CQI_NEVER ? 0 : cqi_abs((int32_t)at[c] - centre[c]);
     }
-    for (k = n - 1, best = 99; k >= 0; k--) {
-        int free = r->state[k] <= CQI_STATE_LEFT;
-        f->after[k] = (uint8_t)(free && r->valence[k] + 1 < best ? r->valence[k] + 1 : best);
-        if (free && r->valence[k] < best) best = r->valence[k];
+    shift = 12 - cqi_bit_length(largest);
+    for (k = 0; k < r->size; k++) {
+        const cq_value *at = values + 3 * (size_t)cq_target(&d->mesh, r->spoke[k]);
+        for (c = 0; c < 3; c++) {
+            int32_t x = r->state[k] == CQI_NEVER ? 0 : (int32_t)at[c] - centre[c];
+            r->offset[k][c] = (int16_t)(shift < 0 ? x / ((int32_t)1 << -shift) : x * ((int32_t)1 << shift));
+        }
     }
 }
 
-static int cqi_rule_class(const cqi_features *f, int p, int q)
+/* Class of each spoke's length: quarters of the mean of the two shortest. */
+static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
 {
-    int b = q - p + 2;
-    int x = f->before[p] == 99 ? 6 : cqi_difference_class(f->before[p] - b);
-    int y = f->after[q] == 99 ? 6 : cqi_difference_class(f->after[q] - b);
-    return x * 7 + y;
+    int32_t shortest = 1 << 20, second = 1 << 20;
+    int k;
+    for (k = 0; k < r->size; k++) {
+        if (r->state[k] == CQI_NEVER) continue;
+        if (length[k] < shortest) {
+            second = shortest;
+            shortest = length[k];
+        } else if (length[k] < second) {
+            second = length[k];
+        }
+    }
+    for (k = 0; k < r->size; k++) {
+        int32_t x = 8 * length[k] / (shortest + second) - 3;
+        r->edge[k] = (uint8_t)(r->state[k] == CQI_NEVER ? 15 : x < 0 ? 0 : x > 14 ? 14 : x);
+    }
 }
 
-/* Entry for B's share of a centre of valence n. */
-static int cqi_length_index(int n, int length) { return n * (n - 1) / 2 + length; }
-
-static int cqi_is_candidate(int p, int q, int n, int side) { return side == 0 || (side == 1 ? q == n - 1 : p == 0); }
-
-/* Which pair p, q: reads or writes it, and adapts. */
-static void cqi_code_pair(cq_decoder *d, int side, int *p_out, int *q_out)
+static void cqi_locate_ring(cq_decoder *d)
 {
-    cqi_model *m = &d->model;
-    cqi_features f;
-    int n = (int)d->ring.size, p, q, k = 0, chosen = 0;
-    int32_t best = -100000000;
-    uint32_t total = 0, start = 0, slot = 0, scale;
-    int32_t gfirst[CQ_MAX_VALENCE], glast[CQ_MAX_VALENCE], glen[CQ_MAX_VALENCE], grule[49];
-    cqi_collect_features(d, &f);
-    for (p = 0; p < n - 1; p++)
-        for (q = p + 1; q < n; q++, k++) {
-            int32_t s;
-            if (!cqi_is_candidate(p, q, n, side)) continue;
-            s = f.base_first[p] + f.base_last[q] + m->length[cqi_length_index(n, q - p)] + m->rule[cqi_rule_class(&f, p, q)];
-            s = s < -32000 ? -32000 : s > 32000 ? 32000 : s;
-            d->score[k] = (int16_t)s;
-            if (s > best) best = s;
+    cqi_ring *r = &d->ring;
+    int32_t length[CQ_MAX_VALENCE], x[3], total = 0;
+    int k, c, channel = cqi_position_channel(&d->shape);
+    r->located = channel >= 0;
+    if (!r->located) return;
+    cqi_read_offsets(d, d->channel[channel]);
+    memset(r->sum[0], 0, sizeof r->sum[0]);
+    r->real[0] = 0;
+    for (k = 0; k < r->size; k++) {
+        for (c = 0; c < 3; c++) x[c] = r->offset[k][c];
+        length[k] = cqi_norm(x) + 1;
+        for (c = 0; c < 3; c++) {
+            r->direction[k][c] = (int16_t)(256 * x[c] / length[k]);
+            r->sum[k + 1][c] = r->sum[k][c] + x[c];
         }
-    for (p = 0, k = 0; p < n - 1; p++)
-        for (q = p + 1; q < n; q++, k++) {
-            d->weight[k] = cqi_is_candidate(p, q, n, side) ? cqi_weight(best - d->score[k]) : 0;
-            if (CQI_ENCODING(d) && p == *p_out && q == *q_out) {
-                start = total;
-                chosen = k;
-            }
-            total += d->weight[k];
+        r->real[k + 1] = (uint8_t)(r->real[k] + (r->state[k] != CQI_NEVER));
+        if (r->state[k] != CQI_NEVER) total += length[k];
+    }
+    r->mean_length = r->real[r->size] ? total / r->real[r->size] : 1;
+    cqi_classify_edges(r, length);
+}
+
+/* Eight classes of the angle between a spoke and an axis, `scale` being 2^20 / length of the axis; 8 without a spoke. */
+static int cqi_angle(const cqi_ring *r, int k, const int32_t *axis, int32_t scale)
+{
+    const int16_t *u = r->direction[k];
+    int32_t x;
+    if (r->state[k] == CQI_NEVER) return 8;
+    x = ((u[0] * axis[0] + u[1] * axis[1] + u[2] * axis[2]) / 16 * scale + (1 << 24)) / (1 << 22);
+    return x < 0 ? 0 : x > 7 ? 7 : (int)x;
+}
+
+/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): how long it is, and
+ * at what angles to it the common neighbours (near 90 degrees, if B - A crosses their plane) and those beside them lie. */
+static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
+{
+    int p = candidate->p, q = candidate->q, n = r->size, c, shift;
+    int32_t in_b = r->real[q + 1] - r->real[p], n_b = in_b + 1;
+    int32_t n_a = r->real[n] - in_b + (r->state[p] != CQI_NEVER) + (r->state[q] != CQI_NEVER) + 1;
+    int32_t axis[3], length, scale, x;
+    for (c = 0; c < 3; c++) {
+        int32_t b = r->sum[q + 1][c] - r->sum[p][c], a = r->sum[n][c] - b + r->offset[p][c] + r->offset[q][c];
+        axis[c] = n_a * b - n_b * a;
+    }
+    length = cqi_norm(axis) + 1;
+    x = 16 * length / (2 * n_a * n_b + n_a + n_b) / ((r->mean_length + 7) / 8);
+    candidate->delta = (uint8_t)(x > 15 ? 15 : x);
+    shift = cqi_bit_length((uint32_t)length) - 10;
+    for (c = 0; c < 3; c++) axis[c] = shift > 0 ? axis[c] / ((int32_t)1 << shift) : axis[c];
+    scale = (1 << 20) / (cqi_norm(axis) + 1);
+    candidate->plane = (uint8_t)(9 * cqi_angle(r, p, axis, scale) + cqi_angle(r, q, axis, scale));
+    candidate->inner = candidate->outer = 80;
+    if (q - p > 1)
+        candidate->inner = (uint8_t)(9 * cqi_angle(r, p + 1, axis, scale) + cqi_angle(r, q - 1, axis, scale));
+    if (q - p < n - 1)
+        candidate->outer = (uint8_t)(9 * cqi_angle(r, p ? p - 1 : n - 1, axis, scale) + cqi_angle(r, q + 1 < n ? q + 1 : 0, axis, scale));
+}
+
+/* -- The model -- */
+
+static int cqi_valence_class(int valence) { return valence < 3 ? 0 : valence < 16 ? valence - 3 : 13; }
+
+static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
+
+/* The smallest valence of a vertex that B could have been instead, from one end of the ring to k: the neighbours of A
+ * that no waiting patch holds. As a common neighbour, k itself has one more neighbour than now. */
+static void cqi_find_alternatives(const cqi_ring *r, int from, int step, uint8_t *best)
+{
+    int k, smallest = 99;
+    for (k = from; k >= 0 && k < r->size; k += step) {
+        int available = r->state[k] <= CQI_FREE_LEFT;
+        best[k] = (uint8_t)(available ? cqi_at_most(r->valence[k] + 1, smallest) : smallest);
+        if (available) smallest = cqi_at_most(r->valence[k], smallest);
+    }
+}
+
+/* Would the encoder's rule (the smallest valence, then the first) have preferred an alternative? */
+static int cqi_rule_class(int best, int valence_b)
+{
+    int x = best - valence_b;
+    return best == 99 ? 6 : x < -2 ? 0 : x > 2 ? 5 : x + 2;
+}
+
+/* Features and score of each ring vertex as p and as q. */
+static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
+{
+    int end, k, j, n = r->size;
+    for (end = 0; end < 2; end++)
+        for (k = 0; k < n; k++) {
+            uint16_t *entry = r->entry[end][k];
+            int base = CQI_END + end * CQI_END_SIZE, valence = cqi_valence_class(r->valence[k]);
+            entry[0] = (uint16_t)(base + CQI_END_HELD + valence * CQI_STATES + r->state[k]);
+            entry[1] = (uint16_t)(base + CQI_END_INDEX + cqi_at_most(end ? n - 1 - k : k, 7));
+            entry[2] = (uint16_t)(base + CQI_END_VALENCE + 14 * r->level_class + valence);
+            entry[3] = (uint16_t)(base + CQI_END_BEFORE + cqi_valence_class(r->valence[k ? k - 1 : n - 1]));
+            entry[4] = (uint16_t)(base + CQI_END_BEHIND + cqi_valence_class(r->valence[k + 1 < n ? k + 1 : 0]));
+            entry[5] = (uint16_t)(base + CQI_END_EDGE + r->edge[k]);
+            r->score[end][k] = 0;
+            for (j = 0; j < 5 + r->located; j++) r->score[end][k] += m->weight[entry[j]];
         }
+}
+
+/* Features of the number of neighbours that go to B. */
+static void cqi_length_entries(const cqi_ring *r, int length, int *entry)
+{
+    entry[0] = CQI_LENGTH + r->size * (r->size - 1) / 2 + length;
+    entry[1] = CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15);
+    entry[2] = CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
+}
+
+static int32_t cqi_score_length(const cqi_model *m, const cqi_ring *r, int length)
+{
+    int entry[3];
+    cqi_length_entries(r, length, entry);
+    return (int32_t)m->weight[entry[0]] + m->weight[entry[1]] + m->weight[entry[2]];
+}
+
+static int32_t cqi_score_rule(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
+{
+    int valence_b = c->q - c->p + 2;
+    int before = cqi_rule_class(r->best_before[c->p], valence_b), after = cqi_rule_class(r->best_after[c->q], valence_b);
+    c->rule = (uint8_t)(7 * before + after);
+    return m->weight[CQI_RULE + c->rule];
+}
+
+static int32_t cqi_score_location(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
+{
+    cqi_locate_candidate(r, c);
+    return (int32_t)m->weight[CQI_DELTA + c->delta] + m->weight[CQI_PLANE + c->plane] +
+           m->weight[CQI_INNER + c->inner] + m->weight[CQI_OUTER + c->outer];
+}
+
+/* Lists the candidates with the scores that valences give them; returns their number. */
+static int cqi_list_candidates(cq_decoder *d)
+{
+    cqi_ring *r = &d->ring;
+    cqi_candidate *c = d->candidate;
+    int32_t of_length[CQ_MAX_VALENCE];
+    int p, q, n = r->size;
+    cqi_find_alternatives(r, 0, 1, r->best_before);
+    cqi_find_alternatives(r, n - 1, -1, r->best_after);
+    cqi_score_ends(&d->model, r);
+    for (q = 1; q < n; q++) of_length[q] = cqi_score_length(&d->model, r, q);
+    for (p = 0; p < (r->side == 2 ? 1 : n - 1); p++)
+        for (q = r->side == 1 ? n - 1 : p + 1; q < n; q++, c++) {
+            int32_t score;
+            c->p = (uint8_t)p;
+            c->q = (uint8_t)q;
+            score = r->score[0][p] + r->score[1][q] + of_length[q - p] + cqi_score_rule(&d->model, r, c);
+            c->as.score = (int16_t)(score < -24000 ? -24000 : score > 24000 ? 24000 : score);
+        }
+    return (int)(c - d->candidate);
+}
+
+static int32_t cqi_best_score(const cqi_candidate *c, int count)
+{
+    int32_t best = c[0].as.score;
+    int k;
+    for (k = 1; k < count; k++) best = c[k].as.score > best ? c[k].as.score : best;
+    return best;
+}
+
+/* Adds the scores that positions give, to the candidates that are not hopeless without them; those get the least. */
+static void cqi_score_locations(cq_decoder *d, int count)
+{
+    int32_t hopeless = cqi_best_score(d->candidate, count) - CQI_HOPELESS;
+    int k;
+    for (k = 0; k < count; k++) {
+        cqi_candidate *c = &d->candidate[k];
+        int32_t score = c->as.score > hopeless ? c->as.score + cqi_score_location(&d->model, &d->ring, c) : -32000;
+        c->as.score = (int16_t)(score < -32000 ? -32000 : score > 32000 ? 32000 : score);
+    }
+}
+
+/* Turns scores into shares; returns their total. */
+static uint32_t cqi_share_range(cqi_candidate *c, int count)
+{
+    int32_t best = cqi_best_score(c, count);
+    uint32_t total = 0;
+    int k;
+    for (k = 0; k < count; k++) {
+        c[k].as.weight = cqi_share(best - c[k].as.score);
+        total += c[k].as.weight;
+    }
+    return total;
+}
+
+/* Codes which of the candidates it is. */
+static int cqi_code_candidate(cq_decoder *d, uint32_t total, int chosen)
+{
+    const cqi_candidate *c = d->candidate;
+    uint32_t start = 0, slot = 0;
+    int k;
     if (CQI_ENCODING(d)) {
-        cq_encode_freq(&d->plan->range, start, d->weight[chosen], total);
-    } else {
-        slot = cq_decode_slot(&d->range, total);
-        for (chosen = 0; start + d->weight[chosen] <= slot; chosen++) start += d->weight[chosen];
-        cq_decode_freq(&d->range, start, d->weight[chosen], total);
+        for (k = 0; k < chosen; k++) start += c[k].as.weight;
+        cq_encode_freq(&d->plan->range, start, c[chosen].as.weight, total);
+        return chosen;
     }
-    scale = 0x80000000u / total;
-    memset(gfirst, 0, sizeof gfirst);
-    memset(glast, 0, sizeof glast);
-    memset(glen, 0, sizeof glen);
-    memset(grule, 0, sizeof grule);
-    for (p = 0, k = 0; p < n - 1; p++)
-        for (q = p + 1; q < n; q++, k++) {
-            int32_t g = -(int32_t)(d->weight[k] * scale >> 15);
-            if (k == chosen) {
-                g += 65536;
-                *p_out = p;
-                *q_out = q;
-            }
-            gfirst[p] += g;
-            glast[q] += g;
-            glen[q - p] += g;
-            grule[cqi_rule_class(&f, p, q)] += g;
-        }
-    for (p = 0; p < n; p++) {
-        cqi_learn(d, f.first[p], gfirst[p]);
-        cqi_learn(d, f.last[p], glast[p]);
-        cqi_learn(d, f.index_i[p], gfirst[p]);
-        cqi_learn(d, f.index_j[p], glast[p]);
-        if (p) cqi_learn(d, &m->length[cqi_length_index(n, p)], glen[p]);
+    slot = cq_decode_slot(&d->range, total);
+    for (k = 0; start + c[k].as.weight <= slot; k++) start += c[k].as.weight;
+    cq_decode_freq(&d->range, start, c[k].as.weight, total);
+    return k;
+}
+
+/* Gradients of a split, gathered where candidates share features. */
+typedef struct cqi_gradient {
+    int32_t of_p[CQ_MAX_VALENCE], of_q[CQ_MAX_VALENCE], of_length[CQ_MAX_VALENCE];
+} cqi_gradient;
+
+static void cqi_learn_candidate(cqi_model *m, const cqi_ring *r, const cqi_candidate *c, int32_t x, cqi_gradient *g)
+{
+    g->of_p[c->p] += x;
+    g->of_q[c->q] += x;
+    g->of_length[c->q - c->p] += x;
+    cqi_learn(m, CQI_RULE + c->rule, x);
+    if (!r->located) return;
+    cqi_learn(m, CQI_DELTA + c->delta, x);
+    cqi_learn(m, CQI_PLANE + c->plane, x);
+    cqi_learn(m, CQI_INNER + c->inner, x);
+    cqi_learn(m, CQI_OUTER + c->outer, x);
+}
+
+static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, int end, const int32_t *gradient)
+{
+    int k, j;
+    for (k = 0; k < r->size; k++)
+        for (j = 0; j < 5 + r->located; j++) cqi_learn(m, r->entry[end][k][j], gradient[k]);
+}
+
+/* After the split was `chosen`. Candidates with less than 1/1024 of the range do not move; what the others lose, the
+ * chosen one gains, so that the sum of all scores does not drift. */
+static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen)
+{
+    const cqi_ring *r = &d->ring;
+    cqi_model *m = &d->model;
+    cqi_gradient g;
+    uint32_t scale = 0x80000000u / total;
+    int32_t gained = 0;
+    int k, entry[3];
+    memset(&g, 0, sizeof g);
+    for (k = 0; k < count; k++) {
+        int32_t share = (int32_t)(d->candidate[k].as.weight * scale >> 15);
+        if (share < 64 || k == chosen) continue;
+        cqi_learn_candidate(m, r, &d->candidate[k], -share, &g);
+        gained += share;
     }
-    for (p = 0; p < 49; p++) if (grule[p]) cqi_learn(d, &m->rule[p], grule[p]);
+    cqi_learn_candidate(m, r, &d->candidate[chosen], gained, &g);
+    cqi_learn_ends(m, r, 0, g.of_p);
+    cqi_learn_ends(m, r, 1, g.of_q);
+    for (k = 1; k < r->size; k++) {
+        cqi_length_entries(r, k, entry);
+        cqi_learn(m, entry[0], g.of_length[k]);
+        cqi_learn(m, entry[1], g.of_length[k]);
+        cqi_learn(m, entry[2], g.of_length[k]);
+    }
+}
+
+/* Codes the pair p, q of the patch in d->ring, and adapts. */
+static void cqi_code_pair(cq_decoder *d, int *p, int *q)
+{
+    int count, chosen = 0;
+    uint32_t total;
+    cqi_locate_ring(d);
+    count = cqi_list_candidates(d);
+    if (d->ring.located) cqi_score_locations(d, count);
+    total = cqi_share_range(d->candidate, count);
+    if (CQI_ENCODING(d)) while (d->candidate[chosen].p != *p || d->candidate[chosen].q != *q) chosen++;
+    chosen = cqi_code_candidate(d, total, chosen);
+    cqi_learn_split(d, count, total, chosen);
+    *p = d->candidate[chosen].p;
+    *q = d->candidate[chosen].q;
 }
 
 /* The pair that the plan has for the centre. */
@@ -2237,7 +2662,7 @@ static void cqi_plan_pair(const cq_decoder *d, cq_index centre, int *p, int *q)
     const cqi_plan *plan = d->plan;
     cq_index b = plan->top[plan->to_input[centre]];
     int k;
-    for (k = 0; k < (int)d->ring.size; k++) {
+    for (k = 0; k < d->ring.size; k++) {
         cq_index input = plan->to_input[cq_target(&d->mesh, d->ring.spoke[k])];
         if (input == plan->end_p[b]) *p = k;
         if (input == plan->end_q[b]) *q = k;
@@ -2248,7 +2673,7 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
 {
     cq_level *level = cqi_level_report(d);
     level->sum_i += (uint32_t)p;
-    level->sum_j += (uint32_t)((int)d->ring.size - 1 - q);
+    level->sum_j += (uint32_t)(d->ring.size - 1 - q);
 }
 
 static void cqi_charge_values(cq_decoder *d)
@@ -2265,7 +2690,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
     int p = 0, q = 0;
     cqi_read_ring(d, spoke);
     if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
-    cqi_code_pair(d, cqi_side_of_patch(d, centre), &p, &q);
+    cqi_code_pair(d, &p, &q);
     if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_deltas(d, centre, (cq_index)p, (cq_index)q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     if (d->report) cqi_charge_values(d);
@@ -2289,7 +2714,7 @@ enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, C
 
 /* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
  * such bits and 24 raw ones, and decoding looks 4 bytes ahead. */
-#define CQI_STEP_BYTES (3 + 13 * CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 4)
+#define CQI_STEP_BYTES(components) (7 + 13 * (size_t)(components))
 
 /* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
@@ -2298,7 +2723,7 @@ static cq_result cqi_end_component(cq_decoder *d)
 {
     cq_result result;
     int more = CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds;
-    more = cqi_code_bit(d, &d->model.component, more);
+    more = cqi_code_bit(d, CQI_COMPONENT, more);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (more) return cqi_start_component(d);
     result = cqi_finish_base(d);
@@ -2341,7 +2766,7 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
     if (d->level > CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT;
-    if (cqi_code_bit(d, &d->model.level, 0)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_UNSUPPORTED;
+    if (cqi_code_bit(d, CQI_OTHER_LEVEL, 0)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_UNSUPPORTED;
     cqi_walk_begin(&d->mesh, &d->walk);
     d->phase = CQI_WALK;
     return CQ_OK;
@@ -2365,6 +2790,7 @@ static cq_result cqi_step_walk(cq_decoder *d)
     if (d->splits < CQI_MIN_SPLITS(d->mesh.num_vertices)) return CQ_ERROR_CORRUPT;
     if (d->splits > d->shape.num_vertices - d->mesh.num_vertices) return CQ_ERROR_CORRUPT;
     if (d->report) cqi_report_walk(d);
+    d->level_end = d->mesh.num_vertices + d->splits;
     d->phase = CQI_SPLITS;
     return CQ_OK;
 }
@@ -2411,9 +2837,10 @@ static void cqi_start(cq_decoder *d)
     d->patch = (cq_index *)cqi_take(&arena, cqi_all_faces(&d->shape) / 3 + 1, sizeof(cq_index));
     for (k = 0; k < d->shape.num_channels; k++)
         d->channel[k] = (cq_value *)cqi_take(&arena, (size_t)cqi_all_vertices(&d->shape) * d->shape.channel[k].components, sizeof(cq_value));
+    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
     d->draft = d->mesh;
     d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    cqi_model_init(&d->model);
+    cqi_model_init(&d->model, cqi_position_channel(&d->shape) >= 0);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 }
 
@@ -2471,7 +2898,7 @@ static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 {
     size_t used = d->range.count < d->range.size ? d->range.count : d->range.size, n;
-    if (!in || !in->size || !d->payload_left || d->range.size - used >= CQI_STEP_BYTES) return;
+    if (!in || !in->size || !d->payload_left || d->range.size - used >= d->step_bytes) return;
     memmove(d->buffer, d->buffer + used, d->range.size - used);
     d->range.size -= used;
     d->range.count -= used;
@@ -2490,7 +2917,7 @@ static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 /* Enough input for any step: all that can be needed, or all that there is. */
 static int cqi_is_ready(const cq_decoder *d)
 {
-    return !d->payload_left || d->ended || d->range.size >= d->range.count + CQI_STEP_BYTES;
+    return !d->payload_left || d->ended || d->range.size >= d->range.count + d->step_bytes;
 }
 
 static cq_result cqi_finish_stream(cq_decoder *d)
@@ -2792,6 +3219,9 @@ static void cqi_replay(cqi_encoder *e, const cq_input *in)
     cqi_start(&e->replay);
     while (cqi_step(&e->replay) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
+#ifdef CQ_TRAINING
+    cqi_model_keep(&e->replay.model);
+#endif
 }
 
 /* Puts the header in front of the payload, which was written behind the shortest possible one. */

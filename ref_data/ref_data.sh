@@ -15,6 +15,7 @@ version=v$(sed -n 's/^#define CQ_STREAM_VERSION \([0-9]*\).*/\1/p' ../include/co
 
 list_meshes() { grep -v '^#' meshes.txt; }
 list_good() { list_meshes | sed -n '/^bad\//d; s/\.off .*//p'; }
+list_streams() { sed -n 's/.*  \(.*\.cqm\)$/\1/p' "$1"; }
 
 # encode MESH STREAM: with the options that the stream's name asks for
 encode() {
@@ -92,9 +93,11 @@ check_all() {
         case $file in \#*) continue ;; esac
         check is_made_again "$file" "$arguments"
     done <meshes.txt
-    for stream in v*/*.cqm; do
-        [ -e "$stream" ] || continue
-        check decodes_as_before "${stream%/*}" "${stream##*/}"
+    for sums in v*/SHA256SUMS; do
+        [ -e "$sums" ] || continue
+        for stream in $(list_streams "$sums"); do
+            check decodes_as_before "${sums%/*}" "$stream"
+        done
     done
     for name in $(list_good); do
         [ -d "$version" ] || continue

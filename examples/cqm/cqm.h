@@ -54,7 +54,7 @@ int close_output(struct output *output);   /* 0, and no file, if a write has fai
 /* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they don't. */
 enum mesh_format choose_format(const char *path, const struct options *options);
 
-int load_mesh(struct mesh_file *mesh, const char *path, const struct options *options);
+int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format);
 
 /* -- encode.c ------------------------------------------------------------------------------------------------------ */
 

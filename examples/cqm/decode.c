@@ -180,7 +180,9 @@ int run_decode(const struct options *options)
     static struct decoding d;
     size_t size;
     enum mesh_format format = choose_format(options->files[1], options);
-    uint8_t *data = format == MESH_UNKNOWN ? NULL : load_file(options->files[0], &size);
+    if (format == MESH_UNKNOWN)
+        return EXIT_BAD_USAGE;
+    uint8_t *data = load_file(options->files[0], &size);
     if (data == NULL)
         return EXIT_BAD_DATA;
     int ok = decode_stream(&d, options, format, data, size);

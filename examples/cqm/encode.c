@@ -195,7 +195,10 @@ int run_encode(const struct options *options)
 {
     static struct encoding e;
     struct mesh_file mesh;
-    if (!load_mesh(&mesh, options->files[0], options))
+    enum mesh_format format = choose_format(options->files[0], options);
+    if (format == MESH_UNKNOWN)
+        return EXIT_BAD_USAGE;
+    if (!load_mesh(&mesh, options->files[0], format))
         return EXIT_BAD_DATA;
     int ok = encode_mesh(&e, &mesh, options->files[0], options) && save_stream(options->files[1], e.stream, e.size);
     free_encoding(&e);

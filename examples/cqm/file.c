@@ -63,12 +63,11 @@ enum mesh_format choose_format(const char *path, const struct options *options)
     return format;
 }
 
-int load_mesh(struct mesh_file *mesh, const char *path, const struct options *options)
+int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format)
 {
     char error[MESH_ERROR_BYTES];
     size_t size;
-    enum mesh_format format = choose_format(path, options);
-    uint8_t *data = format == MESH_UNKNOWN ? NULL : load_file(path, &size);
+    uint8_t *data = load_file(path, &size);
     if (data == NULL)
         return 0;
     int ok = mesh_read(mesh, data, size, format, error) || complain(path, "%s", error);

@@ -133,13 +133,14 @@ static void print_result(const struct encoding *e, const char *path)
     double bits = shape->num_vertices > 0 ? 8 * (double)e->size / shape->num_vertices : 0;
     printf("%s: ok, %lu vertices, %lu faces, %zu bytes, %.3f bits per vertex\n", path,
            (unsigned long)shape->num_vertices, (unsigned long)shape->num_faces, e->size, bits);
+    fflush(stdout);          /* in step with the complaints about other files */
 }
 
-static int verify_file(const char *path, const struct options *options)
+static int verify_file(const char *path, enum mesh_format format, const struct options *options)
 {
     static struct encoding e;
     struct mesh_file mesh;
-    if (!load_mesh(&mesh, path, options))
+    if (!load_mesh(&mesh, path, format))
         return 0;
     int ok = encode_mesh(&e, &mesh, path, options) && verify_encoding(&e, path);
     if (ok)
@@ -152,9 +153,13 @@ static int verify_file(const char *path, const struct options *options)
 int run_verify(const struct options *options)
 {
     int ok = 1;
-    for (int i = 0; i < options->num_files; i++)
-        ok = verify_file(options->files[i], options) && ok;
-    if (fflush(stdout) != 0)
+    for (int i = 0; i < options->num_files; i++) {
+        enum mesh_format format = choose_format(options->files[i], options);
+        if (format == MESH_UNKNOWN)
+            return EXIT_BAD_USAGE;
+        ok = verify_file(options->files[i], format, options) && ok;
+    }
+    if (ferror(stdout))
         ok = complain("-", "cannot write");
     return ok ? 0 : EXIT_BAD_DATA;
 }

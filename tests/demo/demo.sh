@@ -43,7 +43,7 @@ show() {
     decode_levels "$name" "$levels"
     cmp "$out/$name.level$levels.off" "$out/$name.off"
     "$cqm" verify "$1" >/dev/null
-    awk -v v="$vertices" -v b="$bytes" -v c="$connectivity" 'BEGIN { printf "%.2f %.2f", 8 * b / v, 8 * c / v }' >"$out/bits"
+    awk -v v="$vertices" -v b="$bytes" -v c="$connectivity" 'BEGIN { printf "%.2f %.2f\n", 8 * b / v, 8 * c / v }' >"$out/bits"
     read -r all_bits connectivity_bits <"$out/bits"
     printf '%-20s %6s %6s %5s %5s %5s %4s %8s %7s %7s %7s %7s\n' "$name" "$vertices" "$(number faces)" "$(number genus)" \
         "$(number boundary_loops)" "$(number components)" "$levels" "$bytes" "$all_bits" "$connectivity_bits" \

@@ -31,6 +31,11 @@ minimal_decode_agrees() {
         same_mesh "$out/minimal.off" "$out/cqm.off"
 }
 
+sixteen_bits_decode_the_same() {
+    build/minimal_decode <"$1" >"$out/32.off" && build/tests/minimal_decode-16 <"$1" >"$out/16.off" &&
+        cmp "$out/32.off" "$out/16.off"
+}
+
 minimal_decode_agrees_on_a_part() {
     head -c "$2" "$1" >"$out/part.cqm"
     build/minimal_decode <"$out/part.cqm" >"$out/minimal.off"
@@ -54,6 +59,7 @@ for mesh in ref_data/*.off; do
     vertices=$(sed -n '2s/ .*//p' "$mesh")
     half=$(($(wc -c <"$stream") / 2))
     check minimal_decode_agrees "$stream"
+    check sixteen_bits_decode_the_same "$stream"
     check minimal_decode_agrees_on_a_part "$stream" $half
     check stream_reaches_the_end "$stream" "$vertices"
     check stream_says_truncated "$stream" $half

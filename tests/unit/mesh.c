@@ -1073,33 +1073,59 @@ TEST(free_slots_are_marked_and_reused_last_in_first_out) {
     unbuild(&b);
 }
 
-TEST(a_mesh_collapses_to_the_end_and_splits_all_the_way_back) {
-    enum { MAX = 200 };
-    static cq_index first[MAX], last[MAX];
-    built b;
-    snapshot s;
-    uint32_t count = 0, h;
+enum { MAX_COLLAPSES = 200 };
+
+/* What a collapse leaves, to undo it. By vertices: a face that is freed and comes back may start at another corner. */
+typedef struct collapsed {
+    cq_index a, b, p, q;
+} collapsed;
+
+/* Collapses whatever can be collapsed, lowest halfedge first. */
+static uint32_t collapse_all(cq_mesh *m, collapsed *done) {
+    uint32_t count = 0, h = 0;
+    while (h < 3 * face_slots(m) && count < MAX_COLLAPSES) {
+        collapsed *c = &done[count];
+        cq_index first, last;
+        if (m->origin[h - h % 3] == CQ_NONE || !cq_mesh_can_collapse(m, (cq_index)h, CQ_MAX_VALENCE)) {
+            h++;
+            continue;
+        }
+        c->a = m->origin[h];
+        c->b = cq_target(m, (cq_index)h);
+        cq_mesh_collapse(m, (cq_index)h, &first, &last);
+        CHECK_EQ(cq_mesh_check(m, NULL), CQ_OK);
+        c->p = cq_target(m, first);
+        c->q = cq_target(m, last);
+        count++;
+        h = 0;
+    }
+    return count;
+}
+
+static int build_three_parts(built *b) {
     triangles t = triangles_torus(6, 6);
     triangles_append(&t, triangles_sheet(6, 6));
     triangles_append(&t, triangles_icosahedron());
-    REQUIRE(build_and_check(&b, t));
+    return build_and_check(b, t);
+}
+
+TEST(a_mesh_collapses_to_the_end_and_splits_all_the_way_back) {
+    static collapsed done[MAX_COLLAPSES];
+    built b;
+    snapshot s;
+    uint32_t count;
+    REQUIRE(build_three_parts(&b));
     s = snapshot_take(&b);
-    for (h = 0; h < 3 * face_slots(&b.mesh) && count < MAX;) {
-        if (b.mesh.origin[h - h % 3] != CQ_NONE && cq_mesh_can_collapse(&b.mesh, (cq_index)h, CQ_MAX_VALENCE)) {
-            cq_mesh_collapse(&b.mesh, (cq_index)h, &first[count], &last[count]);
-            CHECK_EQ(cq_mesh_check(&b.mesh, NULL), CQ_OK);
-            count++;
-            h = 0;
-        } else {
-            h++;
-        }
-    }
+    count = collapse_all(&b.mesh, done);
     /* What must be left: a torus of at least 7 vertices, a triangle with one loop, a tetrahedron. */
     CHECK(count >= 36 + 36 + 12 - 14 - 8 - 6);
     CHECK_EQ(count_collapsible(&b.mesh, CQ_MAX_VALENCE), 0);
     while (count-- > 0) {
-        CHECK(cq_mesh_split(&b.mesh, first[count], last[count]) != CQ_NONE);
-        CHECK_EQ(cq_mesh_check(&b.mesh, NULL), CQ_OK);
+        collapsed *c = &done[count];
+        cq_index first = find_halfedge(&b.mesh, c->a, c->p), last = find_halfedge(&b.mesh, c->a, c->q);
+        REQUIRE(first != CQ_NONE && last != CQ_NONE);
+        CHECK_EQ(cq_mesh_split(&b.mesh, first, last), c->b);
+        REQUIRE_EQ(cq_mesh_check(&b.mesh, NULL), CQ_OK);
     }
     CHECK(snapshot_restored(&s, &b));
     snapshot_free(&s);
@@ -1279,24 +1305,67 @@ TEST(the_check_catches_a_mark_that_was_left) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_wrong_counts) {
-    int which, way;
+TEST(the_check_catches_counts_beyond_the_capacity_and_counts_that_leave_a_slot_out) {
+    int which, k;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
         REQUIRE(damage_mesh(&b, which));
-        for (way = 0; way < 8; ++way) {
+        for (k = 0; k < 4; ++k) {
             cq_mesh good = b.mesh;
             cq_index *count[4];
+            const cq_index *last_slot[4];
             count[0] = &b.mesh.num_vertices;
             count[1] = &b.mesh.num_faces;
             count[2] = &b.mesh.num_virtual;
             count[3] = &b.mesh.num_virtual_faces;
-            *count[way / 2] = (cq_index)(way % 2 == 0 ? *count[way / 2] + 1 : *count[way / 2] - 1);
+            last_slot[0] = &b.mesh.out[good.num_vertices - 1];
+            last_slot[1] = &b.mesh.origin[3 * (good.num_faces - 1)];
+            last_slot[2] = &b.mesh.out[good.first_virtual + good.num_virtual - 1];
+            last_slot[3] = &b.mesh.origin[3 * (good.first_virtual_face + good.num_virtual_faces - 1)];
+            ++*count[k];
+            CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+            b.mesh = good;
+            if (*count[k] == 0 || *last_slot[k] == CQ_NONE) continue;
+            --*count[k];
             CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
             b.mesh = good;
         }
         unbuild(&b);
     }
+}
+
+TEST(the_check_survives_numbers_far_out_of_range) {
+    static const uint32_t wild[] = {0x4000u, 0x8000u, 0xfffeu, 0x7fffffffu, 0xfffffffeu};
+    size_t k;
+    uint32_t x;
+    built b;
+    REQUIRE(damage_mesh(&b, 3));
+    for (k = 0; k < sizeof wild / sizeof wild[0]; ++k) {
+        cq_index bad = (cq_index)wild[k], good;
+        for (x = 0; x < vertex_slots(&b.mesh); ++x) {
+            if (!in_use(&b.mesh, x)) continue;
+            good = b.mesh.out[x];
+            b.mesh.out[x] = bad;
+            CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+            b.mesh.out[x] = good;
+            good = b.mesh.valence[x];
+            b.mesh.valence[x] = bad;
+            CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+            b.mesh.valence[x] = good;
+        }
+        for (x = 0; x < 3 * face_slots(&b.mesh); ++x) {
+            if (!used_face(&b.mesh, x / 3)) continue;
+            good = b.mesh.origin[x];
+            b.mesh.origin[x] = bad;
+            CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+            b.mesh.origin[x] = good;
+            good = b.mesh.twin[x];
+            b.mesh.twin[x] = bad;
+            CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+            b.mesh.twin[x] = good;
+        }
+    }
+    unbuild(&b);
 }
 
 /* A closed mesh by hand: `twin` pairs come from the edges, first come first paired, unless given. */
@@ -1499,7 +1568,8 @@ int main(int argc, char **argv) {
     RUN(the_check_catches_any_wrong_valence);
     RUN(the_check_names_the_vertex_with_a_wrong_valence);
     RUN(the_check_catches_a_mark_that_was_left);
-    RUN(the_check_catches_wrong_counts);
+    RUN(the_check_catches_counts_beyond_the_capacity_and_counts_that_leave_a_slot_out);
+    RUN(the_check_survives_numbers_far_out_of_range);
     RUN(the_check_accepts_a_mesh_made_by_hand);
     RUN(the_check_catches_two_fans_at_one_vertex);
     RUN(the_check_catches_two_edges_between_the_same_vertices);

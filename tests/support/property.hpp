@@ -1,0 +1,57 @@
+// A program of properties. RapidCheck prints the seed of a run and, on a failure, a line with RC_PARAMS; run the program
+// again with it to see the same case:
+//
+//     RC_PARAMS='reproduce=BchR3bYZ...' build/tests/property/mesh      that case, shrunk
+//     RC_PARAMS='seed=1234' build/tests/property/mesh                  the same run
+//     RC_PARAMS='max_success=10000 max_size=200' ...                   a longer one
+//     build/tests/property/mesh collapse                               only properties whose name contains "collapse"
+#ifndef CQ_TESTS_PROPERTY_HPP
+#define CQ_TESTS_PROPERTY_HPP
+
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include <rapidcheck.h>
+
+#include "manifold.hpp"
+
+class Properties {
+public:
+    Properties(int argc, char **argv) : filter(argc > 1 ? argv[1] : "") {}
+
+    template <typename Testable>
+    void operator()(const std::string &sentence, Testable &&testable) {
+        if (sentence.find(filter) == std::string::npos) return;
+        bool holds = rc::check(sentence, std::forward<Testable>(testable));
+        ++(holds ? passed : failed);
+        std::fflush(nullptr);
+    }
+
+    int end() const {
+        std::fflush(nullptr);
+        std::printf("%d passed, %d failed\n", passed, failed);
+        return failed != 0 || passed == 0;
+    }
+
+private:
+    std::string filter;
+    int passed = 0, failed = 0;
+};
+
+// Numbers of all 32 bits at any size of a case; only their count shrinks.
+inline rc::Gen<std::vector<uint32_t>> any_numbers(double scale) {
+    auto number = rc::gen::noShrink(rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<uint32_t>()));
+    return rc::gen::scale(scale, rc::gen::container<std::vector<uint32_t>>(number));
+}
+
+// Recipes of meshes with up to about 100 * scale operations.
+inline rc::Gen<Recipe> any_recipe(double scale) {
+    auto seed = rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<uint32_t>());
+    return rc::gen::map(rc::gen::tuple(any_numbers(0.04), any_numbers(scale), any_numbers(0.12), seed),
+                        [](const std::tuple<std::vector<uint32_t>, std::vector<uint32_t>, std::vector<uint32_t>, uint32_t> &t) {
+                            return Recipe{std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t)};
+                        });
+}
+
+#endif

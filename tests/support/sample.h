@@ -1,0 +1,98 @@
+/* Meshes with values to encode. C99 and C++; include conquest.h first. */
+#ifndef CQ_TESTS_SAMPLE_H
+#define CQ_TESTS_SAMPLE_H
+
+#include "codec.h"
+#include "triangles.h"
+
+typedef struct sample {
+    triangles mesh;
+    cq_value *values[CQ_MAX_CHANNELS];
+    cq_input input;       /* points to the two above */
+} sample;
+
+static inline void sample_begin(sample *s, triangles mesh) {
+    memset(s, 0, sizeof *s);
+    s->mesh = mesh;
+    s->input.shape.num_vertices = mesh.num_vertices;
+    s->input.shape.num_faces = mesh.num_faces;
+    s->input.indices = s->mesh.indices;
+}
+
+/* Adds a channel of values: neighbours in numbering are near each other, with some noise. */
+static inline void sample_channel(sample *s, cq_kind kind, int components, int bits) {
+    uint32_t k = s->input.shape.num_channels++, v;
+    cq_channel *channel = &s->input.shape.channel[k];
+    uint64_t random = 1000 + k;
+    int c;
+    channel->kind = (uint8_t)kind;
+    channel->components = (uint8_t)components;
+    channel->bits = (uint8_t)bits;
+    channel->step = 0x3f800000u + k;
+    for (c = 0; c < components; ++c) channel->origin[c] = 0xc0000000u + (uint32_t)c;
+    s->values[k] = (cq_value *)exact_alloc((size_t)s->mesh.num_vertices * (size_t)components * sizeof(cq_value));
+    for (v = 0; v < s->mesh.num_vertices; ++v) {
+        for (c = 0; c < components; ++c) {
+            uint32_t range = (uint32_t)1 << bits;
+            uint32_t ramp = (v * (uint32_t)(3 + 8 * c)) % range, noise = (uint32_t)(next_random(&random) % (1 + range / 16));
+            s->values[k][v * (uint32_t)components + (uint32_t)c] = (cq_value)((ramp + noise) % range);
+        }
+    }
+    s->input.values[k] = s->values[k];
+}
+
+static inline void sample_free(sample *s) {
+    uint32_t k;
+    triangles_free(&s->mesh);
+    for (k = 0; k < CQ_MAX_CHANNELS; ++k) exact_free(s->values[k]);
+    memset(s, 0, sizeof *s);
+}
+
+enum { SAMPLES = 8 };
+
+/* Samples that between them have every feature: no channels and some, closed and not, one level and many, one component
+ * and many, a component that is a single triangle, a mesh whose base is all of it. */
+static inline void sample_make(sample *s, int which) {
+    triangles t;
+    int k;
+    switch (which) {
+    case 0: sample_begin(s, triangles_tetrahedron()); break;
+    case 1: sample_begin(s, triangles_icosahedron()), sample_channel(s, CQ_POSITION, 3, 10); break;
+    case 2: sample_begin(s, triangles_sheet(9, 8)), sample_channel(s, CQ_POSITION, 3, 12); break;
+    case 3:
+        sample_begin(s, triangles_torus(8, 9));
+        sample_channel(s, CQ_GENERIC, 2, 8);
+        sample_channel(s, CQ_POSITION, 3, 11);
+        sample_channel(s, CQ_GENERIC, 4, 1);
+        sample_channel(s, CQ_GENERIC, 1, 15);
+        break;
+    case 4: sample_begin(s, triangles_torus(16, 15)); break;
+    case 5:
+        t = triangles_annulus(12);
+        triangles_append(&t, triangles_single());
+        triangles_append(&t, triangles_pillow());
+        triangles_append(&t, triangles_torus(5, 5));
+        triangles_append(&t, triangles_disc(40));
+        triangles_append(&t, triangles_icosahedron());
+        triangles_append(&t, triangles_bipyramid(30));
+        sample_begin(s, t);
+        sample_channel(s, CQ_POSITION, 3, 15);
+        break;
+    case 6:
+        t = triangles_tetrahedron();
+        for (k = 0; k < 60; ++k) triangles_append(&t, k % 3 == 0 ? triangles_tetrahedron() : triangles_single());
+        sample_begin(s, t);
+        sample_channel(s, CQ_POSITION, 3, 4);
+        break;
+    default: sample_begin(s, triangles_grid(12, 12, 1, 0, 0)), sample_channel(s, CQ_POSITION, 3, 12); break;
+    }
+}
+
+/* A sample and its stream. */
+static inline cq_result sample_code(sample *s, coded *c, int which) {
+    sample_make(s, which);
+    code(c, &s->input);
+    return c->result;
+}
+
+#endif

@@ -1,0 +1,152 @@
+/* train.c - fits the priors of conquest.h. SPDX-License-Identifier: MIT
+ *
+ *     train MESH ... > priors.txt
+ *
+ * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
+ * it has learned as C tables: first with 12-bit positions, then connectivity alone. Deterministic: the same meshes in
+ * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
+static int train_rate, train_step;
+#define CQ_TRAINING
+#define CQI_RATE train_rate
+#define CQI_STEP train_step
+#define CONQUEST_IMPLEMENTATION
+#include "cqm.h"
+#include <stdlib.h>
+
+enum { PASSES = 8 };
+
+/* Adaptation of bits and of weights in each pass over all meshes. */
+static const int rates[PASSES] = { 5, 5, 6, 7, 7, 8, 8, 8 };
+static const int steps[PASSES] = { 32, 24, 16, 10, 6, 4, 3, 2 };
+
+static cqi_model model; /* carried from mesh to mesh */
+
+static void cqi_model_init(cqi_model *m, int located)
+{
+    (void)located;
+    *m = model;
+}
+
+static void cqi_model_keep(const cqi_model *m) { model = *m; }
+
+struct sample {
+    const char *path;
+    struct mesh_file mesh;
+};
+
+static uint32_t random_below(uint32_t *state, uint32_t n)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (*state >> 8) % n;
+}
+
+static void reset_model(void)
+{
+    int k;
+    memset(&model, 0, sizeof model);
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = CQ_BIT_MODEL_INIT;
+}
+
+static void shuffle(struct sample *samples, int n, uint32_t *state)
+{
+    for (; n > 1; n--) {
+        int k = (int)random_below(state, (uint32_t)n);
+        struct sample swapped = samples[k];
+        samples[k] = samples[n - 1];
+        samples[n - 1] = swapped;
+    }
+}
+
+/* Encodes all samples once; returns the mean bits per vertex of what the split model and the flags cost. */
+static double train_pass(const struct sample *samples, int n, const struct options *options)
+{
+    double sum = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        static struct encoding e;
+        if (!encode_mesh(&e, &samples[k].mesh, samples[k].path, options)) continue;
+        sum += (double)(e.report.base + e.report.flags + e.report.indices) / 65536 / samples[k].mesh.num_vertices;
+        free_encoding(&e);
+    }
+    return sum / n;
+}
+
+static void train(struct sample *samples, int n, int connectivity)
+{
+    struct options options;
+    uint32_t state = 1;
+    int pass;
+    memset(&options, 0, sizeof options);
+    reset_model();
+    options.connectivity = connectivity;
+    options.bits = 12;
+    options.quiet = 1;
+    for (pass = 0; pass < PASSES; pass++) {
+        train_rate = rates[pass];
+        train_step = steps[pass];
+        shuffle(samples, n, &state);
+        fprintf(stderr, "pass %d of %d: %.4f bits per vertex\n", pass + 1, PASSES, train_pass(samples, n, &options));
+    }
+}
+
+static int rounded_weight(int weight)
+{
+    int x = (weight + (weight < 0 ? -32 : 32)) / 64;
+    return x < -127 ? -127 : x > 127 ? 127 : x;
+}
+
+static void print_number(int k, int x) { printf("%s%d,", k % 24 ? " " : "\n    ", x); }
+
+static void print_bits(void)
+{
+    int k;
+    printf("static const uint8_t cqi_prior_bit[CQI_MODELS] = {");
+    for (k = 0; k < CQI_MODELS; k++) print_number(k, model.bit[k] >> 8);
+    printf("\n};\n");
+}
+
+static void print_weights(const cqi_model *m, const char *begin, const char *end)
+{
+    int k;
+    printf("%s", begin);
+    for (k = 0; k < CQI_WEIGHTS; k++) print_number(k, rounded_weight(m->weight[k]));
+    printf("%s", end);
+}
+
+/* Loads what can be encoded; returns how many. */
+static int load_samples(struct sample *samples, char **paths, int n)
+{
+    struct options options;
+    int k, loaded = 0;
+    memset(&options, 0, sizeof options);
+    options.connectivity = options.quiet = 1;
+    train_rate = rates[0];
+    reset_model();
+    for (k = 0; k < n; k++) {
+        static struct encoding e;
+        samples[loaded].path = paths[k];
+        if (!load_mesh(&samples[loaded].mesh, paths[k], mesh_format_of_path(paths[k]))) continue;
+        if (!encode_mesh(&e, &samples[loaded].mesh, paths[k], &options)) continue;
+        free_encoding(&e);
+        loaded++;
+    }
+    return loaded;
+}
+
+int main(int argc, char **argv)
+{
+    struct sample *samples = (struct sample *)calloc((size_t)argc, sizeof *samples);
+    cqi_model with_positions;
+    int n = samples ? load_samples(samples, argv + 1, argc - 1) : 0;
+    if (n == 0) {
+        fprintf(stderr, "train: no mesh to learn from\n");
+        return 1;
+    }
+    train(samples, n, 0);
+    with_positions = model;
+    print_bits();
+    train(samples, n, 1);
+    print_weights(&model, "static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {", "\n}, {");
+    print_weights(&with_positions, "", "\n} };\n");
+    return 0;
+}

@@ -1,0 +1,822 @@
+/* The decoder: input in pieces, budgets, every truncation, damage, memory, sticky results, reports. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "sample.h"
+#include "test.h"
+
+/* -- Helpers ------------------------------------------------------------------------------------------------------- */
+
+/* A number that stands for the mesh and the values of this moment, real and virtual. */
+static uint64_t fingerprint(const cq_decoder *d) {
+    const cq_mesh *m = &d->mesh;
+    uint64_t hash = 0xcbf29ce484222325u;
+    uint32_t k, j, faces[2], first[2];
+    first[0] = 0, faces[0] = m->num_faces;
+    first[1] = m->first_virtual_face, faces[1] = m->num_virtual_faces;
+    hash = (hash ^ m->num_vertices) * 0x100000001b3u;
+    for (k = 0; k < 2; ++k) {
+        for (j = 3 * first[k]; j < 3 * (first[k] + faces[k]); ++j) {
+            hash = (hash ^ m->origin[j]) * 0x100000001b3u;
+            hash = (hash ^ m->twin[j]) * 0x100000001b3u;
+        }
+    }
+    for (k = 0; k < d->shape.num_channels; ++k)
+        for (j = 0; j < (uint32_t)m->num_vertices * d->shape.channel[k].components; ++j)
+            hash = (hash ^ (uint64_t)d->channel[k][j]) * 0x100000001b3u;
+    return hash;
+}
+
+static int values_in_range(const cq_decoder *d) {
+    uint32_t k, j;
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        const cq_channel *c = &d->shape.channel[k];
+        for (j = 0; j < (uint32_t)d->mesh.num_vertices * c->components; ++j)
+            if (d->channel[k][j] < 0 || (uint32_t)d->channel[k][j] >= (uint32_t)1 << c->bits) return 0;
+    }
+    return 1;
+}
+
+/* The fingerprints of all meshes that a full decoding goes through, by number of vertices. */
+typedef struct history {
+    uint64_t *mesh;        /* uint64_t[num_vertices + 1], 0 where there was none */
+    uint32_t num_vertices;
+} history;
+
+static history history_take(const uint8_t *bytes, size_t size) {
+    history h;
+    decoding d;
+    cq_bytes in;
+    cq_result result;
+    h.mesh = NULL;
+    h.num_vertices = 0;
+    decoding_begin(&d, bytes, size);
+    in.data = bytes;
+    in.size = size;
+    do {
+        result = cq_decode(d.decoder, &in, 1);
+        if (h.mesh == NULL) {
+            h.num_vertices = d.decoder->shape.num_vertices;
+            h.mesh = (uint64_t *)calloc(h.num_vertices + 1, sizeof *h.mesh);
+        }
+        CHECK(d.decoder->mesh.num_vertices <= h.num_vertices);
+        h.mesh[d.decoder->mesh.num_vertices] = fingerprint(d.decoder);
+    } while (result == CQ_OK);
+    CHECK_EQ(result, CQ_DONE);
+    decoding_free(&d);
+    return h;
+}
+
+static int history_has(const history *h, const cq_decoder *d) {
+    return d->mesh.num_vertices <= h->num_vertices && h->mesh[d->mesh.num_vertices] == fingerprint(d);
+}
+
+#define FOR_EACH_SAMPLE(s, c) \
+    sample s; coded c; int which_##s; \
+    for (which_##s = 0; which_##s < SAMPLES; ++which_##s, uncode(&c), sample_free(&s)) \
+        if (sample_code(&s, &c, which_##s) != CQ_OK) test_fail(__FILE__, __LINE__, "the sample encodes"); else
+
+/* -- Whole streams ------------------------------------------------------------------------------------------------- */
+
+/* Faces through the map, each turned to start at its smallest vertex, sorted: a set that can be compared. */
+static int compare_faces(const void *a, const void *b) {
+    return memcmp(a, b, 3 * sizeof(uint32_t));
+}
+
+static uint32_t *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map) {
+    uint32_t *set = (uint32_t *)malloc((3 * (size_t)num_faces + 1) * sizeof *set), f, k;
+    for (f = 0; f < num_faces; ++f) {
+        uint32_t v[3], least;
+        for (k = 0; k < 3; ++k) v[k] = map != NULL ? map[indices[3 * f + k]] : indices[3 * f + k];
+        least = v[0] < v[1] ? (v[0] < v[2] ? 0 : 2) : (v[1] < v[2] ? 1 : 2);
+        for (k = 0; k < 3; ++k) set[3 * f + k] = v[(least + k) % 3];
+    }
+    qsort(set, num_faces, 3 * sizeof *set, compare_faces);
+    return set;
+}
+
+static int same_mesh(const sample *s, const coded *c, const cq_decoder *d) {
+    uint32_t n = s->mesh.num_faces, k, v, j;
+    uint32_t *a, *b;
+    int same;
+    if (d->mesh.num_vertices != s->mesh.num_vertices || d->mesh.num_faces != n) return 0;
+    a = face_set(s->mesh.indices, n, c->map);
+    b = face_set(d->mesh.origin, n, NULL);
+    same = memcmp(a, b, 3 * (size_t)n * sizeof *a) == 0;
+    free(a);
+    free(b);
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        uint32_t components = d->shape.channel[k].components;
+        for (v = 0; v < s->mesh.num_vertices; ++v)
+            for (j = 0; j < components; ++j)
+                if (d->channel[k][c->map[v] * components + j] != s->values[k][v * components + j]) same = 0;
+    }
+    return same;
+}
+
+TEST(a_stream_gives_back_the_mesh_and_the_values) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_feed(&d, c.bytes, c.size, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(d.used, c.size);
+        CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+        CHECK(same_mesh(&s, &c, d.decoder));
+        decoding_free(&d);
+    }
+}
+
+TEST(a_decoder_has_no_gaps_in_vertices_and_faces) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        do {
+            const cq_mesh *m = &d.decoder->mesh;
+            uint32_t x;
+            result = cq_decode(d.decoder, &in, 7);
+            for (x = 0; x < m->num_vertices; ++x) CHECK(m->out[x] != CQ_NONE);
+            for (x = 0; x < m->num_faces; ++x) CHECK(m->origin[3 * x] != CQ_NONE);
+            for (x = 0; x < 3 * (uint32_t)m->num_faces; ++x) CHECK(m->origin[x] < m->num_vertices);
+        } while (result == CQ_OK);
+        CHECK_EQ(result, CQ_DONE);
+        decoding_free(&d);
+    }
+}
+
+TEST(any_size_of_pieces_gives_the_same_mesh) {
+    static const size_t chunks[] = {1, 2, 3, 7, 16, 61, 255, 256, 257, 4096};
+    FOR_EACH_SAMPLE(s, c) {
+        history h = history_take(c.bytes, c.size);
+        size_t k;
+        for (k = 0; k < sizeof chunks / sizeof chunks[0]; ++k) {
+            decoding d;
+            decoding_begin(&d, c.bytes, c.size);
+            CHECK_EQ(decoding_run(&d, c.bytes, c.size, chunks[k], CQ_NO_LIMIT), CQ_DONE);
+            CHECK_EQ(d.used, c.size);
+            CHECK_EQ(fingerprint(d.decoder), h.mesh[h.num_vertices]);
+            decoding_free(&d);
+        }
+        free(h.mesh);
+    }
+}
+
+TEST(pieces_of_no_bytes_only_ask_for_more) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes none;
+        size_t k;
+        cq_result result = CQ_NEED_INPUT;
+        none.data = NULL;
+        none.size = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(cq_decode(d.decoder, &none, CQ_NO_LIMIT), CQ_NEED_INPUT);
+        for (k = 0; k < c.size; ++k) {
+            CHECK_EQ(result, CQ_NEED_INPUT);
+            result = decoding_feed(&d, c.bytes + k, 1, CQ_NO_LIMIT);
+            CHECK_EQ(cq_decode(d.decoder, &none, CQ_NO_LIMIT), k + 1 == c.size ? CQ_DONE : CQ_NEED_INPUT);
+        }
+        CHECK_EQ(result, CQ_DONE);
+        decoding_free(&d);
+    }
+}
+
+TEST(any_budget_gives_the_same_mesh) {
+    static const uint32_t budgets[] = {1, 2, 5, 64, 1000000};
+    FOR_EACH_SAMPLE(s, c) {
+        history h = history_take(c.bytes, c.size);
+        size_t k;
+        for (k = 0; k < sizeof budgets / sizeof budgets[0]; ++k) {
+            decoding d;
+            decoding_begin(&d, c.bytes, c.size);
+            CHECK_EQ(decoding_run(&d, c.bytes, c.size, 13, budgets[k]), CQ_DONE);
+            CHECK_EQ(fingerprint(d.decoder), h.mesh[h.num_vertices]);
+            decoding_free(&d);
+        }
+        free(h.mesh);
+    }
+}
+
+TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result;
+        uint32_t before = 0, calls = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        do {
+            uint32_t now;
+            result = cq_decode(d.decoder, &in, 1);
+            now = d.decoder->mesh.num_vertices;
+            CHECK(result == CQ_OK || result == CQ_DONE);
+            CHECK(before == 0 || now == before || now == before + 1);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(values_in_range(d.decoder));
+            before = now;
+            calls++;
+        } while (result == CQ_OK && calls < 100000);
+        CHECK_EQ(result, CQ_DONE);
+        decoding_free(&d);
+    }
+}
+
+TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding one, many;
+        cq_bytes in_one, in_many;
+        cq_result a, b = CQ_OK;
+        int k;
+        decoding_begin(&one, c.bytes, c.size);
+        decoding_begin(&many, c.bytes, c.size);
+        in_one.data = in_many.data = c.bytes;
+        in_one.size = in_many.size = c.size;
+        do {
+            a = cq_decode(many.decoder, &in_many, 10);
+            for (k = 0; k < 10 && b == CQ_OK; ++k) b = cq_decode(one.decoder, &in_one, 1);
+            CHECK_EQ(many.decoder->mesh.num_vertices, one.decoder->mesh.num_vertices);
+            CHECK_EQ(fingerprint(many.decoder), fingerprint(one.decoder));
+        } while (a == CQ_OK && b == CQ_OK);
+        CHECK(a == CQ_DONE);
+        while (b == CQ_OK) b = cq_decode(one.decoder, &in_one, 1);
+        CHECK(b == CQ_DONE);
+        decoding_free(&one);
+        decoding_free(&many);
+    }
+}
+
+TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        do {
+            uint64_t before;
+            result = cq_decode(d.decoder, &in, 3);
+            if (result != CQ_OK) break;
+            before = fingerprint(d.decoder);
+            CHECK_EQ(cq_decode(d.decoder, &in, 0), CQ_OK);
+            CHECK_EQ(fingerprint(d.decoder), before);
+        } while (1);
+        CHECK_EQ(result, CQ_DONE);
+        decoding_free(&d);
+    }
+}
+
+TEST(bytes_behind_the_end_of_a_stream_are_not_used) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t extra;
+        for (extra = 1; extra < 2000; extra = extra * 5 + 1) {
+            uint8_t *longer = (uint8_t *)exact_alloc(c.size + extra);
+            decoding d;
+            cq_bytes in;
+            memcpy(longer, c.bytes, c.size);
+            decoding_begin(&d, longer, c.size + extra);
+            in.data = longer;
+            in.size = c.size + extra;
+            CHECK_EQ(cq_decode(d.decoder, &in, CQ_NO_LIMIT), CQ_DONE);
+            CHECK_EQ(in.size, extra);
+            CHECK(in.data == longer + c.size);
+            CHECK_EQ(cq_decode(d.decoder, &in, CQ_NO_LIMIT), CQ_DONE);
+            CHECK_EQ(in.size, extra);
+            exact_free(longer);
+            decoding_free(&d);
+        }
+    }
+}
+
+TEST(the_vertices_and_faces_that_there_are_keep_their_numbers) {
+    /* Of the faces only their corners may change, and a vertex's values only when it is split. */
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result;
+        uint32_t vertices = 0, faces = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        do {
+            result = cq_decode(d.decoder, &in, 1);
+            CHECK(d.decoder->mesh.num_vertices >= vertices);
+            CHECK(d.decoder->mesh.num_faces >= faces);
+            vertices = d.decoder->mesh.num_vertices;
+            faces = d.decoder->mesh.num_faces;
+        } while (result == CQ_OK);
+        CHECK_EQ(vertices, s.mesh.num_vertices);
+        CHECK_EQ(faces, s.mesh.num_faces);
+        decoding_free(&d);
+    }
+}
+
+/* -- Truncation ---------------------------------------------------------------------------------------------------- */
+
+TEST(every_truncation_is_a_mesh_on_the_way_to_the_full_one) {
+    FOR_EACH_SAMPLE(s, c) {
+        history h = history_take(c.bytes, c.size);
+        size_t size;
+        uint32_t before = 0;
+        for (size = 0; size < c.size; ++size) {
+            decoding d;
+            decoding_begin(&d, c.bytes, c.size);
+            CHECK_EQ(decoding_run(&d, c.bytes, size, size > 0 ? size : 1, CQ_NO_LIMIT), CQ_TRUNCATED);
+            CHECK_EQ(d.used, size);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(d.decoder->mesh.num_vertices >= before);
+            CHECK(d.decoder->mesh.num_vertices == 0 || history_has(&h, d.decoder));
+            before = d.decoder->mesh.num_vertices;
+            decoding_free(&d);
+        }
+        CHECK(before + 40 > h.num_vertices || before == 0);
+        free(h.mesh);
+    }
+}
+
+TEST(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t size;
+        for (size = 0; size < c.size; size += 1 + c.size / 40) {
+            decoding a, b;
+            decoding_begin(&a, c.bytes, c.size);
+            decoding_begin(&b, c.bytes, c.size);
+            CHECK_EQ(decoding_run(&a, c.bytes, size, 1000000, CQ_NO_LIMIT), CQ_TRUNCATED);
+            CHECK_EQ(decoding_run(&b, c.bytes, size, 1, 1), CQ_TRUNCATED);
+            CHECK_EQ(a.decoder->mesh.num_vertices, b.decoder->mesh.num_vertices);
+            if (a.decoder->mesh.num_vertices > 0) CHECK_EQ(fingerprint(a.decoder), fingerprint(b.decoder));
+            decoding_free(&a);
+            decoding_free(&b);
+        }
+    }
+}
+
+TEST(before_the_base_is_complete_there_are_no_vertices) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        size_t k;
+        uint32_t base = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        decoding_report(&d);
+        CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+        for (k = 0; k < c.size; ++k) {
+            decoding_feed(&d, c.bytes + k, 1, 1);
+            if (base == 0) base = d.decoder->mesh.num_vertices;
+        }
+        CHECK_EQ(d.result, CQ_DONE);
+        CHECK(base >= d.report->base_vertices);
+        decoding_free(&d);
+    }
+}
+
+TEST(truncated_is_final) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    uint64_t before;
+    REQUIRE_EQ(sample_code(&s, &c, 2), CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size / 2, c.size, CQ_NO_LIMIT), CQ_TRUNCATED);
+    CHECK(d.decoder->mesh.num_vertices > 0);
+    before = fingerprint(d.decoder);
+    in.data = c.bytes + c.size / 2;
+    in.size = c.size - c.size / 2;
+    CHECK_EQ(cq_decode(d.decoder, &in, CQ_NO_LIMIT), CQ_TRUNCATED);
+    CHECK_EQ(in.size, c.size - c.size / 2);
+    CHECK_EQ(cq_decode(d.decoder, NULL, CQ_NO_LIMIT), CQ_TRUNCATED);
+    CHECK_EQ(fingerprint(d.decoder), before);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(the_end_of_the_input_after_all_of_the_stream_is_no_truncation) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_feed(&d, c.bytes, c.size, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(decoding_end(&d, CQ_NO_LIMIT), CQ_DONE);
+        decoding_free(&d);
+    }
+}
+
+TEST(no_input_at_all_is_truncated) {
+    decoding d;
+    decoding_begin_with(&d, 100);
+    CHECK_EQ(decoding_end(&d, CQ_NO_LIMIT), CQ_TRUNCATED);
+    CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+    decoding_free(&d);
+}
+
+/* -- Damage -------------------------------------------------------------------------------------------------------- */
+
+TEST(no_flipped_bit_gives_a_complete_mesh) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t bit, step = c.size > 300 ? 7 : 1;
+        for (bit = 0; bit < 8 * c.size; bit += step) {
+            decoding d;
+            cq_result result;
+            c.bytes[bit / 8] = (uint8_t)(c.bytes[bit / 8] ^ 1 << bit % 8);
+            decoding_begin(&d, c.bytes, c.size);
+            result = decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT);
+            CHECK(result < 0 || result == CQ_TRUNCATED);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(values_in_range(d.decoder));
+            decoding_free(&d);
+            c.bytes[bit / 8] = (uint8_t)(c.bytes[bit / 8] ^ 1 << bit % 8);
+        }
+    }
+}
+
+TEST(a_missing_byte_in_the_middle_is_found) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t gone;
+        for (gone = 0; gone < c.size; gone += 1 + c.size / 100) {
+            uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size - 1);
+            decoding d;
+            cq_result result;
+            memcpy(bytes + gone, c.bytes + gone + 1, c.size - 1 - gone);
+            decoding_begin(&d, bytes, c.size - 1);
+            result = decoding_run(&d, bytes, c.size - 1, c.size, CQ_NO_LIMIT);
+            CHECK(result < 0 || result == CQ_TRUNCATED);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            exact_free(bytes);
+            decoding_free(&d);
+        }
+    }
+}
+
+TEST(an_error_is_final_and_uses_no_more_input) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    cq_result error;
+    REQUIRE_EQ(sample_code(&s, &c, 3), CQ_OK);
+    c.bytes[c.size - 1] ^= 1;
+    decoding_begin(&d, c.bytes, c.size);
+    error = decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT);
+    CHECK(error < 0);
+    c.bytes[c.size - 1] ^= 1;
+    in.data = c.bytes;
+    in.size = c.size;
+    CHECK_EQ(cq_decode(d.decoder, &in, CQ_NO_LIMIT), error);
+    CHECK_EQ(cq_decode(d.decoder, &in, 1), error);
+    CHECK_EQ(cq_decode(d.decoder, NULL, 1), error);
+    CHECK_EQ(in.size, c.size);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart) {
+    sample s;
+    coded c;
+    cq_shape shape;
+    size_t header_bytes, k;
+    static const cq_result expected[] = {CQ_ERROR_FORMAT, CQ_ERROR_FORMAT, CQ_ERROR_VERSION, CQ_ERROR_CHECKSUM};
+    REQUIRE_EQ(sample_code(&s, &c, 1), CQ_OK);
+    REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
+    for (k = 0; k < 4; ++k) {
+        size_t at = k < 3 ? k : header_bytes - 1;
+        decoding d;
+        c.bytes[at] ^= 0x40;
+        decoding_begin_with(&d, 100000);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, CQ_NO_LIMIT), expected[k]);
+        CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+        CHECK(d.used <= header_bytes);
+        decoding_free(&d);
+        c.bytes[at] ^= 0x40;
+    }
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end) {
+    FOR_EACH_SAMPLE(s, c) {
+        cq_shape shape;
+        size_t header_bytes;
+        decoding d;
+        CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
+        if (c.size == header_bytes) continue;
+        c.bytes[c.size - 1] ^= 0x80;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT) < 0);
+        decoding_free(&d);
+        c.bytes[c.size - 1] ^= 0x80;
+    }
+}
+
+TEST(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh) {
+    uint64_t random = 11;
+    FOR_EACH_SAMPLE(s, c) {
+        cq_shape shape;
+        size_t header_bytes, k;
+        int round;
+        CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
+        for (round = 0; round < 30; ++round) {
+            decoding d;
+            for (k = header_bytes; k < c.size; ++k) c.bytes[k] = round < 2 ? (uint8_t)(-round) : (uint8_t)next_random(&random);
+            decoding_begin(&d, c.bytes, c.size);
+            CHECK(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT) != CQ_DONE);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(values_in_range(d.decoder));
+            decoding_free(&d);
+        }
+    }
+}
+
+/* -- Memory and arguments ------------------------------------------------------------------------------------------ */
+
+TEST(memory_that_is_one_byte_short_is_an_error_before_any_work) {
+    FOR_EACH_SAMPLE(s, c) {
+        cq_shape shape;
+        size_t size, less;
+        REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, NULL, NULL), CQ_OK);
+        size = cq_decoder_bytes(&shape);
+        for (less = 1; less <= size; less = less * 2 + 1) {
+            decoding d;
+            decoding_begin_with(&d, size - less);
+            CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_ERROR_MEMORY);
+            CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+            CHECK_EQ(d.decoder->shape.num_vertices, s.mesh.num_vertices);   /* tells what is needed */
+            CHECK_EQ(cq_decoder_bytes(&d.decoder->shape), size);
+            decoding_free(&d);
+        }
+    }
+}
+
+TEST(misaligned_memory_is_an_error_of_the_decoder) {
+    sample s;
+    coded c;
+    cq_shape shape;
+    size_t size, shift;
+    REQUIRE_EQ(sample_code(&s, &c, 1), CQ_OK);
+    REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, NULL, NULL), CQ_OK);
+    size = cq_decoder_bytes(&shape);
+    for (shift = 1; shift < 4; ++shift) {
+        uint8_t *memory = (uint8_t *)exact_alloc(size + 4);
+        cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
+        cq_bytes in;
+        cq_result result = cq_decoder_init(d, memory + shift, size);
+        in.data = c.bytes;
+        in.size = c.size;
+        if (result == CQ_OK) result = cq_decode(d, &in, CQ_NO_LIMIT);
+        CHECK(result == CQ_ERROR_MEMORY || result == CQ_ERROR_ARGUMENT);
+        exact_free(memory);
+        exact_free(d);
+    }
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(more_memory_than_needed_gives_the_same_mesh) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d, e;
+        decoding_begin_with(&d, 200000);
+        decoding_begin(&e, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(decoding_run(&e, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(fingerprint(d.decoder), fingerprint(e.decoder));
+        decoding_free(&d);
+        decoding_free(&e);
+    }
+}
+
+TEST(the_contents_of_the_memory_do_not_matter) {
+    FOR_EACH_SAMPLE(s, c) {
+        uint64_t expected = 0;
+        int fill;
+        for (fill = 0; fill < 256; fill += 85) {
+            cq_shape shape;
+            size_t size;
+            void *memory;
+            cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
+            cq_bytes in;
+            REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, NULL, NULL), CQ_OK);
+            size = cq_decoder_bytes(&shape);
+            memory = exact_alloc(size);
+            memset(memory, fill, size);
+            memset(d, fill, sizeof *d);
+            in.data = c.bytes;
+            in.size = c.size;
+            CHECK_EQ(cq_decoder_init(d, memory, size), CQ_OK);
+            CHECK_EQ(cq_decode(d, &in, CQ_NO_LIMIT), CQ_DONE);
+            if (fill == 0) expected = fingerprint(d);
+            CHECK_EQ(fingerprint(d), expected);
+            exact_free(memory);
+            exact_free(d);
+        }
+    }
+}
+
+TEST(null_arguments_of_the_decoder_are_an_error) {
+    cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
+    uint32_t memory[16];
+    cq_bytes in;
+    CHECK_EQ(cq_decoder_init(NULL, memory, sizeof memory), CQ_ERROR_ARGUMENT);
+    CHECK_EQ(cq_decoder_init(d, NULL, 64), CQ_ERROR_ARGUMENT);
+    CHECK_EQ(cq_decoder_init(d, memory, sizeof memory), CQ_OK);
+    in.data = NULL;
+    in.size = 5;
+    CHECK_EQ(cq_decode(NULL, &in, 1), CQ_ERROR_ARGUMENT);
+    CHECK_EQ(cq_decode(d, &in, 1), CQ_ERROR_ARGUMENT);
+    exact_free(d);
+}
+
+TEST(a_decoder_can_be_used_again_after_another_init) {
+    sample s;
+    coded c;
+    decoding d;
+    uint64_t first;
+    REQUIRE_EQ(sample_code(&s, &c, 2), CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 100, CQ_NO_LIMIT), CQ_DONE);
+    first = fingerprint(d.decoder);
+    CHECK_EQ(cq_decoder_init(d.decoder, d.memory, d.memory_size), CQ_OK);
+    CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+    CHECK_EQ(fingerprint(d.decoder), first);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* -- Reports ------------------------------------------------------------------------------------------------------- */
+
+static uint64_t report_sum(const cq_report *r) {
+    return r->header + r->base + r->flags + r->indices + r->positions + r->channels;
+}
+
+static void check_same_report(const cq_report *a, const cq_report *b) {
+    uint32_t k;
+    CHECK_EQ(a->num_components, b->num_components);
+    CHECK_EQ(a->num_levels, b->num_levels);
+    CHECK_EQ(a->base_vertices, b->base_vertices);
+    CHECK_EQ(a->base_faces, b->base_faces);
+    CHECK_EQ(a->header, b->header);
+    CHECK_EQ(a->base, b->base);
+    CHECK_EQ(a->flags, b->flags);
+    CHECK_EQ(a->indices, b->indices);
+    CHECK_EQ(a->positions, b->positions);
+    CHECK_EQ(a->channels, b->channels);
+    CHECK_EQ(a->bytes, b->bytes);
+    CHECK_EQ(a->shape.num_vertices, b->shape.num_vertices);
+    CHECK_EQ(a->shape.num_faces, b->shape.num_faces);
+    CHECK_EQ(a->shape.num_boundary_loops, b->shape.num_boundary_loops);
+    CHECK_EQ(a->shape.num_boundary_edges, b->shape.num_boundary_edges);
+    CHECK_EQ(a->shape.num_channels, b->shape.num_channels);
+    for (k = 0; k < a->num_levels && k < CQ_MAX_LEVELS; ++k) {
+        const cq_level *x = &a->level[k], *y = &b->level[k];
+        CHECK_EQ(x->num_vertices, y->num_vertices);
+        CHECK_EQ(x->num_patches, y->num_patches);
+        CHECK_EQ(x->num_splits, y->num_splits);
+        CHECK_EQ(x->sum_i, y->sum_i);
+        CHECK_EQ(x->sum_j, y->sum_j);
+        CHECK_EQ(x->flags, y->flags);
+        CHECK_EQ(x->indices, y->indices);
+        CHECK_EQ(x->values, y->values);
+    }
+}
+
+TEST(the_parts_of_a_report_add_up_to_the_stream) {
+    FOR_EACH_SAMPLE(s, c) {
+        CHECK_EQ(c.report->bytes, c.size);
+        CHECK_EQ(report_sum(c.report), (uint64_t)65536 * 8 * c.size);
+        if (s.input.shape.num_channels == 0) CHECK_EQ(c.report->positions + c.report->channels, 0);
+    }
+}
+
+TEST(decoder_and_encoder_fill_the_same_report) {
+    static const size_t chunks[] = {1, 50, 1000000};
+    FOR_EACH_SAMPLE(s, c) {
+        size_t k;
+        for (k = 0; k < 3; ++k) {
+            decoding d;
+            decoding_begin(&d, c.bytes, c.size);
+            decoding_report(&d);
+            CHECK_EQ(decoding_run(&d, c.bytes, c.size, chunks[k], k == 0 ? 1 : CQ_NO_LIMIT), CQ_DONE);
+            check_same_report(d.report, c.report);
+            CHECK_EQ(report_sum(d.report), (uint64_t)65536 * 8 * c.size);
+            CHECK_EQ(d.decoder->level, d.report->num_levels);
+            CHECK_EQ(d.decoder->num_components, d.report->num_components);
+            decoding_free(&d);
+        }
+    }
+}
+
+TEST(the_levels_of_a_report_lead_from_the_base_to_the_mesh) {
+    FOR_EACH_SAMPLE(s, c) {
+        const cq_report *r = c.report;
+        uint32_t vertices = r->base_vertices, k;
+        uint64_t flags = 0, indices = 0, values = 0;
+        for (k = 0; k < r->num_levels; ++k) {
+            CHECK(r->level[k].num_splits <= r->level[k].num_patches);
+            CHECK(r->level[k].num_splits > 0);
+            vertices += r->level[k].num_splits;
+            CHECK_EQ(r->level[k].num_vertices, vertices);
+            flags += r->level[k].flags;
+            indices += r->level[k].indices;
+            values += r->level[k].values;
+        }
+        CHECK_EQ(vertices, s.mesh.num_vertices);
+        CHECK(flags <= r->flags);
+        CHECK_EQ(indices, r->indices);
+        CHECK(values <= r->positions + r->channels);
+        CHECK(r->base_faces <= s.mesh.num_faces);
+    }
+}
+
+TEST(a_report_counts_the_components) {
+    static const uint32_t components[SAMPLES] = {1, 1, 1, 1, 1, 7, 61, 1};
+    FOR_EACH_SAMPLE(s, c) {
+        CHECK_EQ(c.report->num_components, components[which_s]);
+    }
+}
+
+TEST(the_report_does_not_change_the_decoding) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d, e;
+        decoding_begin(&d, c.bytes, c.size);
+        decoding_begin(&e, c.bytes, c.size);
+        decoding_report(&d);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 17, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(decoding_run(&e, c.bytes, c.size, 17, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(fingerprint(d.decoder), fingerprint(e.decoder));
+        decoding_free(&d);
+        decoding_free(&e);
+    }
+}
+
+TEST(levels_are_counted_as_they_begin) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    uint32_t before = 0;
+    cq_result result;
+    REQUIRE_EQ(sample_code(&s, &c, 4), CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    do {
+        uint32_t level, n;
+        result = cq_decode(d.decoder, &in, 1);
+        level = d.decoder->level;
+        n = d.decoder->mesh.num_vertices;
+        CHECK(level == before || level == before + 1);
+        CHECK(level <= c.report->num_levels);
+        if (level > 0) CHECK(n <= c.report->level[level - 1].num_vertices);
+        if (level > 1) CHECK(n >= c.report->level[level - 2].num_vertices);
+        before = level;
+    } while (result == CQ_OK);
+    CHECK_EQ(result, CQ_DONE);
+    CHECK(c.report->num_levels > 3);
+    CHECK_EQ(before, c.report->num_levels);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+int main(int argc, char **argv) {
+    TEST_BEGIN(argc, argv);
+    RUN(a_stream_gives_back_the_mesh_and_the_values);
+    RUN(a_decoder_has_no_gaps_in_vertices_and_faces);
+    RUN(any_size_of_pieces_gives_the_same_mesh);
+    RUN(pieces_of_no_bytes_only_ask_for_more);
+    RUN(any_budget_gives_the_same_mesh);
+    RUN(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh);
+    RUN(a_budget_of_n_does_the_work_of_n_budgets_of_one);
+    RUN(a_budget_of_none_changes_nothing_once_the_mesh_is_there);
+    RUN(bytes_behind_the_end_of_a_stream_are_not_used);
+    RUN(the_vertices_and_faces_that_there_are_keep_their_numbers);
+    RUN(every_truncation_is_a_mesh_on_the_way_to_the_full_one);
+    RUN(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets);
+    RUN(before_the_base_is_complete_there_are_no_vertices);
+    RUN(truncated_is_final);
+    RUN(the_end_of_the_input_after_all_of_the_stream_is_no_truncation);
+    RUN(no_input_at_all_is_truncated);
+    RUN(no_flipped_bit_gives_a_complete_mesh);
+    RUN(a_missing_byte_in_the_middle_is_found);
+    RUN(an_error_is_final_and_uses_no_more_input);
+    RUN(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart);
+    RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
+    RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
+    RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
+    RUN(misaligned_memory_is_an_error_of_the_decoder);
+    RUN(more_memory_than_needed_gives_the_same_mesh);
+    RUN(the_contents_of_the_memory_do_not_matter);
+    RUN(null_arguments_of_the_decoder_are_an_error);
+    RUN(a_decoder_can_be_used_again_after_another_init);
+    RUN(the_parts_of_a_report_add_up_to_the_stream);
+    RUN(decoder_and_encoder_fill_the_same_report);
+    RUN(the_levels_of_a_report_lead_from_the_base_to_the_mesh);
+    RUN(a_report_counts_the_components);
+    RUN(the_report_does_not_change_the_decoding);
+    RUN(levels_are_counted_as_they_begin);
+    return TEST_END();
+}

@@ -1,0 +1,431 @@
+/* The encoder: arguments, memory, output of every size, the map, determinism, limits. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "sample.h"
+#include "test.h"
+
+#define FOR_EACH_SAMPLE(s, c) \
+    sample s; coded c; int which_##s; \
+    for (which_##s = 0; which_##s < SAMPLES; ++which_##s, uncode(&c), sample_free(&s)) \
+        if (sample_code(&s, &c, which_##s) != CQ_OK) test_fail(__FILE__, __LINE__, "the sample encodes"); else
+
+/* One call with plenty of memory and room; the result, and the place if it is an error. */
+static cq_result encode_once(const cq_input *input, cq_place *place) {
+    static uint8_t out[65536];
+    cq_input in = *input;
+    cq_shape shape = input->shape;
+    size_t size, stream_size;
+    void *memory;
+    cq_result result;
+    if (shape.num_channels > CQ_MAX_CHANNELS) shape.num_channels = CQ_MAX_CHANNELS;
+    shape.num_boundary_loops = 64;
+    shape.num_boundary_edges = 256;
+    size = cq_encoder_bytes(&shape);
+    if (size == 0) size = 100000;
+    memory = exact_alloc(size);
+    result = cq_encode(&in, memory, size, out, sizeof out, &stream_size, place, NULL);
+    exact_free(memory);
+    return result;
+}
+
+/* -- The map ------------------------------------------------------------------------------------------------------- */
+
+TEST(the_map_is_a_permutation) {
+    FOR_EACH_SAMPLE(s, c) {
+        uint32_t n = s.mesh.num_vertices, v;
+        uint8_t *seen = (uint8_t *)calloc(n, 1);
+        for (v = 0; v < n; ++v) {
+            REQUIRE(c.map[v] < n);
+            CHECK(!seen[c.map[v]]);
+            seen[c.map[v]] = 1;
+        }
+        free(seen);
+    }
+}
+
+TEST(the_map_leads_to_the_values_of_each_vertex) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        uint32_t k, v, j;
+        decoding_begin(&d, c.bytes, c.size);
+        REQUIRE_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        for (k = 0; k < s.input.shape.num_channels; ++k) {
+            uint32_t n = s.input.shape.channel[k].components;
+            for (v = 0; v < s.mesh.num_vertices; ++v)
+                for (j = 0; j < n; ++j)
+                    CHECK_EQ(d.decoder->channel[k][c.map[v] * n + j], s.values[k][v * n + j]);
+        }
+        decoding_free(&d);
+    }
+}
+
+TEST(the_map_may_be_null) {
+    FOR_EACH_SAMPLE(s, c) {
+        cq_place place;
+        s.input.map = NULL;
+        CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
+    }
+}
+
+/* -- Memory and output --------------------------------------------------------------------------------------------- */
+
+TEST(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t size = cq_encoder_bytes(&c.shape), less, stream_size = 0;
+        uint8_t *out = (uint8_t *)exact_alloc(c.size);
+        for (less = 1; less <= size; less = less * 3 + 1) {
+            void *memory = exact_alloc(size - less);
+            cq_input in = s.input;
+            in.shape = c.shape;
+            CHECK_EQ(cq_encode(&in, memory, size - less, out, c.size, &stream_size, NULL, NULL), CQ_ERROR_MEMORY);
+            exact_free(memory);
+        }
+        {
+            void *memory = exact_alloc(size);
+            cq_input in = s.input;
+            CHECK_EQ(cq_encode(&in, memory, size, out, c.size, &stream_size, NULL, NULL), CQ_OK);
+            CHECK_EQ(stream_size, c.size);
+            CHECK(memcmp(out, c.bytes, c.size) == 0);
+            exact_free(memory);
+        }
+        exact_free(out);
+    }
+}
+
+TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
+    sample s;
+    cq_input in;
+    void *memory;
+    size_t size, stream_size;
+    sample_begin(&s, triangles_annulus(300));
+    in = s.input;
+    size = cq_encoder_bytes(&in.shape);
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_MEMORY);
+    CHECK_EQ(in.shape.num_boundary_loops, 2);
+    CHECK_EQ(in.shape.num_boundary_edges, 600);
+    exact_free(memory);
+    size = cq_encoder_bytes(&in.shape);
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
+    exact_free(memory);
+    sample_free(&s);
+}
+
+TEST(misaligned_encoder_memory_is_an_error) {
+    sample s;
+    size_t size, stream_size, shift;
+    sample_make(&s, 1);
+    size = cq_encoder_bytes(&s.input.shape);
+    for (shift = 1; shift < 8; ++shift) {
+        uint8_t *memory = (uint8_t *)exact_alloc(size + 8);
+        cq_input in = s.input;
+        CHECK_EQ(cq_encode(&in, memory + shift, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_MEMORY);
+        exact_free(memory);
+    }
+    sample_free(&s);
+}
+
+TEST(every_output_that_is_too_small_is_full_and_the_size_is_told) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t memory_size = cq_encoder_bytes(&c.shape), size, step = 1 + c.size / 150;
+        void *memory = exact_alloc(memory_size);
+        for (size = 0; size < c.size; size += step) {
+            uint8_t *out = (uint8_t *)exact_alloc(size);
+            cq_input in = s.input;
+            size_t stream_size = 0;
+            CHECK_EQ(cq_encode(&in, memory, memory_size, out, size, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
+            CHECK_EQ(stream_size, c.size);
+            exact_free(out);
+        }
+        {
+            uint8_t *out = (uint8_t *)exact_alloc(c.size - 1);
+            cq_input in = s.input;
+            size_t stream_size = 0;
+            CHECK_EQ(cq_encode(&in, memory, memory_size, out, c.size - 1, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
+            CHECK_EQ(stream_size, c.size);
+            exact_free(out);
+        }
+        exact_free(memory);
+    }
+}
+
+TEST(an_output_that_is_larger_than_needed_gets_the_same_bytes) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t memory_size = cq_encoder_bytes(&c.shape), extra;
+        void *memory = exact_alloc(memory_size);
+        for (extra = 1; extra < 1000; extra = extra * 4 + 1) {
+            uint8_t *out = (uint8_t *)exact_alloc(c.size + extra);
+            cq_input in = s.input;
+            size_t stream_size = 0;
+            CHECK_EQ(cq_encode(&in, memory, memory_size, out, c.size + extra, &stream_size, NULL, NULL), CQ_OK);
+            CHECK_EQ(stream_size, c.size);
+            CHECK(memcmp(out, c.bytes, c.size) == 0);
+            exact_free(out);
+        }
+        exact_free(memory);
+    }
+}
+
+TEST(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory) {
+    FOR_EACH_SAMPLE(s, c) {
+        size_t memory_size = cq_encoder_bytes(&c.shape);
+        int fill;
+        for (fill = 0; fill < 256; fill += 51) {
+            void *memory = exact_alloc(memory_size);
+            uint8_t *out = (uint8_t *)exact_alloc(c.size);
+            cq_index *map = (cq_index *)exact_alloc(s.mesh.num_vertices * sizeof(cq_index));
+            cq_input in = s.input;
+            size_t stream_size;
+            memset(memory, fill, memory_size);
+            in.map = map;
+            CHECK_EQ(cq_encode(&in, memory, memory_size, out, c.size, &stream_size, NULL, NULL), CQ_OK);
+            CHECK_EQ(stream_size, c.size);
+            CHECK(memcmp(out, c.bytes, c.size) == 0);
+            CHECK(memcmp(map, c.map, s.mesh.num_vertices * sizeof(cq_index)) == 0);
+            exact_free(map);
+            exact_free(memory);
+            exact_free(out);
+        }
+    }
+}
+
+TEST(the_input_is_not_changed) {
+    FOR_EACH_SAMPLE(s, c) {
+        sample again;
+        uint32_t k;
+        sample_make(&again, which_s);
+        CHECK(memcmp(again.mesh.indices, s.mesh.indices, 3 * (size_t)s.mesh.num_faces * sizeof(cq_index)) == 0);
+        for (k = 0; k < s.input.shape.num_channels; ++k)
+            CHECK(memcmp(again.values[k], s.values[k], (size_t)s.mesh.num_vertices
+                         * s.input.shape.channel[k].components * sizeof(cq_value)) == 0);
+        sample_free(&again);
+    }
+}
+
+/* -- Arguments and values ------------------------------------------------------------------------------------------ */
+
+TEST(null_arguments_of_encode_are_an_error) {
+    sample s;
+    size_t size, stream_size;
+    void *memory;
+    uint8_t out[4096];
+    cq_input in;
+    sample_make(&s, 1);
+    size = cq_encoder_bytes(&s.input.shape);
+    memory = exact_alloc(size);
+    in = s.input;
+    CHECK_EQ(cq_encode(NULL, memory, size, out, sizeof out, &stream_size, NULL, NULL), CQ_ERROR_ARGUMENT);
+    CHECK_EQ(cq_encode(&in, memory, size, out, sizeof out, NULL, NULL, NULL), CQ_ERROR_ARGUMENT);
+    CHECK_EQ(cq_encode(&in, memory, size, NULL, 10, &stream_size, NULL, NULL), CQ_ERROR_ARGUMENT);
+    CHECK(cq_encode(&in, NULL, size, out, sizeof out, &stream_size, NULL, NULL) < 0);
+    in.indices = NULL;
+    CHECK_EQ(cq_encode(&in, memory, size, out, sizeof out, &stream_size, NULL, NULL), CQ_ERROR_ARGUMENT);
+    in = s.input;
+    in.values[0] = NULL;
+    CHECK_EQ(cq_encode(&in, memory, size, out, sizeof out, &stream_size, NULL, NULL), CQ_ERROR_ARGUMENT);
+    exact_free(memory);
+    sample_free(&s);
+}
+
+TEST(channels_outside_their_ranges_are_an_argument_error) {
+    static const struct { int kind, components, bits, reserved; } bad[] = {
+        {CQ_GENERIC, 0, 8, 0}, {CQ_GENERIC, 5, 8, 0}, {CQ_GENERIC, 255, 8, 0}, {CQ_GENERIC, 3, 0, 0},
+        {CQ_GENERIC, 3, CQ_MAX_BITS + 1, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_GENERIC + 1, 3, 8, 0}, {255, 3, 8, 0},
+        {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, 1}};
+    size_t k;
+    for (k = 0; k < sizeof bad / sizeof bad[0]; ++k) {
+        sample s;
+        cq_place place;
+        sample_begin(&s, triangles_icosahedron());
+        sample_channel(&s, CQ_GENERIC, 4, 1);
+        s.input.shape.channel[0].kind = (uint8_t)bad[k].kind;
+        s.input.shape.channel[0].components = (uint8_t)bad[k].components;
+        s.input.shape.channel[0].bits = (uint8_t)bad[k].bits;
+        s.input.shape.channel[0].reserved = (uint8_t)bad[k].reserved;
+        CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ARGUMENT);
+        sample_free(&s);
+    }
+}
+
+TEST(more_than_eight_channels_are_an_argument_error) {
+    sample s;
+    cq_place place;
+    sample_begin(&s, triangles_icosahedron());
+    s.input.shape.num_channels = CQ_MAX_CHANNELS + 1;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ARGUMENT);
+    s.input.shape.num_channels = 0xffffffffu;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ARGUMENT);
+    sample_free(&s);
+}
+
+TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
+    static const int bits[] = {1, 7, 12, CQ_MAX_BITS};
+    int b, way;
+    for (b = 0; b < 4; ++b) {
+        for (way = 0; way < 4; ++way) {
+            sample s;
+            cq_place place;
+            cq_value top = (cq_value)(((int32_t)1 << bits[b]) - 1), bad;
+            sample_begin(&s, triangles_icosahedron());
+            sample_channel(&s, CQ_GENERIC, 1, 3);
+            sample_channel(&s, CQ_GENERIC, 3, bits[b]);
+            s.values[1][3 * 5 + 1] = top;
+            CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
+            s.values[1][3 * 5 + 1] = 0;
+            CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
+            bad = way == 0 ? (cq_value)-1 : (cq_value)(way == 1 ? -32768 : way == 2 ? top + 1 : 32767);
+            if (bad < 0 || bad > top) {
+                s.values[1][3 * 5 + 1] = bad;
+                CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_VALUE);
+                CHECK_EQ(place.vertex, 5);
+                CHECK_EQ(place.face, CQ_NONE);
+                CHECK_EQ(place.other, CQ_NONE);
+            }
+            sample_free(&s);
+        }
+    }
+}
+
+TEST(a_mesh_that_is_no_manifold_is_refused_with_its_place) {
+    static const int bow_tie[] = {0, 1, 2, 2, 3, 4};
+    static const int fins[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+    sample s;
+    cq_place place;
+    sample_begin(&s, triangles_of(5, 2, bow_tie));
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_VERTEX);
+    CHECK_EQ(place.vertex, 2);
+    sample_free(&s);
+    sample_begin(&s, triangles_of(5, 3, fins));
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_EDGE);
+    CHECK((place.vertex == 0 && place.other == 1) || (place.vertex == 1 && place.other == 0));
+    sample_free(&s);
+    sample_begin(&s, triangles_moebius(6));
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ORIENTATION);
+    sample_free(&s);
+    sample_begin(&s, triangles_tetrahedron());
+    s.mesh.indices[7] = 9;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_INDEX);
+    CHECK_EQ(place.face, 2);
+    CHECK_EQ(place.vertex, 9);
+    sample_free(&s);
+    sample_begin(&s, triangles_tetrahedron());
+    s.input.shape.num_vertices = 5;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_UNUSED);
+    CHECK_EQ(place.vertex, 4);
+    sample_free(&s);
+}
+
+TEST(a_mesh_without_vertices_round_trips_or_is_refused) {
+    sample s;
+    coded c;
+    sample_begin(&s, triangles_none());
+    code(&c, &s.input);
+    CHECK(c.result == CQ_OK || c.result == CQ_ERROR_ARGUMENT);
+    if (c.result == CQ_OK) {
+        decoding d;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+        CHECK_EQ(d.decoder->mesh.num_vertices, 0);
+        decoding_free(&d);
+    }
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* -- Progress ------------------------------------------------------------------------------------------------------ */
+
+typedef struct progress {
+    uint32_t calls, last, bad;
+} progress;
+
+static void note_progress(void *user, uint32_t done, uint32_t total) {
+    progress *p = (progress *)user;
+    if (done > total || (p->calls > 0 && done < p->last)) p->bad++;
+    p->last = done;
+    p->calls++;
+}
+
+TEST(progress_goes_forward_and_never_beyond_its_total) {
+    FOR_EACH_SAMPLE(s, c) {
+        progress p;
+        cq_place place;
+        p.calls = p.last = p.bad = 0;
+        s.input.progress = note_progress;
+        s.input.user = &p;
+        CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
+        CHECK_EQ(p.bad, 0);
+        if (which_s == 4) CHECK(p.calls > 0);
+    }
+}
+
+/* -- What the streams are worth ------------------------------------------------------------------------------------ */
+
+TEST(streams_refine_a_coarse_base) {
+    /* A torus of 240 vertices must come down far: 7 vertices are the least a torus has. */
+    sample s;
+    coded c;
+    REQUIRE_EQ(sample_code(&s, &c, 4), CQ_OK);
+    CHECK(c.report->num_levels >= 4);
+    CHECK(c.report->base_vertices < 60);
+    CHECK(c.size < s.mesh.num_vertices);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(equal_values_cost_next_to_nothing) {
+    sample s;
+    coded c;
+    uint32_t v;
+    sample_begin(&s, triangles_torus(16, 16));
+    sample_channel(&s, CQ_GENERIC, 4, 12);
+    for (v = 0; v < 4 * 256; ++v) s.values[0][v] = 2048;
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK(c.report->channels + c.report->positions < (uint64_t)65536 * 256);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(a_vertex_of_large_valence_is_left_alone) {
+    /* The poles have far more neighbours than a centre that may be split. */
+    sample s;
+    coded c;
+    decoding d;
+    sample_begin(&s, triangles_bipyramid(200));
+    sample_channel(&s, CQ_POSITION, 3, 10);
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+    CHECK_EQ(d.decoder->mesh.valence[c.map[200]], 200);
+    CHECK_EQ(d.decoder->mesh.valence[c.map[201]], 200);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+int main(int argc, char **argv) {
+    TEST_BEGIN(argc, argv);
+    RUN(the_map_is_a_permutation);
+    RUN(the_map_leads_to_the_values_of_each_vertex);
+    RUN(the_map_may_be_null);
+    RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
+    RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
+    RUN(misaligned_encoder_memory_is_an_error);
+    RUN(every_output_that_is_too_small_is_full_and_the_size_is_told);
+    RUN(an_output_that_is_larger_than_needed_gets_the_same_bytes);
+    RUN(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory);
+    RUN(the_input_is_not_changed);
+    RUN(null_arguments_of_encode_are_an_error);
+    RUN(channels_outside_their_ranges_are_an_argument_error);
+    RUN(more_than_eight_channels_are_an_argument_error);
+    RUN(a_value_outside_its_bits_is_an_error_at_its_vertex);
+    RUN(a_mesh_that_is_no_manifold_is_refused_with_its_place);
+    RUN(a_mesh_without_vertices_round_trips_or_is_refused);
+    RUN(progress_goes_forward_and_never_beyond_its_total);
+    RUN(streams_refine_a_coarse_base);
+    RUN(equal_values_cost_next_to_nothing);
+    RUN(a_vertex_of_large_valence_is_left_alone);
+    return TEST_END();
+}
