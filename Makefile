@@ -77,7 +77,7 @@ summary:
 	        for (i = 1; i < ARGC; ++i) { \
 	            name = ARGV[i]; \
 	            if (!failed[name] && (!passed[name] || last[name] != lines[name])) failed[name] = 1; \
-	            if (failed[name]) { print "\nFAILED: " name; system("grep -av \"^ok \" " name " | tail -n 30") } \
+	            if (failed[name]) { print "\nFAILED: " name; system("grep -av \"^ok \" " name " | head -n 30") } \
 	            all_passed += passed[name]; all_failed += failed[name]; \
 	        } \
 	        print all_passed + 0 " passed, " all_failed + 0 " failed"; \

@@ -9,11 +9,12 @@ static int train_rate, train_step;
 #define CQ_TRAINING
 #define CQI_RATE train_rate
 #define CQI_STEP train_step
+#define CQI_HOPELESS (64 << 10)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 #include <stdlib.h>
 
-enum { PASSES = 8 };
+enum { PASSES = 8, MEAN_PASSES = 3 }; /* passes; the last of them make the mean */
 
 /* Adaptation of bits and of weights in each pass over all meshes. */
 static const int rates[PASSES] = { 5, 5, 6, 7, 7, 8, 8, 8 };
@@ -28,6 +29,32 @@ static void cqi_model_init(cqi_model *m, int located)
 }
 
 static void cqi_model_keep(const cqi_model *m) { model = *m; }
+
+/* The mean of the models after each mesh: no mesh has the last word. */
+static double bit_sum[CQI_MODELS], weight_sum[CQI_WEIGHTS];
+static int num_summed;
+
+static void clear_mean(void)
+{
+    memset(bit_sum, 0, sizeof bit_sum);
+    memset(weight_sum, 0, sizeof weight_sum);
+    num_summed = 0;
+}
+
+static void add_to_mean(void)
+{
+    int k;
+    for (k = 0; k < CQI_MODELS; k++) bit_sum[k] += model.bit[k];
+    for (k = 0; k < CQI_WEIGHTS; k++) weight_sum[k] += model.weight[k];
+    num_summed++;
+}
+
+static void take_mean(void)
+{
+    int k;
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)(bit_sum[k] / num_summed);
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(weight_sum[k] / num_summed);
+}
 
 struct sample {
     const char *path;
@@ -67,6 +94,7 @@ static double train_pass(const struct sample *samples, int n, const struct optio
         if (!encode_mesh(&e, &samples[k].mesh, samples[k].path, options)) continue;
         sum += (double)(e.report.base + e.report.flags + e.report.indices) / 65536 / samples[k].mesh.num_vertices;
         free_encoding(&e);
+        add_to_mean();
     }
     return sum / n;
 }
@@ -84,9 +112,11 @@ static void train(struct sample *samples, int n, int connectivity)
     for (pass = 0; pass < PASSES; pass++) {
         train_rate = rates[pass];
         train_step = steps[pass];
+        if (pass <= PASSES - MEAN_PASSES) clear_mean();
         shuffle(samples, n, &state);
         fprintf(stderr, "pass %d of %d: %.4f bits per vertex\n", pass + 1, PASSES, train_pass(samples, n, &options));
     }
+    take_mean();
 }
 
 static int rounded_weight(int weight)
