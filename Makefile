@@ -12,7 +12,7 @@ CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 .DELETE_ON_ERROR:
 .PHONY: all help clean demo deps meshes ref_data check-ref test summary
 
-all: build/cqm build/minimal_decode build/stream build/meshgen ## builds the command line, the examples and the mesh generator
+all: build/cqm build/minimal_decode build/stream build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
 	@awk -F ':.*## ' '/^[a-z_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile

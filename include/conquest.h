@@ -303,7 +303,7 @@ typedef struct cq_report {
 /* -- Private types: their sizes are public, their contents are not ---------------------------------------------------- */
 
 #define CQI_BUFFER_BYTES 512         /* input that a step may need at once; see CQI_STEP_BYTES */
-#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
+#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2 + 1) /* and one not listed */
 #define CQI_SCALES 16                /* classes of patch size, a context of the residuals */
 
 /* A conquest in progress: the list of patches is the queue of gates too. */
@@ -317,7 +317,7 @@ typedef struct cqi_walk {
 /* One way to split a patch: B takes the ring from p to q. The features are entries of the tables of the same names. */
 typedef struct cqi_candidate {
     uint8_t p, q;
-    uint8_t rule, delta, plane, inner, outer;
+    uint8_t delta, plane, inner, outer, between;
     union {
         int16_t score;    /* first in 2^-10 octaves, */
         uint16_t weight;  /* then as a share of the range */
@@ -338,6 +338,7 @@ typedef struct cqi_ring {
     uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q */
     uint16_t entry[2][CQ_MAX_VALENCE][6];      /* features as p and as q */
     int32_t score[2][CQ_MAX_VALENCE];          /* their sums */
+    int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
     int16_t offset[CQ_MAX_VALENCE][3];         /* from the centre, the largest component has 12 bits */
     int16_t direction[CQ_MAX_VALENCE][3];      /* the same, 256 long */
     int32_t sum[CQ_MAX_VALENCE + 1][3];        /* of the offsets before a vertex */
@@ -348,14 +349,15 @@ typedef struct cqi_ring {
 /* Adaptive weights of the split model, in 2^-10 octaves. Indices of tables in one array. */
 enum {
     CQI_LENGTH = 0,                                          /* [valence of the centre][q - p] */
-    CQI_SIZE_B = CQI_LENGTH + CQI_CANDIDATES + CQ_MAX_VALENCE,  /* [level class][q - p] */
+    CQI_SIZE_B = CQI_LENGTH + CQ_MAX_VALENCE * (CQ_MAX_VALENCE + 1) / 2,  /* [level class][q - p] */
     CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
     CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
-    CQI_DELTA = CQI_RULE + 49,                               /* [length of the predicted B - A] */
+    CQI_DELTA = CQI_RULE + 36,                               /* [length of the predicted B - A] */
     CQI_PLANE = CQI_DELTA + 16,                              /* [angle of p][of q] to it */
     CQI_INNER = CQI_PLANE + 81,                              /* [of p + 1][of q - 1] */
     CQI_OUTER = CQI_INNER + 81,                              /* [of p - 1][of q + 1] */
-    CQI_END = CQI_OUTER + 81,                                /* six tables for p, the same for q: */
+    CQI_BETWEEN = CQI_OUTER + 81,                            /* [steps from p to q][angle between their spokes] */
+    CQI_END = CQI_BETWEEN + 8 * 11,                          /* six tables for p, the same for q: */
     CQI_END_HELD = 0,                                        /* [valence][state] */
     CQI_END_INDEX = CQI_END_HELD + 14 * 6,                   /* [index i, index j] */
     CQI_END_VALENCE = CQI_END_INDEX + 8,                     /* [level class][valence] */
@@ -507,6 +509,7 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
+static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
 /* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
@@ -1474,11 +1477,11 @@ typedef struct cqi_plan {
 } cqi_plan;
 
 /* Speed of adaptation: of bit models (higher is slower), and of weights, in units at full surprise. And how far under the
- * best candidate, in units, positions can't help any more. The trainer has its own: it learns slowly, from all. */
+ * best candidate, in units, valences make another one hopeless. The trainer has its own: it learns slowly, from all. */
 #ifndef CQ_TRAINING
 #define CQI_RATE 5
 #define CQI_STEP 18
-#define CQI_HOPELESS (10 << 10)
+#define CQI_HOPELESS (8 << CQI_UNIT)
 #endif
 
 /* -- The plan: what the encoder looks up while it replays -- */
@@ -1638,25 +1641,24 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     128, 128, 128, 128, 128, 128,
 };
 static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
-    0, 0, 0, 0, -1, 1, 0, -5, 9, -5, 0, -8, 12, 10, -14, 0, -14, 12, 18, 10, -23, 0, -16, 9,
-    14, 11, 7, -25, 0, -19, 5, 15, 19, 12, 4, -28, 0, -25, -3, 11, 14, 16, 12, -5, -21, 0, -26, -8,
-    7, 14, 14, 17, 8, -11, -11, 0, -13, -16, 0, 6, 9, 12, 13, 2, -10, -5, 0, -11, -7, -3, 7, 0,
-    8, 4, 8, 0, -6, -1, 0, -5, -8, -9, 10, 5, 2, 2, 4, 0, 5, -4, -1, 0, -7, -10, 0, 5,
-    7, 2, 2, 2, 3, -2, 2, -2, -1, 0, -2, -6, 2, 6, 0, -1, -3, 0, 1, 1, 5, 0, -3, 0,
-    0, -2, -9, 0, 4, 0, -1, 3, 1, 3, 3, 2, -1, 2, -4, 0, 0, -2, -2, -2, 1, 3, 1, 2,
-    1, 0, -1, 1, 0, -1, 0, -2, 0, 0, -1, -8, 3, 0, 1, 1, 0, 1, 3, 2, -2, -2, 2, -1,
-    3, -2, 0, 0, 0, -5, -3, 5, 0, 3, 0, -1, 1, 2, -1, -1, -1, -1, 2, -1, 0, 0, 0, -1,
-    -2, 0, 3, 2, 2, 1, -1, 0, 1, 0, -1, 1, -1, 0, 0, 0, -1, 0, 0, 0, -1, 1, -1, 1,
-    -1, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, 1, 2, 1, 1, 0, 2,
-    0, 0, 0, 1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, -1, -1, 2, -2, 3, -1, -1, -1, 1, 1,
-    0, 0, 0, 2, 1, -1, -1, 0, 0, -1, 0, 0, 0, -1, -2, 2, 0, -1, 2, 2, 0, 3, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, -49, -6, 18, 38, 25, 1, -15, -11, -4, -1, 3,
-    0, 1, -1, -1, 0, -48, -3, 24, 33, 16, 13, -4, -11, -7, -3, 0, 0, 0, 0, -1, 0, -72, -15, 12,
-    25, 23, 21, 18, 14, 4, 1, -1, -5, -3, -5, -8, 0, -41, 3, 23, 37, 21, 1, -15, -13, -12, -10, -3,
-    4, 1, -1, 4, 0, -37, 7, 28, 28, 13, 10, -7, -16, -13, -8, -2, 2, 1, 0, 2, 0, -59, -4, 19,
-    26, 20, 18, 16, 11, 6, -2, -9, -12, -8, -6, -17, -42, -46, -37, -25, -17, -15, -64, -40, -42, -37, -43, -28,
-    -22, -65, -39, -52, -35, -40, -32, -17, -55, -24, -36, 58, 54, 53, 50, 55, -13, -23, 55, 50, 50, 48, 53, -6,
-    -12, 50, 45, 45, 48, 52, -62, -67, 56, 50, 48, 51, 53, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, -1, 1, 0, -8, 16, -9, 0, -13, 16, 15, -20, 0, -14, 12, 17, 10, -17, 0, -13, 4,
+    14, 10, 8, -20, 0, -16, -2, 8, 16, 9, 1, -23, 0, -21, -4, 8, 11, 17, 10, -5, -17, 0, -24, -8,
+    7, 11, 11, 17, 7, -11, -9, 0, -13, -15, 0, 7, 9, 10, 13, 3, -9, -5, 0, -11, -6, -3, 8, 1,
+    6, 3, 9, 1, -5, -1, 0, -6, -8, -8, 10, 5, 2, 1, 4, 0, 4, -4, -1, 0, -8, -9, 0, 5,
+    7, 2, 1, 1, 3, -2, 2, -2, -1, 0, -3, -6, 2, 7, 0, -1, -2, 0, 1, 1, 5, 0, -3, -1,
+    0, -1, -9, 0, 4, 0, -1, 3, 1, 3, 3, 2, -1, 2, -4, 0, 0, -2, -2, -1, 2, 3, 1, 2,
+    1, 0, -1, 1, 0, -1, 0, -2, 0, 0, -1, -7, 3, 0, 1, 1, 0, 1, 3, 1, -1, -2, 2, -1,
+    3, -2, 0, 0, 0, -5, -2, 5, 1, 2, 1, -1, 1, 2, -1, -1, -1, -1, 2, -1, 0, 0, 0, -1,
+    -2, 0, 2, 2, 1, 1, 0, 0, 1, 0, -1, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 1, -1, 1,
+    0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, 0, 1, 1, 1, 0, 2,
+    0, 0, 0, 1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, -1, -1, 2, -1, 2, -1, 0, 0, 1, 1,
+    0, 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, -1, -3, 1, 1, 0, 1, 2, 0, 2, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, -42, -5, 17, 36, 22, 2, -13, -11, -4, -1, 3,
+    0, 1, 0, -1, 0, -42, -7, 20, 29, 13, 12, -3, -10, -7, -3, 0, 0, 0, 0, -1, 0, -64, -15, 11,
+    24, 22, 22, 19, 15, 5, 2, -1, -5, -3, -5, -9, 0, -37, 0, 21, 34, 21, 3, -13, -12, -11, -10, -3,
+    3, 0, -1, 3, 0, -35, -1, 23, 23, 13, 11, -8, -15, -12, -7, -2, 2, 1, 0, 2, 0, -54, -11, 14,
+    22, 20, 18, 14, 11, 8, 0, -7, -10, -8, -6, -17, -32, -36, -27, -18, -13, -49, -30, -32, -28, -31, -19, -48,
+    -30, -41, -26, -28, -19, -37, -15, -26, 65, 61, 59, 58, -8, -15, 62, 56, 56, 56, -46, -46, 60, 54, 52, 55,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
@@ -1667,68 +1669,75 @@ static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 28, 0, 0, 0, 0, 1, 6, 5, 23, 0, 0, 13, -1, 2, 4, 0,
-    0, 9, -7, -5, -5, -5, -3, 6, -5, -4, -9, -8, -10, 18, -9, -13, -14, -13, -15, 17, -1, -15, -13, -13,
-    -17, 13, 5, -12, 1, -9, -16, 11, 5, -8, 5, -6, -14, 8, -1, -8, 3, 1, -5, 7, 1, -5, 2, 3,
-    1, 7, 0, -4, 1, 7, 3, 2, 0, 7, 0, 3, 2, 1, 0, -5, 1, 7, 6, 13, -2, 0, 2, 1,
-    2, 0, 2, -4, 5, 16, 13, -11, -24, -25, -19, 0, 2, -6, 8, 3, 9, 25, 4, 18, 5, 0, 4, -19,
-    -16, -9, -5, 5, 5, 3, 4, -2, 22, 13, 7, 1, -2, -7, -7, -12, -8, -2, -3, 1, 0, -1, -3, 13,
-    11, 8, 1, -4, -4, -3, -4, -5, -6, -4, -3, 6, 9, -3, -2, -3, -4, -7, -4, -5, -4, 2, -4, 4,
-    7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 46, 0, 0, 0, 0, 11,
-    8, 12, 16, 0, 0, 12, 3, 5, 0, 0, 0, 18, -6, -4, -7, -5, -8, 8, -6, -1, -8, -5, -11, 15,
-    -12, -14, -10, -17, -17, 15, -7, -16, -4, -15, -18, 15, 4, -19, 0, -10, -12, 15, 5, -14, 3, -1, -9, 7,
-    -1, -5, 1, -5, -1, 10, -1, -8, 1, 1, -1, 5, 0, 1, 0, -4, 5, 7, 0, -3, 4, 4, -1, 6,
-    0, -5, 0, 6, 8, 20, -8, -4, -1, 0, 2, 4, 4, -7, 23, 20, 15, -11, -23, -27, -15, -9, -3, 0,
-    -1, 7, 3, 24, 13, 20, 2, -6, 6, -20, -17, -7, 0, -2, -2, 0, 4, 7, 21, 14, 3, -2, -8, -6,
-    -7, -6, -6, 1, 1, 3, 3, -3, 11, 1, 0, 2, 0, -2, -1, 0, -1, 3, -4, 5, -5, 8, 14, 7,
-    5, 3, -1, -3, -6, -7, -7, -6, 0, -12, -2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, 0, 0, 0, 0, 2, 3, 2, 22, 0, 0, 12, 0,
+    3, 7, 0, 0, 10, -6, -5, -2, -3, -1, 8, -6, -6, -9, -8, -10, 18, -10, -14, -14, -13, -15, 17, -1,
+    -14, -12, -12, -16, 14, 5, -11, 0, -9, -16, 11, 5, -7, 4, -6, -15, 8, -1, -6, 2, 1, -5, 8, 1,
+    -4, 2, 2, 1, 8, 0, -3, 0, 7, 2, 2, 0, 6, 0, 3, 2, 1, 0, -2, 1, 6, 5, 12, 0,
+    1, 3, 2, 2, 0, 2, -4, 4, 17, 11, -12, -22, -23, -19, 0, 2, -5, 7, 3, 9, 25, 3, 20, 4,
+    0, 5, -17, -15, -8, -5, 6, 5, 3, 4, -1, 19, 14, 3, -2, -2, -7, -8, -13, -7, -2, -3, 2, 0,
+    -1, -3, 15, 13, 11, 4, -1, -2, -2, -3, -4, -6, -4, -3, 8, 6, -3, -2, -3, -4, -7, -4, -5, -5,
+    2, -4, 3, 6, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 43, 0, 0,
+    0, 0, 11, 6, 10, 16, 0, 0, 12, 2, 4, 2, 0, 0, 18, -6, -5, -5, -3, -6, 9, -7, -2, -7,
+    -4, -9, 16, -13, -16, -11, -17, -18, 15, -6, -16, -3, -12, -15, 16, 3, -19, 0, -10, -11, 15, 5, -15, 3,
+    -2, -10, 7, -1, -6, 1, -5, -1, 10, -1, -8, 1, 1, -1, 5, 0, 1, 0, -4, 5, 7, 0, -3, 4,
+    4, -1, 7, 0, -3, 0, 5, 7, 19, -6, -2, 1, 1, 3, 4, 4, -7, 21, 19, 13, -12, -24, -26, -17,
+    -9, -4, 0, -1, 7, 3, 23, 12, 21, 2, -6, 7, -16, -16, -7, 1, -2, -2, 0, 4, 8, 19, 12, 0,
+    -5, -10, -7, -11, -7, -6, 0, 0, 3, 3, -3, 8, -3, -3, -2, -3, -5, -3, -3, -3, 1, -6, 3, -6,
+    6, 13, 6, 5, 3, -2, -4, -6, -6, -7, -7, -1, -12, -3, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0,
 }, {
-    0, 0, 0, 0, 1, 0, 0, -2, 1, 1, 0, 2, 0, -2, -1, 0, -4, 7, -4, 2, -9, 0, -8, 12,
-    6, 2, 9, -18, 0, -16, 11, 7, 10, 4, 7, -20, 0, -19, 5, 7, 5, 8, 7, 2, -13, 0, -21, -1,
-    5, 7, 2, 10, 8, -8, -6, 0, -8, -11, 1, 6, 3, 5, 10, 4, -7, -3, 0, -9, -4, 1, 7, -2,
-    3, -1, 7, 0, -4, -1, 0, -3, -6, -6, 12, 4, 2, -1, 0, -2, 3, -3, -1, 0, -5, -5, 2, 4,
-    4, 0, 0, 1, 2, -4, 3, -1, -1, 0, -2, -5, 4, 7, -2, -1, -4, -1, 0, 0, 5, 1, -1, 0,
-    0, -1, -6, 2, 3, -1, -3, 2, 0, 2, 3, 2, -1, 2, -3, 0, 0, -2, -1, -1, 2, 3, 0, 2,
-    1, -1, -2, 1, 1, -1, 1, -2, 0, 0, -1, -7, 4, 0, 0, 0, -1, 1, 2, 1, -2, -2, 2, 0,
-    4, -1, 0, 0, 0, -4, -1, 6, 0, 2, -1, -1, 0, 2, -1, -1, -1, -2, 2, 0, 1, 0, 0, -1,
-    -1, 0, 2, 2, 2, 0, -1, -1, 1, -1, -1, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 2, -1, 1,
+    0, 0, 0, 0, 1, -1, 0, -2, 3, -1, 0, 2, 3, 0, -4, 0, -1, 9, 1, 4, -7, 0, -9, 7,
+    3, -2, 4, -14, 0, -14, 8, 6, 8, 3, 5, -17, 0, -17, 5, 5, 7, 7, 6, 1, -11, 0, -20, -1,
+    5, 6, 1, 10, 5, -6, -5, 0, -9, -10, 2, 4, 4, 4, 9, 2, -5, -3, 0, -8, -3, 1, 6, -1,
+    3, -1, 7, 1, -3, -1, 0, -3, -5, -5, 10, 4, 2, -1, 1, -2, 3, -3, -1, 0, -5, -5, 2, 2,
+    4, 1, 0, 2, 2, -4, 2, 0, 0, 0, -2, -5, 4, 6, -1, -1, -3, -1, 1, 0, 5, 0, -1, 0,
+    0, 0, -7, 2, 1, -1, -2, 2, 0, 2, 3, 2, -1, 2, -2, 0, 0, -1, -1, 0, 2, 3, 0, 1,
+    0, -1, -2, 1, 0, -1, 1, -1, 0, 0, -1, -6, 3, 0, 1, 0, -1, 1, 2, 0, -2, -2, 2, 0,
+    3, -1, 0, 0, 0, -4, -1, 6, 0, 2, -1, -1, 1, 1, -1, -1, -1, -2, 1, 0, 1, 0, 0, -1,
+    -1, 0, 2, 1, 1, 0, -1, -1, 1, -1, -1, 1, -1, 0, 0, 0, 0, 0, 0, 0, -1, 1, -1, 0,
     -1, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 1, 1, 0, 0, -1, 2,
-    -1, -1, -1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 1, 3, -1, 3, -1, -1, -1, 1, 0,
-    -1, -1, 0, 2, 1, -1, -1, 0, 0, 0, 0, 0, 0, -1, -1, 2, 1, -1, 2, 1, -1, 2, -1, 0,
-    0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, -24, -6, 11, 24, 16, -1, -13, -9, -2, -1, 1,
-    0, 0, 0, -1, 0, -26, -6, 16, 19, 4, 6, -4, -6, -3, -2, 0, -1, 0, 0, -1, 0, -42, -11, 11,
-    15, 12, 12, 10, 8, -1, -2, -1, -4, -1, -3, 0, 0, -19, 0, 12, 18, 9, 0, -8, -6, -6, -8, -2,
-    4, 1, -1, 5, 0, -19, 1, 17, 12, 2, 7, -4, -10, -7, -4, -1, 2, 1, 0, 3, 0, -36, -4, 13,
-    12, 9, 11, 11, 7, 3, -3, -8, -10, -4, -2, -8, -33, -39, -28, -21, -16, -11, -60, -31, -34, -30, -37, -26,
-    -22, -63, -32, -48, -36, -40, -32, -17, -55, -15, -36, 51, 49, 49, 45, 52, -10, -25, 49, 47, 48, 45, 51, -7,
-    -14, 44, 43, 43, 45, 51, -58, -70, 50, 45, 43, 47, 49, -13, 5, 8, 5, -1, -2, 2, 3, 7, 1, 2,
-    -1, -3, -6, -8, -18, -11, -16, -21, -6, -1, -3, 6, 23, 3, -13, -14, -8, -4, 0, 6, 15, 9, 2, -18,
-    -9, -2, 4, 7, 10, 10, -1, 2, -1, -3, 4, 9, 9, 9, 3, -7, 4, -5, 1, 7, 11, 11, 7, -3,
-    -12, 5, -3, 7, 11, 10, 6, 1, -8, -18, 4, 6, 15, 9, 4, -3, -6, -14, -19, 7, 23, 7, 0, -4,
-    -10, -14, -17, -8, 1, 2, 3, 2, 5, 8, 6, 4, -9, 0, -17, -3, -1, -2, -3, -8, -12, -1, -3, -3,
-    -18, -10, -11, -3, -9, -4, 12, 2, -2, -10, -10, -4, -8, -7, 3, 13, -2, -3, -12, -10, -3, -4, 4, 11,
-    14, -3, -7, -8, -10, -5, 6, 11, 11, 14, -8, -6, -3, -4, 6, 13, 13, 16, 17, -6, -14, -2, 11, 12,
-    14, 16, 15, 14, 1, 0, 10, 11, 15, 17, 16, 14, 8, 7, -5, -5, -2, -2, -6, -5, -3, -4, -22, 8,
-    17, 20, 20, 17, 15, 12, -9, 11, 15, 19, 20, 17, 13, 7, -3, -19, 8, 18, 19, 18, 14, 7, -6, -9,
-    -11, 3, 16, 15, 13, 9, -3, -15, -9, -6, -4, 11, 11, 6, -3, -7, -16, -17, -7, -7, 10, 5, -5, -14,
-    -18, -15, -19, -8, 0, 6, -6, -17, -15, -25, -22, -18, -11, 8, -10, -19, -15, -14, -13, -9, -2, -2, -1, 13,
-    12, 9, 5, 6, 0, 4, 2, -19, 17, 0, 0, 0, 0, 2, 2, 1, 13, 0, 0, 12, -1, 2, 4, 0,
-    0, 7, -7, -5, -4, -5, -4, -1, -4, -3, -9, -7, -10, 11, -4, -7, -11, -9, -12, 6, 3, -7, -7, -6,
-    -13, 3, 4, -6, 6, 0, -14, -1, 5, -5, 4, 4, -7, -2, -1, -6, 6, 5, 2, -1, 1, -2, 2, 6,
-    8, 0, 0, -3, 1, 13, 7, -6, 0, 11, 0, 8, 6, -8, 0, -3, 2, 16, 15, -6, 6, 5, 5, 3,
-    3, -1, 0, -4, 2, 6, 4, -16, -21, -19, -15, 7, 8, -3, 7, 5, 9, 22, 1, 12, -1, -2, 6, -16,
-    -10, -6, -3, 8, 7, 2, 3, -1, 17, 9, -1, -3, -4, -9, -8, -13, -6, -1, 2, 5, 4, 2, -5, 13,
-    11, 8, -1, -6, -6, -5, -5, -8, -8, -7, -5, -1, 6, 2, 1, -1, -4, -6, -5, -6, -4, 1, -4, 0,
-    6, -2, 49, 33, 18, 7, 1, -3, -7, -8, -12, -9, -11, -11, -15, -19, -12, 19, 28, 0, 0, 0, 0, 5,
-    1, 3, 10, 0, 0, 9, 1, 2, 0, 0, 0, 11, -5, -4, -4, -4, -4, 2, -3, 1, -5, -4, -6, 5,
-    -8, -9, -4, -15, -11, 3, 1, -10, 3, -11, -9, 2, 2, -12, 2, -3, -5, 3, 4, -9, 2, 1, -4, -2,
-    -1, -2, 2, -2, 7, -1, 0, -4, 0, 5, 5, -4, 0, 4, 1, 0, 10, -2, 0, 0, 5, 7, 4, -3,
-    0, 1, 0, 13, 16, -3, 0, 2, 5, 5, 5, 4, 3, -8, 11, 10, 8, -14, -20, -19, -7, 3, -2, 2,
-    -1, 7, 2, 21, 5, 13, -2, -8, 8, -17, -9, -7, 2, 0, -1, 2, 3, 5, 18, 8, -4, -7, -10, -9,
-    -10, -9, -9, 1, 5, 5, 6, -2, 6, 5, 5, 5, 1, -1, -1, -2, -3, 1, -5, 5, -9, 3, 12, 12,
-    10, 7, 1, -1, -3, -5, -9, -6, 0, -14, -5, -2, 49, 33, 16, 6, -1, -7, -11, -12, -12, -13, -13, -12,
-    -17, -22, -13, 23,
+    0, -1, -1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 2, -1, 2, -1, -1, -1, 1, 1,
+    0, 0, 0, 2, 0, -1, -1, 0, 0, 0, 0, 0, 0, -1, -1, 2, 1, -1, 1, 1, -1, 2, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -26, -6, 10, 23, 15, -1, -11, -8, -2, -1, 1,
+    0, 0, 0, -1, 0, -25, -6, 15, 20, 5, 8, -1, -5, -3, -1, 0, -1, 0, 0, -1, 0, -43, -12, 9,
+    15, 13, 13, 12, 9, 1, 0, 0, -4, -1, -2, -1, 0, -17, 4, 12, 18, 8, 0, -9, -6, -6, -8, -2,
+    4, 1, -1, 4, 0, -15, 3, 16, 11, 1, 7, -4, -9, -8, -3, -1, 2, 1, 0, 2, 0, -32, -2, 12,
+    12, 9, 11, 9, 6, 2, -3, -7, -9, -4, -2, -9, -26, -32, -22, -17, -14, -50, -23, -26, -23, -29, -18, -52,
+    -23, -38, -27, -31, -22, -42, -9, -28, 58, 56, 56, 55, -6, -16, 57, 54, 55, 54, -45, -52, 57, 52, 50, 53,
+    -5, 4, 8, 5, 0, -1, 2, 4, 7, 2, 3, 0, 0, -3, -5, -13, -12, -17, -19, -6, 1, -2, 4, 19,
+    4, -13, -13, -7, -3, -1, 3, 11, 7, 1, -17, -8, 0, 2, 3, 6, 6, -1, 3, -1, -2, 2, 6, 5,
+    5, 1, -5, 3, -4, 0, 4, 7, 7, 4, -1, -7, 4, -3, 4, 7, 6, 4, 3, -4, -11, 3, 5, 11,
+    5, 2, -1, -3, -8, -12, 5, 18, 4, -1, -2, -5, -7, -10, -8, -1, 3, 3, 1, 4, 7, 6, 3, -9,
+    0, -15, -3, -1, -3, -3, -8, -11, -2, -3, -3, -18, -9, -11, -3, -8, -4, 10, 2, -2, -11, -9, -5, -9,
+    -7, 2, 12, -2, -3, -11, -9, -3, -4, 3, 9, 13, -3, -7, -9, -10, -5, 5, 9, 10, 13, -7, -5, -3,
+    -4, 5, 11, 11, 14, 15, -5, -13, -2, 10, 11, 12, 14, 13, 12, 1, 0, 9, 10, 14, 15, 14, 12, 7,
+    7, -6, -5, -2, -2, -5, -4, -2, -3, -14, 7, 15, 19, 18, 14, 14, 10, -9, 12, 14, 17, 18, 15, 11,
+    6, -3, -16, 9, 17, 17, 16, 12, 6, -6, -8, -10, 3, 14, 13, 11, 8, -4, -14, -8, -6, -4, 10, 10,
+    5, -3, -6, -15, -17, -7, -7, 9, 5, -6, -14, -16, -14, -17, -8, 0, 5, -6, -16, -15, -24, -21, -18, -12,
+    7, -9, -18, -15, -13, -12, -9, -4, -1, 0, 13, 13, 10, 6, 5, 0, 2, 1, -12, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, -13, -12, -15, -10, -7, -6, -10, -13, -11, -10, 17, 7, 9, 3, 0, -3, -7, -10,
+    -9, -2, 5, -5, 10, 6, -2, -4, -4, -4, -3, 0, 5, 12, 0, 2, -4, -8, -6, 3, 11, 12, 20, 23,
+    5, 10, -9, -13, -10, -9, -9, -7, -11, -4, -6, -8, 20, 3, 6, 2, 0, -1, 0, -4, 0, 3, 0, -6,
+    9, 4, -2, -2, 2, 6, 9, 10, 17, 9, 7, 16, 0, 0, 0, 0, 1, 4, 2, 14, 0, 0, 12, -6,
+    -4, -1, 0, 0, 7, -6, -4, -3, -3, -2, -1, -4, -3, -9, -6, -9, 11, -5, -8, -11, -9, -11, 6, 3,
+    -7, -8, -6, -13, 3, 5, -4, 5, -1, -14, -1, 5, -4, 3, 3, -6, -2, -1, -3, 5, 5, 2, -1, 1,
+    0, 3, 5, 8, 0, 0, -1, 1, 13, 7, -6, 0, 10, 0, 8, 6, -7, 0, -1, 2, 14, 12, -6, -4,
+    -4, -2, -2, -1, -3, -1, -4, 1, 6, 10, -15, -20, -18, -12, 7, 8, -2, 6, 6, 9, 21, 0, 11, 5,
+    -3, 6, -15, -10, -6, -3, 8, 7, 2, 3, -2, 17, 10, 6, -2, -2, -6, -5, -11, -4, 0, 2, 6, 4,
+    3, -3, 16, 14, 11, 2, -2, -3, -3, -3, -6, -7, -7, -5, -1, 8, 4, 4, 1, -1, -4, -3, -3, -2,
+    3, -4, 0, 6, -6, 47, 31, 16, 5, -1, -5, -8, -10, -14, -11, -13, -13, -17, -20, -14, 16, 27, 0, 0,
+    0, 0, 5, 1, 4, 13, 0, 0, 8, -1, 0, 1, 0, 0, 11, -3, -2, 2, 2, 1, 1, -4, -1, -4,
+    -2, -5, 6, -9, -10, -3, -13, -9, 3, 1, -10, 4, -9, -7, 3, 2, -11, 3, -1, -2, 3, 5, -9, 2,
+    1, -3, -1, -1, -2, 2, -2, 7, 0, 0, -5, 1, 5, 6, -3, 1, 4, 1, 0, 11, -3, 0, 0, 5,
+    6, 3, -3, 0, 1, 0, 11, 15, -4, -6, -3, 2, 3, 4, 4, 4, -5, 9, 9, 9, -17, -19, -19, -7,
+    3, -2, 2, 0, 6, 2, 19, 5, 13, 1, -10, 10, -15, -8, -6, 3, 0, -1, 1, 3, 4, 18, 10, 0,
+    -7, -7, -5, -7, -6, -6, 3, 6, 5, 7, 0, 8, 7, 5, 5, 2, -1, 0, -1, -2, 2, -5, 5, -9,
+    -3, 12, 13, 10, 8, 2, 0, -3, -5, -8, -6, -1, -14, -5, -6, 48, 32, 16, 6, -1, -7, -10, -12, -12,
+    -14, -13, -12, -17, -22, -14, 24,
 } };
 /* priors end */
 
@@ -2251,7 +2260,9 @@ static cq_result cqi_code_patch(cq_decoder *d)
 
 enum {
     CQI_UNIT = 10,        /* scores are in 2^-10 octaves */
-    CQI_HEAVIEST = 13     /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
+    CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
+    CQI_UNLISTED = 32,    /* share of all candidates together that are not listed */
+    CQI_STILL = 256       /* probability in 1/65536 below which a candidate learns nothing */
 };
 
 /* State of a ring vertex: how many patches that wait hold it, and whether one that was left did. */
@@ -2278,7 +2289,7 @@ static void cqi_learn(cqi_model *m, int index, int32_t gradient)
     int32_t x;
     if (!gradient) return;
     m->dither = m->dither * 1664525u + 1013904223u;
-    x = gradient * CQI_STEP + (int32_t)(m->dither >> 16) + (256 << 16); /* the last term keeps x positive for the shift */
+    x = gradient * CQI_STEP + (int32_t)(m->dither >> 16) + ((int32_t)256 << 16); /* the last term keeps x positive for the shift */
     x = (x >> 16) - 256 + m->weight[index];
     m->weight[index] = (int16_t)(x < -16000 ? -16000 : x > 16000 ? 16000 : x);
 }
@@ -2364,7 +2375,7 @@ static void cqi_read_offsets(cq_decoder *d, const cq_value *values)
 /* Class of each spoke's length: quarters of the mean of the two shortest. */
 static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
 {
-    int32_t shortest = 1 << 20, second = 1 << 20;
+    int32_t shortest = (int32_t)1 << 20, second = shortest;
     int k;
     for (k = 0; k < r->size; k++) {
         if (r->state[k] == CQI_NEVER) continue;
@@ -2411,8 +2422,21 @@ static int cqi_angle(const cqi_ring *r, int k, const int32_t *axis, int32_t scal
     const int16_t *u = r->direction[k];
     int32_t x;
     if (r->state[k] == CQI_NEVER) return 8;
-    x = ((u[0] * axis[0] + u[1] * axis[1] + u[2] * axis[2]) / 16 * scale + (1 << 24)) / (1 << 22);
+    x = ((int32_t)u[0] * axis[0] + (int32_t)u[1] * axis[1] + (int32_t)u[2] * axis[2]) / 16;
+    x = (x * scale + ((int32_t)1 << 24)) / ((int32_t)1 << 22);
     return x < 0 ? 0 : x > 7 ? 7 : (int)x;
+}
+
+/* How far p and q are apart on the shorter side: 1 .. 4 steps through B's neighbours, 5 .. 7: 1 .. 3 through A's; and in
+ * ten classes the angle between their spokes, or 10 without one. */
+static uint8_t cqi_between(const cqi_ring *r, int p, int q)
+{
+    const int16_t *u = r->direction[p], *v = r->direction[q];
+    int steps = q - p < r->size - (q - p) ? cqi_at_most(q - p, 4) : 4 + cqi_at_most(r->size - (q - p), 3);
+    int32_t x = ((int32_t)u[0] * v[0] + (int32_t)u[1] * v[1] + (int32_t)u[2] * v[2] + 65536) * 10 / 131072;
+    x = x < 0 ? 0 : x > 9 ? 9 : x;
+    if (r->state[p] == CQI_NEVER || r->state[q] == CQI_NEVER) x = 10;
+    return (uint8_t)(11 * steps + (int)x);
 }
 
 /* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): how long it is, and
@@ -2432,8 +2456,9 @@ static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
     candidate->delta = (uint8_t)(x > 15 ? 15 : x);
     shift = cqi_bit_length((uint32_t)length) - 10;
     for (c = 0; c < 3; c++) axis[c] = shift > 0 ? axis[c] / ((int32_t)1 << shift) : axis[c];
-    scale = (1 << 20) / (cqi_norm(axis) + 1);
+    scale = ((int32_t)1 << 20) / (cqi_norm(axis) + 1);
     candidate->plane = (uint8_t)(9 * cqi_angle(r, p, axis, scale) + cqi_angle(r, q, axis, scale));
+    candidate->between = cqi_between(r, p, q);
     candidate->inner = candidate->outer = 80;
     if (q - p > 1)
         candidate->inner = (uint8_t)(9 * cqi_angle(r, p + 1, axis, scale) + cqi_angle(r, q - 1, axis, scale));
@@ -2444,8 +2469,6 @@ static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
 /* -- The model -- */
 
 static int cqi_valence_class(int valence) { return valence < 3 ? 0 : valence < 16 ? valence - 3 : 13; }
-
-static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 
 /* The smallest valence of a vertex that B could have been instead, from one end of the ring to k: the neighbours of A
  * that no waiting patch holds. As a common neighbour, k itself has one more neighbour than now. */
@@ -2459,11 +2482,11 @@ static void cqi_find_alternatives(const cqi_ring *r, int from, int step, uint8_t
     }
 }
 
-/* Would the encoder's rule (the smallest valence, then the first) have preferred an alternative? */
+/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative? */
 static int cqi_rule_class(int best, int valence_b)
 {
-    int x = best - valence_b;
-    return best == 99 ? 6 : x < -2 ? 0 : x > 2 ? 5 : x + 2;
+    int x = best - valence_b + 2;
+    return x < 0 ? 0 : x > 5 ? 5 : x;
 }
 
 /* Features and score of each ring vertex as p and as q. */
@@ -2500,69 +2523,72 @@ static int32_t cqi_score_length(const cqi_model *m, const cqi_ring *r, int lengt
     return (int32_t)m->weight[entry[0]] + m->weight[entry[1]] + m->weight[entry[2]];
 }
 
-static int32_t cqi_score_rule(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
+static uint8_t cqi_rule(const cqi_ring *r, int p, int q)
 {
-    int valence_b = c->q - c->p + 2;
-    int before = cqi_rule_class(r->best_before[c->p], valence_b), after = cqi_rule_class(r->best_after[c->q], valence_b);
-    c->rule = (uint8_t)(7 * before + after);
-    return m->weight[CQI_RULE + c->rule];
+    int valence_b = q - p + 2;
+    return (uint8_t)(6 * cqi_rule_class(r->best_before[p], valence_b) + cqi_rule_class(r->best_after[q], valence_b));
 }
 
-static int32_t cqi_score_location(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
+static int16_t cqi_clamp_score(int32_t score) { return (int16_t)(score < -32000 ? -32000 : score > 32000 ? 32000 : score); }
+
+/* Score of a candidate by valences, the only thing known without positions. */
+static int32_t cqi_score_valences(const cqi_model *m, const cqi_ring *r, int p, int q)
+{
+    return r->score[0][p] + r->score[1][q] + r->score_of_length[q - p] + m->weight[CQI_RULE + cqi_rule(r, p, q)];
+}
+
+static void cqi_add_location(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
 {
     cqi_locate_candidate(r, c);
-    return (int32_t)m->weight[CQI_DELTA + c->delta] + m->weight[CQI_PLANE + c->plane] +
-           m->weight[CQI_INNER + c->inner] + m->weight[CQI_OUTER + c->outer];
+    c->as.score = cqi_clamp_score((int32_t)c->as.score + m->weight[CQI_DELTA + c->delta] + m->weight[CQI_PLANE + c->plane] +
+                                  m->weight[CQI_INNER + c->inner] + m->weight[CQI_OUTER + c->outer] +
+                                  m->weight[CQI_BETWEEN + c->between]);
 }
 
-/* Lists the candidates with the scores that valences give them; returns their number. */
+/* The pairs that the patch's side allows: p below p_end, q from q_begin(p) on. */
+static int cqi_p_end(const cqi_ring *r) { return r->side == 2 ? 1 : r->size - 1; }
+static int cqi_q_begin(const cqi_ring *r, int p) { return r->side == 1 ? r->size - 1 : p + 1; }
+
+/* Lists the candidates that valences do not make hopeless, in order; returns the number. */
 static int cqi_list_candidates(cq_decoder *d)
 {
-    cqi_ring *r = &d->ring;
-    cqi_candidate *c = d->candidate;
-    int32_t of_length[CQ_MAX_VALENCE];
-    int p, q, n = r->size;
-    cqi_find_alternatives(r, 0, 1, r->best_before);
-    cqi_find_alternatives(r, n - 1, -1, r->best_after);
-    cqi_score_ends(&d->model, r);
-    for (q = 1; q < n; q++) of_length[q] = cqi_score_length(&d->model, r, q);
-    for (p = 0; p < (r->side == 2 ? 1 : n - 1); p++)
-        for (q = r->side == 1 ? n - 1 : p + 1; q < n; q++, c++) {
-            int32_t score;
-            c->p = (uint8_t)p;
-            c->q = (uint8_t)q;
-            score = r->score[0][p] + r->score[1][q] + of_length[q - p] + cqi_score_rule(&d->model, r, c);
-            c->as.score = (int16_t)(score < -24000 ? -24000 : score > 24000 ? 24000 : score);
+    const cqi_ring *r = &d->ring;
+    cqi_candidate *list = d->candidate;
+    int32_t best = -32000;
+    int p, q, k, n = 0, kept = 0;
+    for (p = 0; p < cqi_p_end(r); p++)
+        for (q = cqi_q_begin(r, p); q < r->size; q++) {
+            int32_t score = cqi_clamp_score(cqi_score_valences(&d->model, r, p, q));
+            if (score < best - CQI_HOPELESS) continue;
+            if (score > best) best = score;
+            list[n].p = (uint8_t)p;
+            list[n].q = (uint8_t)q;
+            list[n++].as.score = (int16_t)score;
         }
-    return (int)(c - d->candidate);
+    for (k = 0; k < n; k++)
+        if (list[k].as.score >= best - CQI_HOPELESS) list[kept++] = list[k];
+    return kept;
 }
 
-static int32_t cqi_best_score(const cqi_candidate *c, int count)
+/* Gets the ring's features and their scores ready. */
+static void cqi_score_ring(cq_decoder *d)
 {
-    int32_t best = c[0].as.score;
+    cqi_ring *r = &d->ring;
     int k;
-    for (k = 1; k < count; k++) best = c[k].as.score > best ? c[k].as.score : best;
-    return best;
-}
-
-/* Adds the scores that positions give, to the candidates that are not hopeless without them; those get the least. */
-static void cqi_score_locations(cq_decoder *d, int count)
-{
-    int32_t hopeless = cqi_best_score(d->candidate, count) - CQI_HOPELESS;
-    int k;
-    for (k = 0; k < count; k++) {
-        cqi_candidate *c = &d->candidate[k];
-        int32_t score = c->as.score > hopeless ? c->as.score + cqi_score_location(&d->model, &d->ring, c) : -32000;
-        c->as.score = (int16_t)(score < -32000 ? -32000 : score > 32000 ? 32000 : score);
-    }
+    cqi_locate_ring(d);
+    cqi_find_alternatives(r, 0, 1, r->best_before);
+    cqi_find_alternatives(r, r->size - 1, -1, r->best_after);
+    cqi_score_ends(&d->model, r);
+    for (k = 1; k < r->size; k++) r->score_of_length[k] = cqi_score_length(&d->model, r, k);
 }
 
 /* Turns scores into shares; returns their total. */
 static uint32_t cqi_share_range(cqi_candidate *c, int count)
 {
-    int32_t best = cqi_best_score(c, count);
+    int32_t best = c[0].as.score;
     uint32_t total = 0;
     int k;
+    for (k = 1; k < count; k++) best = c[k].as.score > best ? c[k].as.score : best;
     for (k = 0; k < count; k++) {
         c[k].as.weight = cqi_share(best - c[k].as.score);
         total += c[k].as.weight;
@@ -2570,21 +2596,46 @@ static uint32_t cqi_share_range(cqi_candidate *c, int count)
     return total;
 }
 
-/* Codes which of the candidates it is. */
-static int cqi_code_candidate(cq_decoder *d, uint32_t total, int chosen)
+/* Codes which candidate of the list it is; or `count`: one that is not listed. */
+static int cqi_code_listed(cq_decoder *d, int count, uint32_t total, int chosen)
 {
     const cqi_candidate *c = d->candidate;
     uint32_t start = 0, slot = 0;
     int k;
     if (CQI_ENCODING(d)) {
         for (k = 0; k < chosen; k++) start += c[k].as.weight;
-        cq_encode_freq(&d->plan->range, start, c[chosen].as.weight, total);
+        cq_encode_freq(&d->plan->range, start, chosen < count ? c[chosen].as.weight : CQI_UNLISTED, total + CQI_UNLISTED);
         return chosen;
     }
-    slot = cq_decode_slot(&d->range, total);
-    for (k = 0; start + c[k].as.weight <= slot; k++) start += c[k].as.weight;
-    cq_decode_freq(&d->range, start, c[k].as.weight, total);
+    slot = cq_decode_slot(&d->range, total + CQI_UNLISTED);
+    for (k = 0; k < count && start + c[k].as.weight <= slot; k++) start += c[k].as.weight;
+    cq_decode_freq(&d->range, start, k < count ? c[k].as.weight : CQI_UNLISTED, total + CQI_UNLISTED);
     return k;
+}
+
+/* One of `count` numbers, all alike. */
+static int cqi_code_uniform(cq_decoder *d, int value, int count)
+{
+    if (CQI_ENCODING(d)) {
+        cq_encode_freq(&d->plan->range, (uint32_t)value, 1, (uint32_t)count);
+        return value;
+    }
+    value = (int)cq_decode_slot(&d->range, (uint32_t)count);
+    cq_decode_freq(&d->range, (uint32_t)value, 1, (uint32_t)count);
+    return value;
+}
+
+/* Codes a candidate that is not listed, as it is, and puts it behind the list. */
+static void cqi_code_unlisted(cq_decoder *d, cqi_candidate *c, int p, int q)
+{
+    const cqi_ring *r = &d->ring;
+    p = cqi_code_uniform(d, p, cqi_p_end(r));
+    q = cqi_q_begin(r, p) + cqi_code_uniform(d, q - cqi_q_begin(r, p), r->size - cqi_q_begin(r, p));
+    c->p = (uint8_t)p;
+    c->q = (uint8_t)q;
+    c->as.score = 0;
+    if (r->located) cqi_locate_candidate(r, c);
+    c->as.weight = 0;
 }
 
 /* Gradients of a split, gathered where candidates share features. */
@@ -2597,12 +2648,13 @@ static void cqi_learn_candidate(cqi_model *m, const cqi_ring *r, const cqi_candi
     g->of_p[c->p] += x;
     g->of_q[c->q] += x;
     g->of_length[c->q - c->p] += x;
-    cqi_learn(m, CQI_RULE + c->rule, x);
+    cqi_learn(m, CQI_RULE + cqi_rule(r, c->p, c->q), x);
     if (!r->located) return;
     cqi_learn(m, CQI_DELTA + c->delta, x);
     cqi_learn(m, CQI_PLANE + c->plane, x);
     cqi_learn(m, CQI_INNER + c->inner, x);
     cqi_learn(m, CQI_OUTER + c->outer, x);
+    cqi_learn(m, CQI_BETWEEN + c->between, x);
 }
 
 static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, int end, const int32_t *gradient)
@@ -2612,7 +2664,7 @@ static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, int end, const int32
         for (j = 0; j < 5 + r->located; j++) cqi_learn(m, r->entry[end][k][j], gradient[k]);
 }
 
-/* After the split was `chosen`. Candidates with less than 1/1024 of the range do not move; what the others lose, the
+/* After the split was `chosen`. Candidates with less than CQI_STILL of the range do not move; what the others lose, the
  * chosen one gains, so that the sum of all scores does not drift. */
 static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen)
 {
@@ -2625,7 +2677,7 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
     memset(&g, 0, sizeof g);
     for (k = 0; k < count; k++) {
         int32_t share = (int32_t)(d->candidate[k].as.weight * scale >> 15);
-        if (share < 64 || k == chosen) continue;
+        if (share < CQI_STILL || k == chosen) continue;
         cqi_learn_candidate(m, r, &d->candidate[k], -share, &g);
         gained += share;
     }
@@ -2643,17 +2695,20 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
 /* Codes the pair p, q of the patch in d->ring, and adapts. */
 static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
-    int count, chosen = 0;
+    cqi_candidate *list = d->candidate;
+    int count, chosen = 0, k;
     uint32_t total;
-    cqi_locate_ring(d);
+    cqi_score_ring(d);
     count = cqi_list_candidates(d);
-    if (d->ring.located) cqi_score_locations(d, count);
-    total = cqi_share_range(d->candidate, count);
-    if (CQI_ENCODING(d)) while (d->candidate[chosen].p != *p || d->candidate[chosen].q != *q) chosen++;
-    chosen = cqi_code_candidate(d, total, chosen);
+    if (d->ring.located)
+        for (k = 0; k < count; k++) cqi_add_location(&d->model, &d->ring, &list[k]);
+    total = cqi_share_range(list, count);
+    if (CQI_ENCODING(d)) while (chosen < count && (list[chosen].p != *p || list[chosen].q != *q)) chosen++;
+    chosen = cqi_code_listed(d, count, total, chosen);
+    if (chosen == count) cqi_code_unlisted(d, &list[chosen], *p, *q);
     cqi_learn_split(d, count, total, chosen);
-    *p = d->candidate[chosen].p;
-    *q = d->candidate[chosen].q;
+    *p = list[chosen].p;
+    *q = list[chosen].q;
 }
 
 /* The pair that the plan has for the centre. */

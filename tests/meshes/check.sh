@@ -1,9 +1,9 @@
 #!/bin/sh
 # Round trip of every mesh at hand: check.sh CQM [--update]
 #
-# Each mesh of ref_data, build/meshes (make meshes) and build/generated (generated.txt, made here) goes through `CQM verify`
-# with positions and through `CQM verify --connectivity`. The outcome, `ok` and the counts or `refused` and the reason, is
-# compared with expected.tsv; --update writes that file instead. The last line is `N passed, N failed`.
+# Each mesh of ref_data, build/meshes (make meshes) and build/generated (generated.txt, made here) goes through
+# `CQM verify` with positions and through `CQM verify --connectivity`. The outcome, `ok` and the counts or `refused` and
+# the reason, is compared with expected.tsv; --update writes that file instead. The last line is `N passed, N failed`.
 set -eu
 cd "$(dirname "$0")/../.."
 cqm=$1

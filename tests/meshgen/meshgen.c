@@ -274,7 +274,7 @@ static void make_sphere(mesh *m, const arguments *a)
         subdivide(m);
 }
 
-/* -- Sheets: a grid of squares, perhaps closed to a ring in one or both directions ---------------------------------- */
+/* -- Sheets: a grid of squares, perhaps closed to a ring in one or both directions --------------------------------- */
 
 typedef enum { OPEN, RING, TWISTED } closing;  /* TWISTED: glued to a ring after half a turn */
 
@@ -332,7 +332,8 @@ static void make_klein(mesh *m, const arguments *a)
 static point on_moebius(const arguments *a, uint32_t i, uint32_t j)
 {
     int32_t across = (int32_t)((int64_t)UNIT * j / a->n[1]) - UNIT / 2;
-    return around_axis(i, a->n[0], 2 * UNIT + scale(across, cosine(i, 2 * a->n[0])), scale(across, sine(i, 2 * a->n[0])));
+    uint32_t half_turns = 2 * a->n[0];
+    return around_axis(i, a->n[0], 2 * UNIT + scale(across, cosine(i, half_turns)), scale(across, sine(i, half_turns)));
 }
 
 static void make_moebius(mesh *m, const arguments *a)
@@ -831,7 +832,8 @@ static const kind kinds[] = {
     { "annulus", "M N", "M around, N squares wide; two boundary loops", 2, 0, { 3, 1 }, make_annulus, NULL },
     { "disc", "M N", "M around, N rings and a fan of valence M", 2, 0, { 3, 1 }, make_disc, NULL },
     { "cylinder", "M N", "M around, N high, closed by two fans of valence M", 2, 0, { 3, 1 }, make_cylinder, NULL },
-    { "grid", "M N [HILLS [NOISE]]", "M x N squares; heights in hundredths of a square", 2, 2, { 1, 1 }, make_grid, NULL },
+    { "grid", "M N [HILLS [NOISE]]", "M x N squares; heights in hundredths of a square", 2, 2, { 1, 1 }, make_grid,
+      NULL },
     { "holes", "N", "square sheet with N x N holes", 1, 0, { 1 }, make_holes, NULL },
     { "cone", "N", "apex of valence N, open at the base", 1, 0, { 3 }, make_cone, NULL },
     { "pyramid", "N", "apex of valence N, closed by a zigzag of triangles", 1, 0, { 3 }, make_pyramid, NULL },

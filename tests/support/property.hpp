@@ -14,6 +14,7 @@
 
 #include <rapidcheck.h>
 
+#include "exact.h"
 #include "manifold.hpp"
 
 class Properties {
@@ -37,6 +38,20 @@ public:
 private:
     std::string filter;
     int passed = 0, failed = 0;
+};
+
+// A block of exactly `size` bytes, freed when a failed assertion leaves the property too.
+class Exact {
+public:
+    explicit Exact(size_t size) : block(exact_alloc(size)) {}
+    Exact(const void *from, size_t size) : block(exact_copy(from, size)) {}
+    ~Exact() { exact_free(block); }
+    Exact(const Exact &) = delete;
+    Exact &operator=(const Exact &) = delete;
+    uint8_t *data() const { return static_cast<uint8_t *>(block); }
+
+private:
+    void *block;
 };
 
 // Numbers of all 32 bits at any size of a case; only their count shrinks.

@@ -9,7 +9,7 @@ static int train_rate, train_step;
 #define CQ_TRAINING
 #define CQI_RATE train_rate
 #define CQI_STEP train_step
-#define CQI_HOPELESS (64 << 10)
+#define CQI_HOPELESS (64 << CQI_UNIT)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 #include <stdlib.h>

@@ -1,0 +1,176 @@
+// A random mesh with random values, its stream, and decodings of it: the C helpers with owners. Include conquest.h first.
+#ifndef CQ_TESTS_MODEL_HPP
+#define CQ_TESTS_MODEL_HPP
+
+#include <memory>
+
+#include "codec.h"
+#include "property.hpp"
+
+// What the numbers of a channel look like.
+enum class Texture { smooth, noise, constant, extreme };
+
+class Model {
+public:
+    Sculptor mesh;
+    cq_input input{};
+
+    explicit Model(const Recipe &recipe, bool with_values = true) : mesh(recipe), random{recipe.seed ^ 0x5eedu} {
+        for (const Face &f : mesh.faces)
+            for (uint32_t v : f) indices.push_back(static_cast<cq_index>(v));
+        input.shape.num_vertices = mesh.num_vertices;
+        input.shape.num_faces = static_cast<uint32_t>(mesh.faces.size());
+        if (with_values)
+            for (uint32_t n = random.below(4); n > 0; --n) add_channel();
+        own();
+    }
+    Model(const Model &) = delete;
+    Model &operator=(const Model &) = delete;
+    ~Model() {
+        exact_free(owned);
+        for (void *block : owned_values) exact_free(block);
+    }
+
+    const std::vector<cq_value> &channel(size_t k) const { return values[k]; }
+
+private:
+    Random random;
+    std::vector<cq_index> indices;
+    std::vector<std::vector<cq_value>> values;
+    void *owned = nullptr;              // what input points to: blocks of exactly the sizes
+    std::vector<void *> owned_values;
+
+    void add_channel() {
+        cq_channel &c = input.shape.channel[input.shape.num_channels++];
+        c.kind = static_cast<uint8_t>(random.below(2) == 0 ? CQ_POSITION : CQ_GENERIC);
+        c.components = static_cast<uint8_t>(c.kind == CQ_POSITION ? 3 : 1 + random.below(CQ_MAX_COMPONENTS));
+        c.bits = static_cast<uint8_t>(1 + random.below(15));
+        if (CQ_MAX_BITS > 15 && random.below(4) == 0) c.bits = static_cast<uint8_t>(1 + random.below(CQ_MAX_BITS));
+        c.step = static_cast<uint32_t>(random());
+        for (uint32_t k = 0; k < c.components; ++k) c.origin[k] = static_cast<uint32_t>(random());
+        values.push_back(fill(c, static_cast<Texture>(random.below(4))));
+    }
+
+    std::vector<cq_value> fill(const cq_channel &c, Texture texture) {
+        uint32_t top = (uint32_t(1) << c.bits) - 1, n = mesh.num_vertices;
+        std::vector<int64_t> v(size_t(n) * c.components);
+        for (auto &x : v) {
+            x = random() & top;
+            if (texture == Texture::constant) x = top / 3;
+            if (texture == Texture::extreme) x = random.below(2) == 0 ? 0 : top;
+        }
+        for (int pass = 0; texture == Texture::smooth && pass < 8; ++pass)
+            for (const Face &f : mesh.faces)
+                for (uint32_t k = 0; k < c.components; ++k) {
+                    auto at = [&](size_t corner) -> int64_t & { return v[size_t(f[corner]) * c.components + k]; };
+                    at(0) = (2 * at(0) + at(1) + at(2)) / 4;
+                }
+        return std::vector<cq_value>(v.begin(), v.end());
+    }
+
+    void own() {
+        owned = exact_copy(indices.data(), indices.size() * sizeof(cq_index));
+        input.indices = static_cast<cq_index *>(owned);
+        for (size_t k = 0; k < values.size(); ++k) {
+            owned_values.push_back(exact_copy(values[k].data(), values[k].size() * sizeof(cq_value)));
+            input.values[k] = static_cast<cq_value *>(owned_values[k]);
+        }
+    }
+};
+
+class Stream {
+public:
+    coded c;
+    explicit Stream(const cq_input &input) { code(&c, &input); }
+    explicit Stream(const Model &model) : Stream(model.input) {}
+    ~Stream() { uncode(&c); }
+    Stream(const Stream &) = delete;
+    Stream &operator=(const Stream &) = delete;
+    size_t header_size() const {
+        cq_shape shape;
+        size_t size = 0;
+        cq_peek(c.bytes, c.size, &shape, &size, nullptr);
+        return size;
+    }
+};
+
+class Decoding {
+public:
+    decoding d;
+    Decoding(const uint8_t *bytes, size_t size) { decoding_begin(&d, bytes, size); }
+    explicit Decoding(const Stream &s) : Decoding(s.c.bytes, s.c.size) {}
+    ~Decoding() { decoding_free(&d); }
+    Decoding(const Decoding &) = delete;
+    Decoding &operator=(const Decoding &) = delete;
+    const cq_mesh &mesh() const { return d.decoder->mesh; }
+    uint32_t num_vertices() const { return d.decoder->mesh.num_vertices; }
+};
+
+// All that a decoder shows, to compare bit for bit.
+struct Picture {
+    std::vector<uint32_t> numbers;
+
+    explicit Picture(const cq_decoder &d) {
+        const cq_mesh &m = d.mesh;
+        auto put = [&](const cq_index *from, uint32_t first, uint32_t count) {
+            for (uint32_t k = first; k < first + count; ++k) numbers.push_back(from[k]);
+        };
+        numbers = {m.num_vertices, m.num_faces, m.num_virtual, m.num_virtual_faces};
+        if (m.num_vertices == 0) return;
+        for (const cq_index *array : {m.origin, m.twin}) {
+            put(array, 0, 3u * m.num_faces);
+            put(array, 3u * m.first_virtual_face, 3u * m.num_virtual_faces);
+        }
+        for (const cq_index *array : {m.out, m.valence}) {
+            put(array, 0, m.num_vertices);
+            put(array, m.first_virtual, m.num_virtual);
+        }
+        for (uint32_t k = 0; k < d.shape.num_channels; ++k)
+            for (uint32_t j = 0; j < uint32_t(m.num_vertices) * d.shape.channel[k].components; ++j)
+                numbers.push_back(static_cast<uint32_t>(d.channel[k][j]));
+    }
+    bool operator==(const Picture &p) const { return numbers == p.numbers; }
+    bool operator!=(const Picture &p) const { return numbers != p.numbers; }
+};
+
+inline bool values_in_range(const cq_decoder &d) {
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k)
+        for (uint32_t j = 0; j < uint32_t(d.mesh.num_vertices) * d.shape.channel[k].components; ++j)
+            if (d.channel[k][j] < 0 || uint32_t(d.channel[k][j]) >> d.shape.channel[k].bits != 0) return false;
+    return true;
+}
+
+// A mesh that may be shown: valid, without gaps, its values in range.
+inline bool is_presentable(const cq_decoder &d) {
+    const cq_mesh &m = d.mesh;
+    if (cq_mesh_check(&m, nullptr) != CQ_OK || (m.num_vertices > 0 && examine(m) != "")) return false;
+    for (uint32_t v = 0; v < m.num_vertices; ++v)
+        if (m.out[v] == CQ_NONE) return false;
+    for (uint32_t f = 0; f < m.num_faces; ++f)
+        if (!slot_is_used(m, f)) return false;
+    return values_in_range(d);
+}
+
+// Faces as a set: each starts at its smallest vertex.
+inline std::vector<Face> face_set(std::vector<Face> faces) {
+    for (Face &f : faces) std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
+    std::sort(faces.begin(), faces.end());
+    return faces;
+}
+
+// Is the decoded mesh the model, vertex v of it being map[v]?
+inline bool same_mesh(const Model &model, const cq_index *map, const cq_decoder &d) {
+    std::vector<Face> mapped = model.mesh.faces;
+    for (Face &f : mapped)
+        for (uint32_t &v : f) v = map[v];
+    if (d.mesh.num_vertices != model.mesh.num_vertices || face_set(mapped) != face_set(faces_of(d.mesh))) return false;
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k) {
+        uint32_t n = d.shape.channel[k].components;
+        for (uint32_t v = 0; v < model.mesh.num_vertices; ++v)
+            for (uint32_t j = 0; j < n; ++j)
+                if (d.channel[k][map[v] * n + j] != model.channel(k)[v * n + j]) return false;
+    }
+    return true;
+}
+
+#endif

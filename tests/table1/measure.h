@@ -1,0 +1,27 @@
+/* measure.h - what the codec makes of a mesh file. SPDX-License-Identifier: MIT */
+#ifndef MEASURE_H
+#define MEASURE_H
+
+#include "cqm.h"
+
+/* Rates are in bits per vertex of the whole mesh. */
+struct measurement {
+    struct encoding encoding;      /* of the connectivity alone */
+    double alone;                  /* the whole stream: header, base mesh and check values too */
+    double with_positions;         /* the connectivity in a stream with 12-bit positions: header, base, flags, indices */
+};
+
+/* What the paper counts, over all levels. */
+struct split_statistics {
+    double mean_i, mean_j;         /* of the two indices of a split */
+    double isolated;               /* share of the patches, 0 .. 1 */
+    double order0;                 /* entropy of the indices and of the flags that tell isolated patches, bits per vertex:
+                                    * three alphabets, each with its frequencies in the whole stream as probabilities */
+};
+
+/* Both return 1; or 0 after a complaint. A measurement that was taken holds memory until it is freed. */
+int take_measurement(struct measurement *m, const char *path);
+int read_splits(struct split_statistics *s, const struct measurement *m, const char *path);
+void free_measurement(struct measurement *m);
+
+#endif
