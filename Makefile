@@ -15,7 +15,7 @@ CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 all: build/cqm build/minimal_decode build/stream build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
-	@awk -F ':.*## ' '/^[a-z_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 
 build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
@@ -47,6 +47,43 @@ ref_data: build/cqm build/meshgen ## makes the reference meshes and the streams 
 
 check-ref: build/cqm build/meshgen ## decodes the reference streams of all versions and compares hashes
 	@ref_data/ref_data.sh check
+
+# -- Rates and priors ----------------------------------------------------------------------------------------------
+
+MESHES ?= ../shared/meshes
+LIST = tests/train/meshes.txt
+ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/file.c examples/mesh_file.c
+ENCODE_HEADERS = $(HEADER) examples/cqm/cqm.h examples/mesh_file.h
+MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
+
+# The oriented manifolds of build/meshes with at least 300 vertices, by what the round trip of all meshes expects.
+MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$1 }' tests/meshes/expected.tsv)
+
+.PHONY: table1 rates train check-train
+
+table1: build/table1 build/generated/torus_270x135.off ## the paper's Table 1 beside ours; MESHES=DIR has its models
+	@build/table1 $(MESHES) build/generated/torus_270x135.off
+
+rates: build/rates build/meshes ## bits per vertex of meshes that the priors were trained on, and of the others
+	@build/rates $(LIST) $(MANIFOLDS)
+
+train: build/train build/meshes ## fits the priors in the header to the meshes of tests/train/meshes.txt
+	@tests/train/priors.sh write
+
+check-train: build/train build/meshes ## checks that training gives the priors in the header
+	@tests/train/priors.sh check
+
+build/table1 build/rates: build/%: tests/table1/%.c tests/table1/measure.h $(MEASURE_SOURCES) $(ENCODE_HEADERS)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples/cqm $< $(MEASURE_SOURCES) $(LDLIBS) -lm -o $@
+
+build/train: tests/train/train.c $(ENCODE_SOURCES) $(ENCODE_HEADERS)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples/cqm $< $(ENCODE_SOURCES) $(LDLIBS) -lm -o $@
+
+build/generated/torus_270x135.off: build/meshgen
+	@mkdir -p $(@D)
+	@build/meshgen torus 270 135 >$@
 
 # -- Tests ---------------------------------------------------------------------------------------------------------
 #
@@ -86,7 +123,7 @@ summary:
 
 build/log/%.log: build/tests/%
 	@mkdir -p $(@D)
-	@$< >$@ 2>&1 || echo "exit status $$?" >>$@
+	@ASAN_OPTIONS=handle_sigill=1 $< >$@ 2>&1 || echo "exit status $$?" >>$@
 	@echo "$*: $$(tail -n 1 $@)"
 
 TEST_FLAGS = $(WARNINGS) -g -Iinclude -Iexamples -Itests/support

@@ -509,6 +509,9 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
+/* x / 2^bits, towards zero. */
+static int32_t cqi_scale_down(int32_t x, int bits) { return x < 0 ? -(-x >> bits) : x >> bits; }
+
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
@@ -1482,6 +1485,7 @@ typedef struct cqi_plan {
 #define CQI_RATE 5
 #define CQI_STEP 18
 #define CQI_HOPELESS (8 << CQI_UNIT)
+#define CQI_OMITTED(index) 0 /* a weight that stays 0, to measure the others */
 #endif
 
 /* -- The plan: what the encoder looks up while it replays -- */
@@ -1601,6 +1605,14 @@ static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
 }
 
 static cq_level *cqi_level_report(cq_decoder *d) { return &d->report->level[(d->level - 1) % CQ_MAX_LEVELS]; }
+
+static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
+{
+    cq_report *r = d->report;
+    if (!r) return;
+    cqi_charge(d, d->shape.channel[channel].kind == CQ_POSITION ? &r->positions : &r->channels,
+               d->level ? &cqi_level_report(d)->values : NULL);
+}
 
 /* -- Priors: what the models know before the first symbol --
  *
@@ -2026,6 +2038,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
             if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
             values[(size_t)v * stride] = (cq_value)x;
         }
+        cqi_charge_channel(d, k);
     }
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
@@ -2090,6 +2103,7 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, cq_index p, cq_index q)
             if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, low + delta)) return 0;
             d->delta[n] = delta;
         }
+        cqi_charge_channel(d, k);
     }
     return 1;
 }
@@ -2287,7 +2301,7 @@ static uint16_t cqi_share(int32_t below)
 static void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
     int32_t x;
-    if (!gradient) return;
+    if (!gradient || CQI_OMITTED(index)) return;
     m->dither = m->dither * 1664525u + 1013904223u;
     x = gradient * CQI_STEP + (int32_t)(m->dither >> 16) + ((int32_t)256 << 16); /* the last term keeps x positive for the shift */
     x = (x >> 16) - 256 + m->weight[index];
@@ -2367,7 +2381,7 @@ static void cqi_read_offsets(cq_decoder *d, const cq_value *values)
         const cq_value *at = values + 3 * (size_t)cq_target(&d->mesh, r->spoke[k]);
         for (c = 0; c < 3; c++) {
             int32_t x = r->state[k] == CQI_NEVER ? 0 : (int32_t)at[c] - centre[c];
-            r->offset[k][c] = (int16_t)(shift < 0 ? x / ((int32_t)1 << -shift) : x * ((int32_t)1 << shift));
+            r->offset[k][c] = (int16_t)(shift < 0 ? cqi_scale_down(x, -shift) : x * ((int32_t)1 << shift));
         }
     }
 }
@@ -2422,8 +2436,8 @@ static int cqi_angle(const cqi_ring *r, int k, const int32_t *axis, int32_t scal
     const int16_t *u = r->direction[k];
     int32_t x;
     if (r->state[k] == CQI_NEVER) return 8;
-    x = ((int32_t)u[0] * axis[0] + (int32_t)u[1] * axis[1] + (int32_t)u[2] * axis[2]) / 16;
-    x = (x * scale + ((int32_t)1 << 24)) / ((int32_t)1 << 22);
+    x = cqi_scale_down((int32_t)u[0] * axis[0] + (int32_t)u[1] * axis[1] + (int32_t)u[2] * axis[2], 4);
+    x = cqi_scale_down(x * scale + ((int32_t)1 << 24), 22);
     return x < 0 ? 0 : x > 7 ? 7 : (int)x;
 }
 
@@ -2452,10 +2466,10 @@ static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
         axis[c] = n_a * b - n_b * a;
     }
     length = cqi_norm(axis) + 1;
-    x = 16 * length / (2 * n_a * n_b + n_a + n_b) / ((r->mean_length + 7) / 8);
+    x = 16 * length / ((2 * n_a * n_b + n_a + n_b) * ((r->mean_length + 7) / 8));
     candidate->delta = (uint8_t)(x > 15 ? 15 : x);
     shift = cqi_bit_length((uint32_t)length) - 10;
-    for (c = 0; c < 3; c++) axis[c] = shift > 0 ? axis[c] / ((int32_t)1 << shift) : axis[c];
+    for (c = 0; c < 3 && shift > 0; c++) axis[c] = cqi_scale_down(axis[c], shift);
     scale = ((int32_t)1 << 20) / (cqi_norm(axis) + 1);
     candidate->plane = (uint8_t)(9 * cqi_angle(r, p, axis, scale) + cqi_angle(r, q, axis, scale));
     candidate->between = cqi_between(r, p, q);
@@ -2596,6 +2610,11 @@ static uint32_t cqi_share_range(cqi_candidate *c, int count)
     return total;
 }
 
+static uint32_t cqi_listed_share(const cqi_candidate *list, int count, int k)
+{
+    return k < count ? list[k].as.weight : (uint32_t)CQI_UNLISTED;
+}
+
 /* Codes which candidate of the list it is; or `count`: one that is not listed. */
 static int cqi_code_listed(cq_decoder *d, int count, uint32_t total, int chosen)
 {
@@ -2604,12 +2623,12 @@ static int cqi_code_listed(cq_decoder *d, int count, uint32_t total, int chosen)
     int k;
     if (CQI_ENCODING(d)) {
         for (k = 0; k < chosen; k++) start += c[k].as.weight;
-        cq_encode_freq(&d->plan->range, start, chosen < count ? c[chosen].as.weight : CQI_UNLISTED, total + CQI_UNLISTED);
+        cq_encode_freq(&d->plan->range, start, cqi_listed_share(c, count, chosen), total + CQI_UNLISTED);
         return chosen;
     }
     slot = cq_decode_slot(&d->range, total + CQI_UNLISTED);
     for (k = 0; k < count && start + c[k].as.weight <= slot; k++) start += c[k].as.weight;
-    cq_decode_freq(&d->range, start, k < count ? c[k].as.weight : CQI_UNLISTED, total + CQI_UNLISTED);
+    cq_decode_freq(&d->range, start, cqi_listed_share(c, count, k), total + CQI_UNLISTED);
     return k;
 }
 
@@ -2661,7 +2680,7 @@ static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, int end, const int32
 {
     int k, j;
     for (k = 0; k < r->size; k++)
-        for (j = 0; j < 5 + r->located; j++) cqi_learn(m, r->entry[end][k][j], gradient[k]);
+        for (j = 0; j < 5 + r->located && gradient[k]; j++) cqi_learn(m, r->entry[end][k][j], gradient[k]);
 }
 
 /* After the split was `chosen`. Candidates with less than CQI_STILL of the range do not move; what the others lose, the
@@ -2685,6 +2704,7 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
     cqi_learn_ends(m, r, 0, g.of_p);
     cqi_learn_ends(m, r, 1, g.of_q);
     for (k = 1; k < r->size; k++) {
+        if (!g.of_length[k]) continue;
         cqi_length_entries(r, k, entry);
         cqi_learn(m, entry[0], g.of_length[k]);
         cqi_learn(m, entry[1], g.of_length[k]);
@@ -2731,13 +2751,6 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
     level->sum_j += (uint32_t)(d->ring.size - 1 - q);
 }
 
-static void cqi_charge_values(cq_decoder *d)
-{
-    int positions = d->shape.num_channels && d->shape.channel[0].kind == CQ_POSITION;
-    cq_level *level = d->level ? cqi_level_report(d) : NULL;
-    cqi_charge(d, positions ? &d->report->positions : &d->report->channels, level ? &level->values : NULL);
-}
-
 /* The split of the patch at `spoke`: both indices, then the values, then the mesh. */
 static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
 {
@@ -2748,7 +2761,6 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
     cqi_code_pair(d, &p, &q);
     if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_deltas(d, centre, (cq_index)p, (cq_index)q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-    if (d->report) cqi_charge_values(d);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
     if (b == CQ_NONE) return CQ_ERROR_CORRUPT;
@@ -2798,7 +2810,6 @@ static cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
     if (d->report) {
-        cqi_charge_values(d);
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->draft.num_vertices;
         d->report->base_faces = d->draft.num_faces;

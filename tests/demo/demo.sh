@@ -2,8 +2,8 @@
 # `make demo`: encodes some meshes, decodes them at several levels into build/demo and prints a table.
 #
 # The last level is checked against the input by `cqm verify`; whatever fails ends the demo with its message and exit
-# status 1. Bits per vertex: the whole stream with 12-bit positions, and the connectivity alone (--connectivity). Seconds
-# are of processor time.
+# status 1. Bits per vertex: the whole stream with 12-bit positions, and the connectivity alone (--connectivity).
+# Seconds are of processor time.
 set -eu
 cd "$(dirname "$0")/../.."
 cqm=build/cqm

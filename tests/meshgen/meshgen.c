@@ -840,7 +840,7 @@ static const kind kinds[] = {
     { "genus", "G", "ladder of cubes with G holes through it", 1, 0, { 0 }, make_genus, NULL },
     { "sponge", "N", "lattice of N^3 cells, genus 3N(N+1)^2 - (N+1)^3 + 1", 1, 0, { 1 }, make_sponge, NULL },
     { "components", "N KIND [ARG...]", "N copies side by side", 1, 0, { 1 }, make_components, NULL },
-    { "random", "V SEED [GENUS [LOOPS]]", "random insertions and flips; at most LOOPS holes", 2, 2, { 4, 0 }, make_random,
+    { "random", "V SEED [GENUS [LOOPS]]", "random insertions and flips, up to LOOPS holes", 2, 2, { 4, 0 }, make_random,
       NULL },
     { "terrain", "V", "large: V vertices or a few more, valences 4 to 8, fast", 1, 0, { 4 }, NULL, write_terrain },
     { "moebius", "M N", "bad: not orientable, one boundary loop", 2, 0, { 3, 1 }, make_moebius, NULL },

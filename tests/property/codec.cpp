@@ -35,6 +35,17 @@ void decoding_gives_back_the_faces_and_values_through_the_map() {
     RC_TAG(s.c.report->num_levels == 0 ? "no level" : s.c.report->num_levels < 5 ? "1 to 4 levels" : "more levels");
 }
 
+void large_meshes_come_back_too() {
+    Model model(*any_recipe(25.0));
+    Stream s(model);
+    RC_ASSERT(s.c.result == CQ_OK);
+    Decoding d(s);
+    RC_ASSERT(decoding_run(&d.d, s.c.bytes, s.c.size, 1000, 1000) == CQ_DONE);
+    RC_ASSERT(same_mesh(model, s.c.map, *d.d.decoder));
+    RC_ASSERT(cq_mesh_check(&d.mesh(), nullptr) == CQ_OK);
+    RC_TAG(model.mesh.num_vertices > 1000 ? "more than 1000 vertices" : "up to 1000");
+}
+
 void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
     Model model(*any_recipe(0.6));
     Stream s(model);
@@ -205,11 +216,19 @@ void damage_with_right_check_values_gives_an_error_or_a_valid_mesh() {
         for (size_t k = 0; k < 2; ++k) bytes[header - 2 + k] = static_cast<uint8_t>(crc >> (8 * k));
         cq_shape shape;
         cq_result peeked = cq_peek(bytes.data(), bytes.size(), &shape, nullptr, nullptr);
-        if (peeked == CQ_OK && cq_decoder_bytes(&shape) > 1u << 22) continue;   // a count of millions
+        if (peeked != CQ_OK) continue;
+        if (cq_decoder_bytes(&shape) > 1u << 22) continue;   // a count of millions
         Decoding d(bytes.data(), bytes.size());
         decoding_report(&d.d);
-        cq_result result = decoding_run(&d.d, bytes.data(), bytes.size(), bytes.size(), CQ_NO_LIMIT);
-        RC_ASSERT(result < 0 || result == CQ_TRUNCATED || result == CQ_DONE);
+        Exact all(bytes.data(), bytes.size());
+        cq_bytes in = {all.data(), bytes.size()};
+        size_t steps = 0, limit = 1000 + 100 * (shape.num_vertices + bytes.size());
+        cq_result result;
+        do result = cq_decode(d.d.decoder, &in, 1);
+        while (result == CQ_OK && ++steps < limit);
+        RC_ASSERT(steps < limit);   // work is bounded for hostile streams too
+        if (result == CQ_NEED_INPUT) result = decoding_end(&d.d, CQ_NO_LIMIT);
+        RC_ASSERT((result < 0 || result == CQ_TRUNCATED || result == CQ_DONE));
         RC_ASSERT(is_presentable(*d.d.decoder));
         if (result == CQ_DONE) RC_ASSERT(d.num_vertices() == d.d.decoder->shape.num_vertices);
         if (result == CQ_DONE) RC_ASSERT(d.mesh().num_faces == d.d.decoder->shape.num_faces);
@@ -319,6 +338,7 @@ int main(int argc, char **argv) {
     Properties property(argc, argv);
     property("decoding gives back the faces and values through the map",
              decoding_gives_back_the_faces_and_values_through_the_map);
+    property("large meshes come back too", large_meshes_come_back_too);
     property("every step of the decoder leaves a mesh of the same topology",
              every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology);
     property("every prefix is a mesh on the way to the full one", every_prefix_is_a_mesh_on_the_way_to_the_full_one);

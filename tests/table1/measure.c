@@ -89,8 +89,8 @@ static double entropy(const struct histogram *h)
 /* Takes one step. If it is a split, the report's sums of the level have grown by its indices. */
 static cq_result decode_step(cq_decoder *d, cq_bytes *in, struct histogram *i, struct histogram *j)
 {
+    const cq_level *level = d->level > 0 ? &d->report->level[d->level - 1] : NULL;
     uint32_t vertices = d->mesh.num_vertices;
-    const cq_level *level = vertices > 0 ? &d->report->level[d->level - 1] : NULL;
     uint32_t sum_i = level != NULL ? level->sum_i : 0, sum_j = level != NULL ? level->sum_j : 0;
     cq_result result = cq_decode(d, in, 1);
     if (level != NULL && d->mesh.num_vertices > vertices) {

@@ -8,15 +8,15 @@
 struct measurement {
     struct encoding encoding;      /* of the connectivity alone */
     double alone;                  /* the whole stream: header, base mesh and check values too */
-    double with_positions;         /* the connectivity in a stream with 12-bit positions: header, base, flags, indices */
+    double with_positions;         /* of a stream with 12-bit positions: header, base, flags, indices */
 };
 
 /* What the paper counts, over all levels. */
 struct split_statistics {
     double mean_i, mean_j;         /* of the two indices of a split */
     double isolated;               /* share of the patches, 0 .. 1 */
-    double order0;                 /* entropy of the indices and of the flags that tell isolated patches, bits per vertex:
-                                    * three alphabets, each with its frequencies in the whole stream as probabilities */
+    double order0;                 /* entropy of i, of j and of the flags of isolated patches, in bits per vertex: what
+                                    * they cost if only their frequencies in the whole stream are known */
 };
 
 /* Both return 1; or 0 after a complaint. A measurement that was taken holds memory until it is freed. */

@@ -1,15 +1,19 @@
-/* train.c - fits the priors of conquest.h. SPDX-License-Identifier: MIT
+/* train.c - fits the priors of conquest.h, and measures what each part of the model is worth. SPDX-License-Identifier: MIT
  *
  *     train MESH ... > priors.txt
+ *     train --effects MESH ... -- TEST ...
+ *
+ * The second trains without one table at a time and prints what the TEST meshes then cost.
  *
  * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
  * it has learned as C tables: first with 12-bit positions, then connectivity alone. Deterministic: the same meshes in
  * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
-static int train_rate, train_step;
+static int train_rate, train_step, train_hopeless, omit_begin, omit_end;
 #define CQ_TRAINING
 #define CQI_RATE train_rate
 #define CQI_STEP train_step
-#define CQI_HOPELESS (64 << CQI_UNIT)
+#define CQI_HOPELESS train_hopeless
+#define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 #include <stdlib.h>
@@ -21,6 +25,7 @@ static const int rates[PASSES] = { 5, 5, 6, 7, 7, 8, 8, 8 };
 static const int steps[PASSES] = { 32, 24, 16, 10, 6, 4, 3, 2 };
 
 static cqi_model model; /* carried from mesh to mesh */
+static int keeping;     /* 0 while effects are measured: each mesh begins with the same model */
 
 static void cqi_model_init(cqi_model *m, int located)
 {
@@ -28,7 +33,27 @@ static void cqi_model_init(cqi_model *m, int located)
     *m = model;
 }
 
-static void cqi_model_keep(const cqi_model *m) { model = *m; }
+static void cqi_model_keep(const cqi_model *m)
+{
+    if (keeping) model = *m;
+}
+
+/* As the decoder does it. */
+static void set_product_speed(void)
+{
+    keeping = 0;
+    train_rate = 5;
+    train_step = 18;
+    train_hopeless = 8 << CQI_UNIT;
+}
+
+static void set_training_speed(int pass)
+{
+    keeping = 1;
+    train_rate = rates[pass];
+    train_step = steps[pass];
+    train_hopeless = 64 << CQI_UNIT;
+}
 
 /* The mean of the models after each mesh: no mesh has the last word. */
 static double bit_sum[CQI_MODELS], weight_sum[CQI_WEIGHTS];
@@ -110,8 +135,7 @@ static void train(struct sample *samples, int n, int connectivity)
     options.bits = 12;
     options.quiet = 1;
     for (pass = 0; pass < PASSES; pass++) {
-        train_rate = rates[pass];
-        train_step = steps[pass];
+        set_training_speed(pass);
         if (pass <= PASSES - MEAN_PASSES) clear_mean();
         shuffle(samples, n, &state);
         fprintf(stderr, "pass %d of %d: %.4f bits per vertex\n", pass + 1, PASSES, train_pass(samples, n, &options));
@@ -150,7 +174,7 @@ static int load_samples(struct sample *samples, char **paths, int n)
     int k, loaded = 0;
     memset(&options, 0, sizeof options);
     options.connectivity = options.quiet = 1;
-    train_rate = rates[0];
+    set_training_speed(0);
     reset_model();
     for (k = 0; k < n; k++) {
         static struct encoding e;
@@ -163,11 +187,96 @@ static int load_samples(struct sample *samples, char **paths, int n)
     return loaded;
 }
 
-int main(int argc, char **argv)
+/* -- Effects -- */
+
+static void round_model(void)
 {
-    struct sample *samples = (struct sample *)calloc((size_t)argc, sizeof *samples);
+    int k;
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)((model.bit[k] & 0xff00) + 128);
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(rounded_weight(model.weight[k]) * 64);
+    model.dither = 0;
+}
+
+/* Mean bits per vertex for the connectivity of the test meshes, with the model as it is. */
+static double measure(const struct sample *tests, int n, int connectivity)
+{
+    struct options options;
+    double sum = 0;
+    int k;
+    memset(&options, 0, sizeof options);
+    options.connectivity = connectivity;
+    options.bits = 12;
+    options.quiet = 1;
+    set_product_speed();
+    for (k = 0; k < n; k++) {
+        static struct encoding e;
+        if (!encode_mesh(&e, &tests[k].mesh, tests[k].path, &options)) continue;
+        sum += (double)(e.report.header + e.report.base + e.report.flags + e.report.indices) / 65536 /
+               tests[k].mesh.num_vertices;
+        free_encoding(&e);
+    }
+    return sum / n;
+}
+
+struct part {
+    const char *name;
+    int begin, end;
+};
+
+static const struct part parts[] = {
+    { "nothing", 0, 0 },
+    { "number of neighbours that go to B, by valence of the centre", CQI_LENGTH, CQI_SIZE_B },
+    { "valences of A and B, by distance from the finest level", CQI_SIZE_B, CQI_RULE },
+    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_DELTA },
+    { "length of the predicted B - A", CQI_DELTA, CQI_PLANE },
+    { "angles of the common neighbours to it", CQI_PLANE, CQI_INNER },
+    { "angles of the vertices beside them, on B's side", CQI_INNER, CQI_OUTER },
+    { "the same on A's side", CQI_OUTER, CQI_BETWEEN },
+    { "angle between the common neighbours", CQI_BETWEEN, CQI_END },
+    { "everything about p and q alone", CQI_END, CQI_WEIGHTS },
+    { "all features", 0, CQI_WEIGHTS }
+};
+
+static void print_effects(struct sample *samples, int n, const struct sample *tests, int num_tests)
+{
+    size_t k;
+    printf("%-60s %12s %14s\n", "without", "connectivity", "with positions");
+    for (k = 0; k < sizeof parts / sizeof *parts; k++) {
+        int connectivity;
+        double cost[2];
+        omit_begin = parts[k].begin;
+        omit_end = parts[k].end;
+        for (connectivity = 0; connectivity < 2; connectivity++) {
+            train(samples, n, connectivity);
+            round_model();
+            cost[connectivity] = measure(tests, num_tests, connectivity);
+        }
+        printf("%-60s %12.3f %14.3f\n", parts[k].name, cost[1], cost[0]);
+        fflush(stdout);
+    }
+    omit_begin = omit_end = 0;
+    reset_model();
+    printf("%-60s %12.3f %14.3f\n", "trained priors", measure(tests, num_tests, 1), measure(tests, num_tests, 0));
+}
+
+static int run_effects(struct sample *samples, int argc, char **argv)
+{
+    int split = 2, n, num_tests;
+    while (split < argc && strcmp(argv[split], "--") != 0) split++;
+    n = load_samples(samples, argv + 2, split - 2);
+    num_tests = split < argc ? load_samples(samples + n, argv + split + 1, argc - split - 1) : 0;
+    if (n == 0 || num_tests == 0) {
+        fprintf(stderr, "train: --effects wants meshes to learn from, --, and meshes to measure\n");
+        return 1;
+    }
+    print_effects(samples, n, samples + n, num_tests);
+    return 0;
+}
+
+static int run_training(struct sample *samples, int argc, char **argv)
+{
     cqi_model with_positions;
-    int n = samples ? load_samples(samples, argv + 1, argc - 1) : 0;
+    int n = load_samples(samples, argv + 1, argc - 1);
     if (n == 0) {
         fprintf(stderr, "train: no mesh to learn from\n");
         return 1;
@@ -179,4 +288,11 @@ int main(int argc, char **argv)
     print_weights(&model, "static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {", "\n}, {");
     print_weights(&with_positions, "", "\n} };\n");
     return 0;
+}
+
+int main(int argc, char **argv)
+{
+    struct sample *samples = (struct sample *)calloc((size_t)argc, sizeof *samples);
+    if (!samples) return 1;
+    return argc > 1 && strcmp(argv[1], "--effects") == 0 ? run_effects(samples, argc, argv) : run_training(samples, argc, argv);
 }

@@ -373,6 +373,29 @@ TEST(streams_refine_a_coarse_base) {
     sample_free(&s);
 }
 
+TEST(thousands_of_components_cost_bits_each_not_bytes) {
+    enum { COUNT = 1500 };
+    static int faces[12 * COUNT];
+    static const int tetrahedron[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
+    sample s;
+    coded c;
+    decoding d;
+    int k, j;
+    for (k = 0; k < COUNT; ++k)
+        for (j = 0; j < 12; ++j) faces[12 * k + j] = 4 * k + tetrahedron[j];
+    sample_begin(&s, triangles_of(4 * COUNT, 4 * COUNT, faces));
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK_EQ(c.report->num_components, COUNT);
+    CHECK(8 * c.size < 2 * COUNT);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 100, CQ_NO_LIMIT), CQ_DONE);
+    CHECK_EQ(d.decoder->mesh.num_faces, 4 * COUNT);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
 TEST(equal_values_cost_next_to_nothing) {
     sample s;
     coded c;
@@ -425,6 +448,7 @@ int main(int argc, char **argv) {
     RUN(a_mesh_without_vertices_round_trips_or_is_refused);
     RUN(progress_goes_forward_and_never_beyond_its_total);
     RUN(streams_refine_a_coarse_base);
+    RUN(thousands_of_components_cost_bits_each_not_bytes);
     RUN(equal_values_cost_next_to_nothing);
     RUN(a_vertex_of_large_valence_is_left_alone);
     return TEST_END();
