@@ -2,9 +2,9 @@
  *
  *     table1 FOLDER TORUS
  *
- * Three rows for each model of the table that FOLDER has as NAME.off, .obj, .ply or .stl, and for the torus, which is in
- * the file TORUS: what the paper says, what is measured here, and the rates that this project set itself to reach. Then
- * the paper's claims, checked on these models.
+ * Three rows for each model of the table that FOLDER has as NAME.off, .obj, .ply or .stl, and for the torus, which is
+ * in the file TORUS: what the paper says, what is measured here, and the rates that this project set itself to reach.
+ * Then the paper's claims, checked on these models.
  *
  * Exit status: 0; 1 if a rate is not reached, a file is bad or the folder has none of the models; 2 for bad usage. */
 #include "measure.h"
