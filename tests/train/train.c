@@ -1,4 +1,5 @@
-/* train.c - fits the priors of conquest.h, and measures what each part of the model is worth. SPDX-License-Identifier: MIT
+/* train.c - fits the priors of conquest.h, and measures what the parts of the model are worth.
+ * SPDX-License-Identifier: MIT
  *
  *     train MESH ... > priors.txt
  *     train --effects MESH ... -- TEST ...
@@ -149,7 +150,7 @@ static int rounded_weight(int weight)
     return x < -127 ? -127 : x > 127 ? 127 : x;
 }
 
-static void print_number(int k, int x) { printf("%s%d,", k % 24 ? " " : "\n    ", x); }
+static void print_number(int k, int x) { printf("%s%d,", k % 22 ? " " : "\n    ", x); }
 
 static void print_bits(void)
 {
@@ -294,5 +295,6 @@ int main(int argc, char **argv)
 {
     struct sample *samples = (struct sample *)calloc((size_t)argc, sizeof *samples);
     if (!samples) return 1;
-    return argc > 1 && strcmp(argv[1], "--effects") == 0 ? run_effects(samples, argc, argv) : run_training(samples, argc, argv);
+    if (argc > 1 && strcmp(argv[1], "--effects") == 0) return run_effects(samples, argc, argv);
+    return run_training(samples, argc, argv);
 }

@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""Appendix A of SPEC.md, generated from the header: appendix.py write | check
+
+write  puts the tables of include/conquest.h into SPEC.md, between the two marks.
+check  compares them; the last line is `N passed, N failed`.
+
+Names and sizes of the bit models are read from the header too, so that a table that moves is a failure here.
+SPDX-License-Identifier: MIT"""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SPEC = ROOT / "SPEC.md"
+HEADER = ROOT / "include" / "conquest.h"
+BEGIN, END = "<!-- appendix begin -->\n", "<!-- appendix end -->\n"
+PER_LINE = 24
+
+# Names of SPEC.md for the tables of the header.
+BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
+              ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
+              ("BITS", "BITS"), ("TOP", "TOP"), ("SIGN", "SIGN")]
+BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
+           "CLOSE": "5.4", "FLAG": "7.4", "BITS": "6.1", "TOP": "6.1", "SIGN": "6.1"}
+WEIGHT_TABLES = [("LENGTH", "LENGTH"), ("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("DELTA", "DELTA"),
+                 ("PLANE", "PLANE"), ("INNER", "INNER"), ("OUTER", "OUTER"), ("BETWEEN", "BETWEEN"), ("P", "END")]
+
+
+def enum_values(header):
+    """All enumerators and number macros of the header."""
+    values = {}
+    header = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
+    for name, text in re.findall(r"^#define (CQI?_\w+) +\(?([\w ()+*/<-]+?)\)?u?$", header, flags=re.M):
+        try:
+            values[name] = eval(text.replace("/", "//"), {"__builtins__": {}}, values)
+        except (NameError, SyntaxError, TypeError):
+            pass
+    for body in re.findall(r"enum *\{(.*?)\};", header, flags=re.S):
+        at = -1
+        for item in filter(None, (part.strip() for part in body.split(","))):
+            name, _, text = (part.strip() for part in item.partition("="))
+            at = int(eval(text.replace("/", "//"), {"__builtins__": {}}, values)) if text else at + 1
+            values[name] = at
+    return values
+
+
+def numbers(text):
+    return [int(n) for n in re.findall(r"-?\d+", text)]
+
+
+def header_tables(header):
+    """The three lists of the header: bit priors, weight priors (two), exp2."""
+    bits = numbers(re.search(r"cqi_prior_bit\[.*?\] = \{(.*?)\};", header, re.S).group(1))
+    weights = re.search(r"cqi_prior_weight\[2\]\[.*?\] = \{ \{(.*?)\}, \{(.*?)\} \};", header, re.S)
+    exp2 = numbers(re.search(r"cqi_exp2\[64\] = \{(.*?)\};", header, re.S).group(1))
+    return bits, numbers(weights.group(1)), numbers(weights.group(2)), exp2
+
+
+def block(values):
+    lines = [", ".join(map(str, values[k:k + PER_LINE])) for k in range(0, len(values), PER_LINE)]
+    return "```\n" + ",\n".join(lines) + "\n```\n"
+
+
+def appendix():
+    header = HEADER.read_text()
+    enum = enum_values(header)
+    bits, weights, located, exp2 = header_tables(header)
+    starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
+    assert len(bits) == enum["CQI_MODELS"] and len(weights) == len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
+    text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
+    text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
+    for k, (name, _) in enumerate(BIT_TABLES):
+        text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
+    text += "\nTheir n:\n\n" + block(bits)
+    text += "\n### A.2 Weights of a stream without positions\n\nA weight begins with 64 · n. Tables as in 8.2. Their n:\n\n"
+    text += block(weights)
+    text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
+    text += "\n### A.4 exp2\n\n2^(13 - (k + 1/2) / 64), rounded, for k = 0 .. 63:\n\n" + block(exp2)
+    return text
+
+
+def section(spec):
+    begin, end = spec.index(BEGIN) + len(BEGIN), spec.index(END)
+    return begin, end
+
+
+def rows_of_weights(spec):
+    """The table of 8.2: name -> (first, size)."""
+    rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| ([\d ·]+) \| ", spec[spec.index("### 8.2"):spec.index("### 8.3")], re.M)
+    return {name: (int(first), eval(size.replace("·", "*"))) for name, first, size in rows}
+
+
+def check():
+    spec, enum = SPEC.read_text(), enum_values(HEADER.read_text())
+    begin, end = section(spec)
+    rows = rows_of_weights(spec)
+    enum["CQI_Q"] = enum["CQI_END"] + enum["CQI_END_SIZE"]
+    tables = WEIGHT_TABLES + [("Q", "Q")]
+    firsts = [enum["CQI_" + c] for _, c in tables] + [enum["CQI_WEIGHTS"]]
+    results = [("appendix A", spec[begin:end] == appendix())]
+    for k, (name, _) in enumerate(tables):
+        results.append(("8.2 " + name, rows.get(name) == (firsts[k], firsts[k + 1] - firsts[k])))
+    for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
+                       ("CQ_MAX_VALENCE", "valence is above %d"), ("CQI_RATE", "(65504 - m) >> %d"),
+                       ("CQI_STEP", "((%d · y"), ("CQI_UNLISTED", "with frequency %d"), ("CQI_STILL", "if y ≥ %d:"),
+                       ("CQI_HOPELESS", "highest plain score minus %d"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
+        results.append((name, name in enum and text % enum[name] in spec))
+    for name, good in results:
+        if not good:
+            print("FAIL  SPEC.md and the header differ:", name)
+    failed = sum(not good for _, good in results)
+    print(f"{len(results) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+def write():
+    spec = SPEC.read_text()
+    begin, end = section(spec)
+    SPEC.write_text(spec[:begin] + appendix() + spec[end:])
+    return 0
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] not in (["write"], ["check"]):
+        sys.exit(__doc__)
+    sys.exit(write() if sys.argv[1] == "write" else check())
