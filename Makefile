@@ -59,7 +59,7 @@ MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
 # The oriented manifolds of build/meshes with at least 300 vertices, by what the round trip of all meshes expects.
 MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$1 }' tests/meshes/expected.tsv)
 
-.PHONY: table1 rates train check-train
+.PHONY: table1 rates train check-train effects memory
 
 table1: build/table1 build/generated/torus_270x135.off ## the paper's Table 1 beside ours; MESHES=DIR has its models
 	@build/table1 $(MESHES) build/generated/torus_270x135.off
@@ -72,6 +72,21 @@ train: build/train build/meshes ## fits the priors in the header to the meshes o
 
 check-train: build/train build/meshes ## checks that training gives the priors in the header
 	@tests/train/priors.sh check
+
+effects: build/train build/meshes build/generated/torus_270x135.off ## what each part of the split model is worth
+	@build/train --effects $$(sed '/^#/d; s,^,build/meshes/,' $(LIST)) -- $(MESHES)/*.off build/generated/torus_270x135.off
+
+memory: build/memory build/memory-16 ## bytes that the decoder and the encoder need
+	@build/memory
+	@build/memory-16
+
+build/memory: tests/memory/memory.c $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) $< $(LDLIBS) -o $@
+
+build/memory-16: tests/memory/memory.c $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) -DCQ_INDEX_BITS=16 $< $(LDLIBS) -o $@
 
 build/table1 build/rates: build/%: tests/table1/%.c tests/table1/measure.h $(MEASURE_SOURCES) $(ENCODE_HEADERS)
 	@mkdir -p $(@D)
