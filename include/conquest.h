@@ -302,7 +302,14 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ---------------------------------------------------- */
 
-#define CQI_BUFFER_BYTES 512         /* holds what any step may need, and any header */
+/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
+ * such bits and 24 raw ones, and decoding looks 4 bytes ahead. */
+#define CQI_STEP_BYTES(components) (7 + 13 * (size_t)(components))
+
+/* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
+ * than half, and moves to the start without overlap. */
+#define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
+
 #define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2 + 1) /* and one not listed */
 #define CQI_SCALES 16                /* classes of patch size, a context of the residuals */
 
@@ -502,7 +509,7 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
 #if defined(CONQUEST_IMPLEMENTATION) && !defined(CONQUEST_IMPLEMENTATION_DONE)
 #define CONQUEST_IMPLEMENTATION_DONE /* a guard of its own: the interface may have been included before */
 
-#include <string.h> /* memcpy, memset, memmove */
+#include <string.h> /* memcpy, memset */
 
 /* Asserts state what the programmer got wrong, never what a stream contains. */
 #ifndef CQ_ASSERT
@@ -601,7 +608,7 @@ static int cqi_countable(const cq_shape *s)
 {
     const uint32_t limit = (uint32_t)(CQI_MAX_HALFEDGES / 3);
     return s->num_vertices <= limit && s->num_boundary_loops <= limit - s->num_vertices &&
-           s->num_faces <= limit && s->num_boundary_edges <= limit - s->num_faces;
+           s->num_faces <= limit && s->num_boundary_edges <= limit - s->num_faces && s->num_channels <= CQ_MAX_CHANNELS;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -1399,41 +1406,6 @@ static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h
     return r.result;
 }
 
-static void cqi_write_uint(uint8_t **to, uint32_t value, int bytes)
-{
-    for (; bytes; bytes--, value >>= 8) *(*to)++ = (uint8_t)value;
-}
-
-static void cqi_write_varint(uint8_t **to, uint32_t value)
-{
-    for (; value >= 128; value >>= 7) *(*to)++ = (uint8_t)(value | 128);
-    *(*to)++ = (uint8_t)value;
-}
-
-/* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
-static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
-{
-    uint8_t *to = data;
-    uint32_t k, j;
-    int64_t euler = (2 * (int64_t)cqi_all_vertices(s) - (int64_t)cqi_all_faces(s)) / 4;
-    cqi_write_uint(&to, 'C' | 'Q' << 8 | (uint32_t)CQ_STREAM_VERSION << 16, 3);
-    cqi_write_varint(&to, s->num_vertices);
-    cqi_write_varint(&to, s->num_boundary_loops);
-    if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
-    cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
-    cqi_write_uint(&to, s->num_channels, 1);
-    for (k = 0; k < s->num_channels; k++) {
-        const cq_channel *c = &s->channel[k];
-        cqi_write_uint(&to, c->kind | (uint32_t)c->components << 8 | (uint32_t)c->bits << 16, 3);
-        cqi_write_uint(&to, c->step, 4);
-        for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
-    }
-    cqi_write_varint(&to, (uint32_t)payload_size);
-    cqi_write_uint(&to, payload_crc, 4);
-    cqi_write_uint(&to, cqi_crc32(0, data, (size_t)(to - data)) & 0xffff, 2);
-    return (size_t)(to - data);
-}
-
 cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes)
 {
     cqi_header h;
@@ -1853,7 +1825,7 @@ static cq_result cqi_start_component(cq_decoder *d)
     for (k = 0; k < 3; k++) {
         if (CQI_ENCODING(d)) corner = d->plan->mesh.origin[cqi_corner(input, k)];
         v[k] = cqi_code_new_vertex(d, k == 2, corner);
-        if (v[k] == CQ_NONE) return CQ_ERROR_CORRUPT;
+        if (v[k] == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     }
     f = cqi_add_face(d, v[0], v[1], v[2], input);
     if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
@@ -2796,10 +2768,6 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
 
 enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
 
-/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
- * such bits and 24 raw ones, and decoding looks 4 bytes ahead. */
-#define CQI_STEP_BYTES(components) (7 + 13 * (size_t)(components))
-
 /* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
@@ -2840,16 +2808,19 @@ static cq_result cqi_step_base_values(cq_decoder *d)
 /* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
+    int other;
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         d->phase = CQI_COMPLETE;
         if (CQI_ENCODING(d)) return CQ_DONE;
         return d->range.count < d->range.size || d->payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
+    if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT;
+    other = cqi_code_bit(d, CQI_OTHER_LEVEL, 0);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (other) return CQ_ERROR_UNSUPPORTED;
     d->level++;
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
-    if (d->level > CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT;
-    if (cqi_code_bit(d, CQI_OTHER_LEVEL, 0)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_UNSUPPORTED;
     cqi_walk_begin(&d->mesh, &d->walk);
     d->phase = CQI_WALK;
     return CQ_OK;
@@ -2982,24 +2953,32 @@ static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
-/* Moves payload bytes from the input to the buffer. */
+/* Moves what is left in the buffer to its start: less than half of it. */
+static void cqi_drop_used(cq_decoder *d)
+{
+    size_t left = d->range.size - d->range.count;
+    memcpy(d->buffer, d->buffer + d->range.count, left);
+    d->dropped += d->range.count;
+    d->range.size = left;
+    d->range.count = 0;
+}
+
+/* Moves payload bytes from the input to the buffer while less than a step is left there. */
 static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 {
-    size_t used = d->range.count < d->range.size ? d->range.count : d->range.size, n;
-    if (!in || !in->size || !d->payload_left || d->range.size - used >= d->step_bytes) return;
-    memmove(d->buffer, d->buffer + used, d->range.size - used);
-    d->range.size -= used;
-    d->range.count -= used;
-    d->dropped += used;
-    n = CQI_BUFFER_BYTES - d->range.size;
-    n = n < in->size ? n : in->size;
-    n = n < d->payload_left ? n : d->payload_left;
-    memcpy(d->buffer + d->range.size, in->data, n);
-    d->crc = cqi_crc32(d->crc, in->data, n);
-    d->range.size += n;
-    d->payload_left -= n;
-    in->data += n;
-    in->size -= n;
+    while (in && in->size && d->payload_left && d->range.size < d->range.count + d->step_bytes) {
+        size_t n;
+        if (d->range.size == CQI_BUFFER_BYTES) cqi_drop_used(d);
+        n = CQI_BUFFER_BYTES - d->range.size;
+        n = n < in->size ? n : in->size;
+        n = n < d->payload_left ? n : d->payload_left;
+        memcpy(d->buffer + d->range.size, in->data, n);
+        d->crc = cqi_crc32(d->crc, in->data, n);
+        d->range.size += n;
+        d->payload_left -= n;
+        in->data += n;
+        in->size -= n;
+    }
 }
 
 /* Enough input for any step: all that can be needed, or all that there is. */
@@ -3317,6 +3296,53 @@ static void cqi_replay(cqi_encoder *e, const cq_input *in)
 #endif
 }
 
+static void cqi_write_uint(uint8_t **to, uint32_t value, int bytes)
+{
+    for (; bytes; bytes--, value >>= 8) *(*to)++ = (uint8_t)value;
+}
+
+static void cqi_write_varint(uint8_t **to, uint32_t value)
+{
+    for (; value >= 128; value >>= 7) *(*to)++ = (uint8_t)(value | 128);
+    *(*to)++ = (uint8_t)value;
+}
+
+/* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
+static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
+{
+    uint8_t *to = data;
+    uint32_t k, j;
+    int64_t euler = (2 * (int64_t)cqi_all_vertices(s) - (int64_t)cqi_all_faces(s)) / 4;
+    cqi_write_uint(&to, 'C' | 'Q' << 8 | (uint32_t)CQ_STREAM_VERSION << 16, 3);
+    cqi_write_varint(&to, s->num_vertices);
+    cqi_write_varint(&to, s->num_boundary_loops);
+    if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
+    cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
+    cqi_write_uint(&to, s->num_channels, 1);
+    for (k = 0; k < s->num_channels; k++) {
+        const cq_channel *c = &s->channel[k];
+        cqi_write_uint(&to, c->kind | (uint32_t)c->components << 8 | (uint32_t)c->bits << 16, 3);
+        cqi_write_uint(&to, c->step, 4);
+        for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
+    }
+    cqi_write_varint(&to, (uint32_t)payload_size);
+    cqi_write_uint(&to, payload_crc, 4);
+    cqi_write_uint(&to, cqi_crc32(0, data, (size_t)(to - data)) & 0xffff, 2);
+    return (size_t)(to - data);
+}
+
+/* Moves bytes up by less than a chunk, the last chunk first. */
+static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
+{
+    uint8_t chunk[64];
+    size_t n;
+    for (; size; size -= n) {
+        n = size < sizeof chunk ? size : sizeof chunk;
+        memcpy(chunk, data + size - n, n);
+        memcpy(data + size - n + distance, chunk, n);
+    }
+}
+
 /* Puts the header in front of the payload, which was written behind the shortest possible one. */
 static cq_result cqi_frame(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
@@ -3325,7 +3351,7 @@ static cq_result cqi_frame(const cq_shape *s, uint8_t *out, size_t out_size, siz
     size_t header_size = cqi_write_header(header, s, payload_size, 0);
     *stream_size = header_size + payload_size;
     if (*stream_size > out_size) return CQ_ERROR_OUTPUT;
-    memmove(out + header_size, out + gap, payload_size);
+    cqi_move_up(out + gap, payload_size, header_size - gap);
     cqi_write_header(header, s, payload_size, cqi_crc32(0, out + header_size, payload_size));
     memcpy(out, header, header_size);
     return CQ_OK;

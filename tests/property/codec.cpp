@@ -69,6 +69,63 @@ void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
     } while (result == CQ_OK);
 }
 
+using Values = std::vector<std::vector<int64_t>>;   // by channel
+
+Values values_of(const cq_decoder &d) {
+    Values values(d.shape.num_channels);
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k)
+        values[k].assign(d.channel[k], d.channel[k] + size_t(d.mesh.num_vertices) * d.shape.channel[k].components);
+    return values;
+}
+
+// Was vertex a of `before` the midpoint of a and b in `after`, rounded down?
+bool was_midpoint(const cq_decoder &d, const Values &before, const Values &after, uint32_t a, uint32_t b) {
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k)
+        for (uint32_t n = d.shape.channel[k].components, j = 0; j < n; ++j)
+            if (before[k][a * n + j] != (after[k][a * n + j] + after[k][b * n + j]) / 2) return false;
+    return true;
+}
+
+// All other vertices stay where they are.
+bool only_moved(const cq_decoder &d, const Values &before, const Values &after, uint32_t a) {
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k)
+        for (uint32_t n = d.shape.channel[k].components, j = 0; j < before[k].size(); ++j)
+            if (j / n != a && before[k][j] != after[k][j]) return false;
+    return true;
+}
+
+void a_split_moves_one_vertex_from_the_midpoint_to_its_two_ends() {
+    Model model(*any_recipe(1.0));
+    Stream s(model);
+    RC_ASSERT(s.c.result == CQ_OK);
+    Decoding d(s);
+    cq_bytes in = {s.c.bytes, s.c.size};
+    cq_result result;
+    Values before;
+    uint32_t n = 0;
+    do {
+        result = cq_decode(d.d.decoder, &in, 1);
+        Values after = values_of(*d.d.decoder);
+        if (n > 0 && d.num_vertices() == n + 1) {
+            const cq_mesh &m = d.mesh();
+            bool found = false;
+            cq_index h = m.out[n];
+            do {
+                uint32_t a = cq_target(&m, h);
+                found = found || (a < n && was_midpoint(*d.d.decoder, before, after, a, n)
+                                  && only_moved(*d.d.decoder, before, after, a));
+                h = cq_clockwise(&m, h);
+            } while (h != m.out[n]);
+            RC_ASSERT(found);
+        } else if (n > 0 && d.num_vertices() == n) {
+            RC_ASSERT(after == before);
+        }
+        before = after;
+        n = d.num_vertices();
+    } while (result == CQ_OK);
+    RC_ASSERT(result == CQ_DONE);
+}
+
 void every_prefix_is_a_mesh_on_the_way_to_the_full_one() {
     Model model(*any_recipe(0.8));
     Stream s(model);
@@ -341,6 +398,8 @@ int main(int argc, char **argv) {
     property("large meshes come back too", large_meshes_come_back_too);
     property("every step of the decoder leaves a mesh of the same topology",
              every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology);
+    property("a split moves one vertex from the midpoint to its two ends",
+             a_split_moves_one_vertex_from_the_midpoint_to_its_two_ends);
     property("every prefix is a mesh on the way to the full one", every_prefix_is_a_mesh_on_the_way_to_the_full_one);
     property("any pieces and any budgets give the same mesh", any_pieces_and_any_budgets_give_the_same_mesh);
     property("a decoder can be stopped anywhere and go on later", a_decoder_can_be_stopped_anywhere_and_go_on_later);

@@ -27,21 +27,27 @@ WEIGHT_TABLES = [("LENGTH", "LENGTH"), ("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"
                  ("PLANE", "PLANE"), ("INNER", "INNER"), ("OUTER", "OUTER"), ("BETWEEN", "BETWEEN"), ("P", "END")]
 
 
+def number(text, names):
+    """The value of a constant expression of C, or of SPEC.md."""
+    return eval(text.replace("/", "//").replace("·", "*"), {"__builtins__": {}}, names)
+
+
 def enum_values(header):
     """All enumerators and number macros of the header."""
     values = {}
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
-    for name, text in re.findall(r"^#define (CQI?_\w+) +\(?([\w ()+*/<-]+?)\)?u?$", header, flags=re.M):
-        try:
-            values[name] = eval(text.replace("/", "//"), {"__builtins__": {}}, values)
-        except (NameError, SyntaxError, TypeError):
-            pass
-    for body in re.findall(r"enum *\{(.*?)\};", header, flags=re.S):
-        at = -1
-        for item in filter(None, (part.strip() for part in body.split(","))):
-            name, _, text = (part.strip() for part in item.partition("="))
-            at = int(eval(text.replace("/", "//"), {"__builtins__": {}}, values)) if text else at + 1
-            values[name] = at
+    for _ in range(2):  # a macro may use an enumerator
+        for name, text in re.findall(r"^#define (CQI?_\w+) +\(?([\w ()+*/<-]+?)\)?$", header, flags=re.M):
+            try:
+                values[name] = number(text, values)
+            except (NameError, SyntaxError, TypeError):
+                pass
+        for body in re.findall(r"enum *\{(.*?)\};", header, flags=re.S):
+            at = -1
+            for item in filter(None, (part.strip() for part in body.split(","))):
+                name, _, text = (part.strip() for part in item.partition("="))
+                at = number(text, values) if text else at + 1
+                values[name] = at
     return values
 
 
@@ -88,7 +94,7 @@ def section(spec):
 def rows_of_weights(spec):
     """The table of 8.2: name -> (first, size)."""
     rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| ([\d ·]+) \| ", spec[spec.index("### 8.2"):spec.index("### 8.3")], re.M)
-    return {name: (int(first), eval(size.replace("·", "*"))) for name, first, size in rows}
+    return {name: (int(first), number(size, {})) for name, first, size in rows}
 
 
 def check():

@@ -261,24 +261,26 @@ TEST(more_than_eight_channels_are_an_argument_error) {
 
 TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
     static const int bits[] = {1, 7, 12, CQ_MAX_BITS};
+    static const uint32_t vertices[] = {0, 5, 11, 5};
     int b, way;
     for (b = 0; b < 4; ++b) {
         for (way = 0; way < 4; ++way) {
+            uint32_t v = vertices[(b + way) % 4], at = 3 * v + (uint32_t)(b % 3);
             sample s;
             cq_place place;
             cq_value top = (cq_value)(((int32_t)1 << bits[b]) - 1), bad;
             sample_begin(&s, triangles_icosahedron());
             sample_channel(&s, CQ_GENERIC, 1, 3);
             sample_channel(&s, CQ_GENERIC, 3, bits[b]);
-            s.values[1][3 * 5 + 1] = top;
+            s.values[1][at] = top;
             CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
-            s.values[1][3 * 5 + 1] = 0;
+            s.values[1][at] = 0;
             CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
             bad = way == 0 ? (cq_value)-1 : (cq_value)(way == 1 ? -32768 : way == 2 ? top + 1 : 32767);
             if (bad < 0 || bad > top) {
-                s.values[1][3 * 5 + 1] = bad;
+                s.values[1][at] = bad;
                 CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_VALUE);
-                CHECK_EQ(place.vertex, 5);
+                CHECK_EQ(place.vertex, v);
                 CHECK_EQ(place.face, CQ_NONE);
                 CHECK_EQ(place.other, CQ_NONE);
             }

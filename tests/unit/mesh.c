@@ -360,10 +360,15 @@ TEST(a_face_of_one_vertex_is_degenerate) {
 
 TEST(three_faces_on_an_edge_are_an_error_at_that_edge) {
     static const int fins[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
-    cq_place p;
-    CHECK_EQ(build_error(triangles_of(5, 3, fins), &p), CQ_ERROR_EDGE);
-    CHECK(p.face < 3);
-    CHECK(has_edge(&p, 0, 1));
+    int shift, k;
+    for (shift = 0; shift < 5; ++shift) {   /* the edge is the first one, the last one, and others */
+        int faces[9], a = shift, b = (shift + 1) % 5;
+        cq_place p;
+        for (k = 0; k < 9; ++k) faces[k] = (fins[k] + shift) % 5;
+        CHECK_EQ(build_error(triangles_of(5, 3, faces), &p), CQ_ERROR_EDGE);
+        CHECK(p.face < 3);
+        CHECK(has_edge(&p, (uint32_t)a, (uint32_t)b));
+    }
 }
 
 TEST(three_faces_on_an_edge_are_found_in_any_order_and_direction) {
@@ -1290,6 +1295,9 @@ TEST(the_check_names_the_vertex_with_a_wrong_valence) {
     b.mesh.valence[4]++;
     CHECK_EQ(cq_mesh_check(&b.mesh, &p), CQ_ERROR_VERTEX);
     CHECK_EQ(p.vertex, 4);
+    b.mesh.valence[4] = (cq_index)(b.mesh.valence[4] - 2);
+    CHECK_EQ(cq_mesh_check(&b.mesh, &p), CQ_ERROR_VERTEX);
+    CHECK_EQ(p.vertex, 4);
     unbuild(&b);
 }
 
@@ -1427,6 +1435,36 @@ TEST(the_check_catches_two_fans_at_one_vertex) {
     check_by_hand(7, 8, faces, NULL, 0, 0, &result, &p);
     CHECK_EQ(result, CQ_ERROR_VERTEX);
     CHECK_EQ(p.vertex, 3);
+}
+
+TEST(the_check_catches_a_second_fan_that_the_valence_does_not_count) {
+    built b;
+    uint32_t h;
+    triangles t = triangles_tetrahedron();
+    triangles_append(&t, triangles_tetrahedron());
+    REQUIRE(build_and_check(&b, t));
+    for (h = 0; h < 24; ++h)
+        if (b.mesh.origin[h] == 7) b.mesh.origin[h] = 3;
+    b.mesh.out[7] = CQ_NONE;
+    CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+    unbuild(&b);
+}
+
+TEST(the_check_catches_a_fan_in_a_wrong_order) {
+    /* Of the spokes h0 .. h5 of a vertex, h0, h2 and h4 get each other's twins. Still each twin ends where its halfedge
+     * starts, and h0 h3 h4 h1 h2 h5 is one cycle of the right length. */
+    built b;
+    cq_index h[6], twin[6];
+    int k;
+    REQUIRE(build_and_check(&b, triangles_torus(5, 5)));
+    h[0] = b.mesh.out[12];
+    for (k = 1; k < 6; ++k) h[k] = cq_clockwise(&b.mesh, h[k - 1]);
+    for (k = 0; k < 6; ++k) twin[k] = b.mesh.twin[h[k]];
+    for (k = 0; k < 6; k += 2) b.mesh.twin[h[k]] = twin[(k + 2) % 6];
+    CHECK(cq_mesh_check(&b.mesh, NULL) < 0);
+    for (k = 0; k < 6; k += 2) b.mesh.twin[h[k]] = twin[k];
+    CHECK_EQ(cq_mesh_check(&b.mesh, NULL), CQ_OK);
+    unbuild(&b);
 }
 
 TEST(the_check_catches_two_edges_between_the_same_vertices) {
@@ -1572,6 +1610,8 @@ int main(int argc, char **argv) {
     RUN(the_check_survives_numbers_far_out_of_range);
     RUN(the_check_accepts_a_mesh_made_by_hand);
     RUN(the_check_catches_two_fans_at_one_vertex);
+    RUN(the_check_catches_a_second_fan_that_the_valence_does_not_count);
+    RUN(the_check_catches_a_fan_in_a_wrong_order);
     RUN(the_check_catches_two_edges_between_the_same_vertices);
     RUN(the_check_catches_a_vertex_on_two_boundaries);
     RUN(the_check_catches_two_virtual_vertices_that_touch);

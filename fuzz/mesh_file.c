@@ -1,0 +1,71 @@
+/* The readers of examples/mesh_file on any bytes: a message, or a mesh whose numbers are in range. What was read can be
+ * written in each format and read back as it was; STL welds vertices, so there the corners are compared. */
+#define _POSIX_C_SOURCE 200809L /* open_memstream */
+#include "fuzz.h"
+#include "mesh_file.h"
+
+#include <math.h>
+
+static void check_mesh(const struct mesh_file *m) {
+    size_t k;
+    for (k = 0; k < 3 * (size_t)m->num_vertices; k++) REQUIRE(isfinite(m->positions[k]));
+    for (k = 0; k < 3 * (size_t)m->num_faces; k++) REQUIRE(m->indices[k] < m->num_vertices);
+}
+
+static void check_corners(const struct mesh_file *a, const struct mesh_file *b) {
+    size_t k, c;
+    REQUIRE(a->num_faces == b->num_faces);
+    for (k = 0; k < 3 * (size_t)a->num_faces; k++)
+        for (c = 0; c < 3; c++)
+            REQUIRE(a->positions[3 * (size_t)a->indices[k] + c] == b->positions[3 * (size_t)b->indices[k] + c]);
+}
+
+static void check_same(const struct mesh_file *a, const struct mesh_file *b) {
+    check_corners(a, b);
+    REQUIRE(a->num_vertices == b->num_vertices);
+    REQUIRE(a->num_faces == 0 || memcmp(a->indices, b->indices, 3 * (size_t)a->num_faces * sizeof *a->indices) == 0);
+    REQUIRE(a->num_vertices == 0 ||
+            memcmp(a->positions, b->positions, 3 * (size_t)a->num_vertices * sizeof *a->positions) == 0);
+}
+
+static void check_writing(const struct mesh_file *m, enum mesh_format format) {
+    char *text = NULL, error[MESH_ERROR_BYTES];
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    struct mesh_file again;
+    uint8_t *exact;
+    REQUIRE(file != NULL);
+    REQUIRE(mesh_write(m, file, format));
+    REQUIRE(fclose(file) == 0);
+    exact = (uint8_t *)copy_of(text, size);
+    if (!mesh_read(&again, exact, size, format, error)) {
+        fprintf(stderr, "written, but not read: %s\n", error);
+        abort();
+    }
+    check_mesh(&again);
+    if (format == MESH_STL) check_corners(m, &again);
+    else check_same(m, &again);
+    mesh_free(&again);
+    free(exact);
+    free(text);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    input in = { data, size };
+    uint32_t kind = take(&in);
+    char error[MESH_ERROR_BYTES];
+    struct mesh_file mesh;
+    uint8_t *bytes = (uint8_t *)copy_of(in.data, in.size);
+    memset(error, 'x', sizeof error);
+    if (mesh_read(&mesh, bytes, in.size, (enum mesh_format)(MESH_OFF + kind % 4), error)) {
+        int format;
+        check_mesh(&mesh);
+        for (format = MESH_OFF; format <= MESH_STL; format++) check_writing(&mesh, (enum mesh_format)format);
+        mesh_free(&mesh);
+    } else {
+        REQUIRE(mesh.num_vertices == 0 && mesh.num_faces == 0 && mesh.positions == NULL && mesh.indices == NULL);
+        REQUIRE(strlen(error) > 0 && strlen(error) < sizeof error);
+    }
+    free(bytes);
+    return 0;
+}

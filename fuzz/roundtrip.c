@@ -1,0 +1,115 @@
+/* A mesh comes back as it was, through the map; faces that are no oriented manifold are refused. The mesh is grown by
+ * the bytes, then perhaps damaged, or its faces are the bytes. */
+#include "surface.h"
+
+/* Faces that name any vertices. */
+static model take_noise(input *in) {
+    model m;
+    uint32_t k, most = 1 + take(in) % 16;
+    memset(&m, 0, sizeof m);
+    m.input.shape.num_vertices = take(in) % 16;
+    m.input.shape.num_faces = (uint32_t)(in->size < 600 ? in->size / 3 : 200);
+    m.indices = (cq_index *)block(3 * (size_t)m.input.shape.num_faces * sizeof(cq_index));
+    for (k = 0; k < 3 * m.input.shape.num_faces; k++) m.indices[k] = (cq_index)(take(in) % most);
+    m.input.indices = m.indices;
+    return m;
+}
+
+static void damage(model *m, input *in) {
+    uint32_t count = take(in) % 4, k;
+    for (k = 0; k < count && m->input.shape.num_faces > 0; k++)
+        m->indices[take_two(in) % (3 * m->input.shape.num_faces)] = (cq_index)(take(in) % (m->input.shape.num_vertices + 1));
+}
+
+static int compare_faces(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(cq_index)); }
+
+/* The faces through the map (NULL: as they are), each from its smallest vertex on, sorted. */
+static cq_index *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map) {
+    cq_index *set = (cq_index *)block(3 * (size_t)num_faces * sizeof(cq_index));
+    uint32_t f, k;
+    for (f = 0; f < num_faces; f++) {
+        cq_index v[3];
+        uint32_t least;
+        for (k = 0; k < 3; k++) v[k] = map != NULL ? map[indices[3 * f + k]] : indices[3 * f + k];
+        least = v[0] < v[1] ? (v[0] < v[2] ? 0 : 2) : (v[1] < v[2] ? 1 : 2);
+        for (k = 0; k < 3; k++) set[3 * f + k] = v[(least + k) % 3];
+    }
+    qsort(set, num_faces, 3 * sizeof *set, compare_faces);
+    return set;
+}
+
+static void check_same(const model *m, const cq_index *map, const cq_decoder *d) {
+    uint32_t n = m->input.shape.num_vertices, faces = m->input.shape.num_faces, v, k, c;
+    cq_index *a, *b;
+    uint8_t *seen = (uint8_t *)block(n);
+    REQUIRE(d->mesh.num_vertices == n && d->mesh.num_faces == faces);
+    memset(seen, 0, n);
+    for (v = 0; v < n; v++) {
+        REQUIRE(map[v] < n && !seen[map[v]]);
+        seen[map[v]] = 1;
+    }
+    a = face_set(m->indices, faces, map);
+    b = face_set(d->mesh.origin, faces, NULL);
+    REQUIRE(memcmp(a, b, 3 * (size_t)faces * sizeof *a) == 0);
+    REQUIRE(memcmp(d->shape.channel, m->input.shape.channel, sizeof d->shape.channel) == 0);
+    for (k = 0; k < d->shape.num_channels; k++)
+        for (v = 0; v < n; v++)
+            for (c = 0; c < d->shape.channel[k].components; c++) {
+                uint32_t stride = d->shape.channel[k].components;
+                REQUIRE(d->channel[k][map[v] * stride + c] == m->values[k][v * stride + c]);
+            }
+    free(a);
+    free(b);
+    free(seen);
+}
+
+/* 1 if no two faces share an edge in one direction, no edge has three faces, and each vertex has one fan: by counting. */
+static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t num_faces) {
+    uint32_t v, f, k;
+    for (f = 0; f < 3 * num_faces; f++)
+        if (indices[f] >= num_vertices || indices[f] == indices[f / 3 * 3 + (f % 3 + 1) % 3]) return 0;
+    for (v = 0; v < num_vertices; v++) {
+        /* The edges opposite v, as a map from start to end, are one path or one cycle. */
+        uint32_t next[SURFACE_VERTICES], before[SURFACE_VERTICES], count = 0, first = SURFACE_VERTICES, length = 0;
+        for (k = 0; k < num_vertices; k++) next[k] = before[k] = SURFACE_VERTICES;
+        for (f = 0; f < 3 * num_faces; f++) {
+            uint32_t a = indices[f / 3 * 3 + (f % 3 + 1) % 3], b = indices[f / 3 * 3 + (f % 3 + 2) % 3];
+            if (indices[f] != v) continue;
+            if (next[a] != SURFACE_VERTICES || before[b] != SURFACE_VERTICES) return 0;
+            next[a] = b;
+            before[b] = a;
+            first = a;
+            count++;
+        }
+        if (count == 0) return 0;
+        for (k = 0; k < count && before[first] != SURFACE_VERTICES; k++) first = before[first];
+        for (k = first; next[k] != SURFACE_VERTICES && (length == 0 || k != first); length++) k = next[k];
+        if (length != count) return 0;
+    }
+    return 1;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    input in = { data, size };
+    uint32_t kind = take(&in), n;
+    model m = kind < 16 ? take_noise(&in) : take_model(&in);
+    cq_index *map = NULL;
+    stream s;
+    cq_result result;
+    if (kind >= 240) damage(&m, &in);
+    n = m.input.shape.num_vertices;
+    map = (cq_index *)block(n * sizeof(cq_index));
+    result = encode(&m, &s, map);
+    REQUIRE((result == CQ_OK) == is_manifold(m.indices, n, m.input.shape.num_faces));
+    if (result == CQ_OK) {
+        decoding d = decoding_begin(&s);
+        decoding_run(&d, &s);
+        REQUIRE(d.result == CQ_DONE && d.used == s.size);
+        check_same(&m, map, d.decoder);
+        decoding_end(&d);
+    }
+    free(s.data);
+    free(map);
+    model_free(&m);
+    return 0;
+}

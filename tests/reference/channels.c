@@ -1,0 +1,102 @@
+/* Encodes an OFF mesh with channels that cqm does not write: channels SEED <MESH >STREAM.   SPDX-License-Identifier: MIT
+ *
+ * The seed decides how many channels there are, their kinds, components and bits, and the noise on their values, which
+ * follow the coordinates. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+static uint32_t state;
+
+static uint32_t random_below(uint32_t n)
+{
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) % n;
+}
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "channels: %s\n", what);
+    exit(1);
+}
+
+static void *allocate(size_t size)
+{
+    void *block = calloc(size + 1, 1);
+    if (!block) fail("no memory");
+    return block;
+}
+
+static void make_channel(cq_channel *c)
+{
+    uint32_t k;
+    c->kind = (uint8_t)(random_below(2) ? CQ_GENERIC : CQ_POSITION);
+    c->components = (uint8_t)(c->kind == CQ_POSITION ? 3 : 1 + random_below(CQ_MAX_COMPONENTS));
+    c->bits = (uint8_t)(1 + random_below(CQ_MAX_BITS));
+    c->step = state;
+    for (k = 0; k < c->components; k++) c->origin[k] = state * (k + 1);
+}
+
+/* Coordinates of ref_data are small numbers: -8 .. 8 is stretched to the range of the channel, and noise is added. */
+static cq_value *make_values(const cq_channel *c, const double *xyz, size_t num_vertices, uint32_t noise)
+{
+    double largest = (double)(((uint32_t)1 << c->bits) - 1);
+    cq_value *values = (cq_value *)allocate(num_vertices * c->components * sizeof(cq_value));
+    size_t v, k;
+    for (v = 0; v < num_vertices; v++)
+        for (k = 0; k < c->components; k++) {
+            double x = (xyz[3 * v + k % 3] / 16 + 0.5) * largest + (double)random_below(1 + noise);
+            values[v * c->components + k] = (cq_value)(x < 0 ? 0 : x > largest ? largest : x);
+        }
+    return values;
+}
+
+int main(int argc, char **argv)
+{
+    static cq_input in;
+    unsigned long v, f, k, index;
+    double *xyz;
+    cq_index *indices;
+    uint8_t *out;
+    size_t size, stream, tries;
+    cq_result result = CQ_ERROR_MEMORY;
+    if (argc != 2) fail("usage: channels SEED <MESH >STREAM");
+    state = (uint32_t)strtoul(argv[1], NULL, 10) * 2654435761u;
+    if (scanf("OFF %lu %lu %*d", &v, &f) != 2 || v > 100000 || f > 200000) fail("not an OFF file");
+    xyz = (double *)allocate(3 * v * sizeof(double));
+    indices = (cq_index *)allocate(3 * f * sizeof(cq_index));
+    for (k = 0; k < 3 * v; k++)
+        if (scanf("%lf", &xyz[k]) != 1) fail("a coordinate is missing");
+    for (k = 0; k < 3 * f; k++) {
+        if ((k % 3 == 0 && (scanf("%lu", &index) != 1 || index != 3)) || scanf("%lu", &index) != 1) fail("not a triangle");
+        indices[k] = (cq_index)index;
+    }
+    in.shape.num_vertices = (uint32_t)v;
+    in.shape.num_faces = (uint32_t)f;
+    in.shape.num_channels = random_below(CQ_MAX_CHANNELS + 1);
+    in.indices = indices;
+    for (k = 0; k < in.shape.num_channels; k++) {
+        make_channel(&in.shape.channel[k]);
+        in.values[k] = make_values(&in.shape.channel[k], xyz, v, random_below(2) ? random_below(1000) : 0);
+    }
+    size = 4096 + 128 * v;
+    out = (uint8_t *)allocate(size);
+    for (tries = 0; tries < 2 && result == CQ_ERROR_MEMORY; tries++) {
+        size_t bytes = cq_encoder_bytes(&in.shape);
+        void *memory = allocate(bytes);
+        result = cq_encode(&in, memory, bytes, out, size, &stream, NULL, NULL);
+        free(memory);
+    }
+    if (result != CQ_OK) fail(cq_result_string(result));
+    fwrite(out, 1, stream, stdout);
+    for (k = 0; k < in.shape.num_channels; k++) {
+        union { const cq_value *constant; void *block; } values;
+        values.constant = in.values[k];
+        free(values.block);
+    }
+    free(out);
+    free(indices);
+    free(xyz);
+    return fflush(stdout) == 0 ? 0 : 1;
+}

@@ -1,0 +1,831 @@
+#!/usr/bin/env python3
+"""A second decoder, slow and plain, written from SPEC.md alone.   SPDX-License-Identifier: MIT
+
+    decoder.py [--vertices N] [--trace] FILE     prints the mesh as tests/reference/dump.c does
+
+--vertices stops as soon as the mesh has N vertices. --trace prints every symbol instead of the mesh. Comments name the
+sections of SPEC.md. The model's start values are read from its appendix.
+
+The mesh is not the one of conquest.h: a dictionary tells for each directed edge the triangle on its left, and rings are
+found from it. Virtual vertices have the numbers V, V + 1, ..."""
+
+import argparse
+import pathlib
+import re
+import sys
+import zlib
+
+SPEC = pathlib.Path(__file__).resolve().parents[2] / "SPEC.md"
+
+
+class End(Exception):
+    """Decoding is over; args[0] is the kind of section 11, or "stopped"."""
+
+
+class Tables:
+    """Appendix A."""
+
+    def __init__(self):
+        text = SPEC.read_text(encoding="utf-8")
+        parts = re.split(r"^### A\.[1-4] .*$", text[text.index("## Appendix A."):], flags=re.M)[1:]
+        lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
+                 for part in parts]
+        self.bits, self.plain, self.located, self.exp2 = lists
+        rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
+        self.first = {name: int(first) for name, first, _ in rows}
+
+
+TABLES = Tables()
+
+# 8.2
+LENGTH, SIZE_B, SIZE_A, RULE, DELTA, PLANE, INNER, OUTER, BETWEEN, P, Q = \
+    0, 300, 348, 396, 432, 448, 529, 610, 691, 779, 957
+
+
+def quotient(a, b):
+    """a / b of 1.2: rounded toward zero."""
+    return a // b if a >= 0 else -(-a // b)
+
+
+def clamp(a, low, high):
+    return min(max(a, low), high)
+
+
+# -- 2. Header ---------------------------------------------------------------------------------------------------------
+
+class Header:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+        for k, byte in enumerate(b"CQ"):
+            if self.uint(1) != byte:
+                raise End("format")
+        if self.uint(1) != 0:
+            raise End("version")
+        self.read_counts()
+        self.read_channels()
+        self.size = self.varint()
+        self.payload_check = self.uint(4)
+        check = zlib.crc32(data[:self.at]) & 0xffff
+        if self.uint(2) != check:
+            raise End("checksum")
+        self.payload = data[self.at:self.at + self.size]
+
+    def uint(self, count):
+        if self.at + count > len(self.data):
+            raise End("truncated")
+        value = int.from_bytes(self.data[self.at:self.at + count], "little")
+        self.at += count
+        return value
+
+    def varint(self):  # 2.2
+        value = 0
+        for k in range(5):
+            byte = self.uint(1)
+            if (k == 4 and byte > 15) or (k > 0 and byte == 0):
+                raise End("corrupt")
+            value += (byte & 127) << 7 * k
+            if byte < 128:
+                return value
+        raise AssertionError
+
+    def read_counts(self):  # 2.3
+        self.vertices = self.varint()
+        self.loops = self.varint()
+        self.edges = self.varint() if self.loops else 0
+        z = self.varint()
+        chi = -(z + 1) // 2 if z % 2 else z // 2
+        self.faces = 2 * (self.vertices + self.loops) - 4 * chi - self.edges
+        if not 0 <= self.faces < 1 << 32 or self.edges < 3 * self.loops:
+            raise End("corrupt")
+        if self.vertices == 0 and (self.loops or self.faces):
+            raise End("corrupt")
+
+    def has_euler(self, euler):  # 5.7
+        return euler == 2 * self.vertices - self.faces - self.edges
+
+    def read_channels(self):  # 2.4
+        count = self.uint(1)
+        if count > 8:
+            raise End("unsupported")
+        self.channels = []  # (components, bits)
+        self.position = None
+        for k in range(count):
+            kind, components, bits = self.uint(1), self.uint(1), self.uint(1)
+            self.uint(4)
+            for _ in range(min(components, 4)):
+                self.uint(4)
+            if kind > 1 or not 1 <= components <= 4 or not 1 <= bits <= 24 or (kind == 0 and components != 3):
+                raise End("unsupported")
+            if kind == 0 and self.position is None:
+                self.position = sum(c for c, _ in self.channels)  # the first of its numbers among a vertex's
+            self.channels.append((components, bits))
+
+
+# -- 3. Range decoder --------------------------------------------------------------------------------------------------
+
+class RangeDecoder:
+    def __init__(self, payload, trace):
+        self.payload, self.used = payload, 0
+        self.range, self.code = 0xffffffff, 0
+        self.trace = trace
+        self.models = [256 * n + 128 for n in TABLES.bits]
+        for _ in range(4):
+            self.code = self.code << 8 | self.next_byte()
+
+    def next_byte(self):
+        byte = self.payload[self.used] if self.used < len(self.payload) else 0
+        self.used += 1
+        return byte
+
+    def take(self, offset, width):  # 3.2
+        self.code -= offset
+        self.range = width
+        while self.range < 1 << 24:
+            self.range <<= 8
+            self.code = (self.code << 8 | self.next_byte()) & 0xffffffff
+
+    def bit(self, table, index=0):  # 3.3
+        k = TABLES.first[table] + index
+        m = self.models[k]
+        one = (self.range >> 16) * m
+        if self.code < one:
+            bit = 1
+            self.take(0, one)
+            self.models[k] = m + ((65504 - m) >> 5)
+        else:
+            bit = 0
+            self.take(one, self.range - one)
+            self.models[k] = m - ((m - 32) >> 5)
+        self.log(f"bit {table}[{index}]", bit, m, 65536)
+        return bit
+
+    def symbol(self, freqs, name="symbol"):  # 3.4
+        total = sum(freqs)
+        slot = self.range // total
+        s = min(self.code // slot, total - 1)
+        start = k = 0
+        while s >= start + freqs[k]:
+            start += freqs[k]
+            k += 1
+        self.take_slots(slot, start, freqs[k], total)
+        self.log(name, k, freqs[k], total)
+        return k
+
+    def take_slots(self, slot, start, freq, total):
+        last = start + freq == total
+        self.take(slot * start, self.range - slot * start if last else slot * freq)
+
+    def uniform(self, n):  # 3.5
+        slot = self.range // n
+        k = min(self.code // slot, n - 1)
+        self.take_slots(slot, k, 1, n)
+        self.log(f"uniform {n}", k, 1, n)
+        return k
+
+    def raw(self, n):
+        value = 0
+        while n > 16:
+            value = value << 8 | self.uniform(256)
+            n -= 8
+        return value << n | self.uniform(1 << n) if n > 0 else value
+
+    def tree(self, table, first, n):  # 3.6
+        node = 1
+        for _ in range(n):
+            node = 2 * node + self.bit(table, first + node)
+        return node - (1 << n)
+
+    def log(self, name, value, freq, total):
+        if self.trace is not None:
+            self.trace.append((name, value, freq, total, self.range, self.code, self.used))
+
+
+# -- 5. The base mesh --------------------------------------------------------------------------------------------------
+
+class Base:
+    """Halfedge 3 t + k of real triangle t has that number, one of virtual triangle t the number 3 (F + t) + k."""
+
+    def __init__(self, decoder):
+        self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
+        self.real, self.virtual = [], []          # triangles, lists of corners
+        self.vertices, self.loops = 0, 0          # vertices so far
+        self.corners = {}                         # number of triangle corners at a vertex
+        self.last = {}                            # the triangle added last at a vertex
+        self.after = {}
+        self.first_gates = []
+        self.scan, self.virtual_scan = 0, 3 * self.header.faces
+        while True:
+            self.start_component()
+            decoder.end_step()
+            while self.find_gate():
+                self.grow()
+                decoder.end_step()
+            more = self.coder.bit("COMPONENT")
+            if not more:
+                self.decoder.end_step()
+                self.check()
+                return
+
+    def new_vertex(self, may_be_virtual):  # 5.3
+        if may_be_virtual and self.loops < self.header.loops and self.coder.bit("LOOP"):
+            self.loops += 1
+            return self.header.vertices + self.loops - 1
+        if self.vertices == self.header.vertices:
+            self.decoder.reject("corrupt")
+        self.vertices += 1
+        return self.vertices - 1
+
+    def is_virtual(self, v):
+        return v >= self.header.vertices
+
+    def add_triangle(self, *corners):
+        """Returns its first halfedge."""
+        virtual = any(map(self.is_virtual, corners))
+        triangles, limit = (self.virtual, self.header.edges) if virtual else (self.real, self.header.faces)
+        if len(triangles) == limit:
+            self.decoder.reject("corrupt")
+        triangle = list(corners)
+        triangles.append(triangle)
+        for v in corners:
+            self.corners[v] = self.corners.get(v, 0) + 1
+            self.last[v] = triangle
+        return 3 * (len(triangles) - 1 + (self.header.faces if virtual else 0))
+
+    def corner(self, h, step):
+        """The vertex at the start of halfedge h (step 0) or at its end (step 1)."""
+        t, k = divmod(h, 3)
+        faces = self.header.faces
+        triangle = self.real[t] if t < faces else self.virtual[t - faces]
+        return triangle[(k + step) % 3]
+
+    def is_open(self, h):
+        return self.after[self.after[h]] != h
+
+    def start_component(self):  # 5.2
+        left, right = self.new_vertex(False), self.new_vertex(False)
+        h = self.add_triangle(left, right, self.new_vertex(True))
+        self.after.update({h: h + 1, h + 1: h + 2, h + 2: h})
+        self.gate, self.before, self.before2 = h, h + 2, h + 1
+        self.first_gates.append((left, right))
+
+    def find_gate(self):  # 5.6
+        if self.is_open(self.gate):
+            return True
+        # Halfedges never open again: all below the scans are closed.
+        while self.scan < 3 * len(self.real) and not self.is_open(self.scan):
+            self.scan += 1
+        found = self.scan
+        if self.scan == 3 * len(self.real):
+            end = 3 * (self.header.faces + len(self.virtual))
+            while self.virtual_scan < end and not self.is_open(self.virtual_scan):
+                self.virtual_scan += 1
+            if self.virtual_scan == end:
+                return False
+            found = self.virtual_scan
+        self.before2 = found
+        self.before = self.after[found]
+        self.gate = self.after[self.before]
+        return True
+
+    def grow(self):  # 5.4
+        coder, after = self.coder, self.after
+        u, w = self.corner(self.gate, 0), self.corner(self.gate, 1)
+        cu, cw = min(self.corners[u], 7), min(self.corners[w], 7)
+        border, turn = None, False
+        if coder.bit("GROW", 8 * cu + cw):
+            x = self.new_vertex(not self.is_virtual(u) and not self.is_virtual(w))
+        elif coder.bit("TURN", cu):
+            x, border, turn = self.corner(self.before, 0), self.before2, True
+        elif coder.bit("CLOSE", cw):
+            border = after[self.gate]
+            x = self.corner(border, 1)
+        else:
+            border = self.join()
+            x = self.corner(border, 1)
+        if x in (u, w):
+            self.decoder.reject("corrupt")
+        k = self.add_triangle(w, u, x)  # 5.5
+        following = after[self.gate]
+        after[k + 1] = k + 2 if border is None else after[border]
+        after[self.before] = k + 1
+        if border is not None:
+            after[border] = k + 2
+        after[k + 2] = following
+        after[self.gate], after[k] = k, self.gate
+        if turn:  # 5.6
+            self.before2, self.before = border, k + 2
+            self.gate = after[self.before]
+        else:
+            self.gate = k + 1
+
+    def join(self):
+        reals = 3 * len(self.real)
+        count = reals + 3 * len(self.virtual)
+        n = self.coder.raw((count - 1).bit_length())
+        if n >= count:
+            self.decoder.reject("corrupt")
+        border = n if n < reals else n - reals + 3 * self.header.faces
+        if not self.is_open(border):
+            self.decoder.reject("corrupt")
+        return border
+
+    def check(self):  # 5.7
+        header = self.header
+        euler = 2 * self.vertices - len(self.real) - len(self.virtual)
+        if self.loops != header.loops or not header.has_euler(euler):
+            raise End("corrupt")
+        mesh = Mesh(header.vertices, self.real, self.virtual)
+        if mesh.edges_twice:
+            raise End("corrupt")
+        for v, corners in self.corners.items():
+            ring = mesh.ring(v, self.next_corner(v))
+            neighbours = sum(map(self.is_virtual, ring))
+            if len(ring) != corners or len(ring) < (3 if self.is_virtual(v) else 2) or \
+               neighbours > (0 if self.is_virtual(v) else 1):
+                raise End("corrupt")
+            mesh.valence[v] = len(ring)
+        self.mesh = mesh
+
+    def next_corner(self, v):  # w0 of 6.2
+        triangle = self.last[v]
+        return triangle[(triangle.index(v) + 1) % 3]
+
+
+# -- 4. The mesh -------------------------------------------------------------------------------------------------------
+
+class Mesh:
+    def __init__(self, first_virtual, real, virtual):
+        self.first_virtual = first_virtual
+        self.real, self.virtual = real, virtual
+        self.left = {}     # (u, w) -> the triangle on the left of u -> w
+        self.front = {}    # (u, w) -> its third vertex
+        self.valence = {}
+        self.edges_twice = False
+        for triangle in real + virtual:
+            for k in range(3):
+                self.edges_twice |= (triangle[k], triangle[(k + 1) % 3]) in self.left
+            self.enter(triangle)
+
+    def enter(self, triangle):
+        for k in range(3):
+            edge = triangle[k], triangle[(k + 1) % 3]
+            self.left[edge] = triangle
+            self.front[edge] = triangle[(k + 2) % 3]
+
+    def ring(self, centre, first):
+        """Neighbours clockwise (1.1): the one behind y is the front of y -> centre."""
+        ring = [first]
+        while True:
+            following = self.front[ring[-1], centre]
+            if following == first:
+                return ring
+            ring.append(following)
+
+    def is_virtual(self, v):
+        return v >= self.first_virtual
+
+    def split(self, a, b, ring, p, q):  # 8.8
+        for k in range(p, q):
+            triangle = self.left.pop((a, ring[k + 1]))
+            self.left.pop((ring[k], a))
+            self.front.pop((a, ring[k + 1]))
+            self.front.pop((ring[k], a))
+            triangle[triangle.index(a)] = b
+            self.enter(triangle)
+        self.add(ring[p], a, b)
+        self.add(a, ring[q], b)
+        self.valence[b] = q - p + 2
+        self.valence[a] += 2 - (q - p)
+        self.valence[ring[p]] += 1
+        self.valence[ring[q]] += 1
+
+    def add(self, *corners):
+        triangle = list(corners)
+        (self.virtual if any(map(self.is_virtual, corners)) else self.real).append(triangle)
+        self.enter(triangle)
+
+
+# -- 7. and 8. ---------------------------------------------------------------------------------------------------------
+
+class Patch:
+    def __init__(self, centre, ring, case):
+        self.centre, self.ring, self.case = centre, ring, case
+        self.split = 0
+
+
+def valence_class(valence):  # 8.3
+    return 0 if valence < 3 else valence - 3 if valence < 16 else 13
+
+
+def norm(v):  # 8.5
+    a, b, c = sorted(map(abs, v), reverse=True)
+    return (16 * a + 7 * b + 5 * c) // 16
+
+
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+class Geometry:
+    """8.5 for one ring."""
+
+    def __init__(self, centre, positions, virtual):
+        self.virtual = virtual
+        count = len(positions)
+        self.count = count
+        offsets = [(0, 0, 0) if virtual[k] else tuple(x - c for x, c in zip(positions[k], centre)) for k in range(count)]
+        everything = 0
+        for o in offsets:
+            for x in o:
+                everything |= abs(x)
+        h = 12 - everything.bit_length()
+        self.o = [tuple(x << h if h >= 0 else quotient(x, 1 << -h) for x in o) for o in offsets]
+        self.len = [norm(o) + 1 for o in self.o]
+        self.dir = [tuple(quotient(256 * x, self.len[k]) for x in self.o[k]) for k in range(count)]
+        lengths = sorted(self.len[k] for k in range(count) if not virtual[k])
+        self.mean = sum(lengths) // len(lengths)
+        s1, s2 = (lengths + [1 << 20])[:2]
+        self.edge = [15 if virtual[k] else clamp(quotient(8 * self.len[k], s1 + s2) - 3, 0, 14) for k in range(count)]
+
+    def features(self, p, q):
+        """The numbers of the weights in DELTA, PLANE, INNER, OUTER, BETWEEN."""
+        count = self.count
+        in_b = range(p, q + 1)
+        in_a = [k for k in range(count) if k <= p or k >= q]
+        n_b = 1 + sum(not self.virtual[k] for k in in_b)
+        n_a = 1 + sum(not self.virtual[k] for k in in_a)
+        axis = [n_a * sum(self.o[k][c] for k in in_b) - n_b * sum(self.o[k][c] for k in in_a) for c in range(3)]
+        length = norm(axis) + 1
+        delta = min(16 * length // (2 * n_a * n_b + n_a + n_b) // ((self.mean + 7) // 8), 15)
+        g = length.bit_length() - 10
+        if g > 0:
+            axis = [quotient(x, 1 << g) for x in axis]
+        scale = (1 << 20) // (norm(axis) + 1)
+
+        def angle(k):
+            k %= count
+            if self.virtual[k]:
+                return 8
+            return clamp(quotient(quotient(dot(self.dir[k], axis), 16) * scale + (1 << 24), 1 << 22), 0, 7)
+
+        plane = 9 * angle(p) + angle(q)
+        inner = 9 * angle(p + 1) + angle(q - 1) if q - p > 1 else 80
+        outer = 9 * angle(p - 1) + angle(q + 1) if q - p < count - 1 else 80
+        rest = count - (q - p)
+        steps = min(q - p, 4) if q - p < rest else 4 + min(rest, 3)
+        turn = clamp(quotient((dot(self.dir[p], self.dir[q]) + 65536) * 10, 131072), 0, 9)
+        if self.virtual[p] or self.virtual[q]:
+            turn = 10
+        return DELTA + delta, PLANE + plane, INNER + inner, OUTER + outer, BETWEEN + 11 * steps + turn
+
+
+class Model:
+    """Weights, and one ring's features."""
+
+    def __init__(self, located):
+        self.weight = [64 * n for n in (TABLES.located if located else TABLES.plain)]
+        self.dither = 0
+
+    def learn(self, w, y):  # 8.7
+        if y == 0:
+            return
+        self.dither = (self.dither * 1664525 + 1013904223) % (1 << 32)
+        self.weight[w] = clamp(self.weight[w] + ((18 * y + (self.dither >> 16)) >> 16), -16000, 16000)
+
+    def code_pair(self, coder, valences, states, case, level_class, geometry):
+        """Decodes p, q of a ring, and learns."""
+        weight, count = self.weight, len(valences)
+        val = [min(v, 31) for v in valences]
+        as_p, as_q = self.end_features(val, states, level_class, geometry)
+        lengths = [(LENGTH + count * (count - 1) // 2 + k, SIZE_B + 16 * level_class + min(k, 15),
+                    SIZE_A + 16 * level_class + min(count - k, 15)) for k in range(count)]
+        low = self.alternatives(val, states, range(count))
+        high = self.alternatives(val, states, range(count - 1, -1, -1))
+
+        def rule(p, q):  # 8.4
+            vb = q - p + 2
+            return RULE + 6 * clamp(low[p] - vb + 2, 0, 5) + clamp(high[q] - vb + 2, 0, 5)
+
+        # 8.1
+        last_p = 0 if case == 2 else count - 2
+        first_q = [count - 1 if case == 1 else p + 1 for p in range(count)]
+        score_p = [sum(weight[w] for w in as_p[k]) for k in range(count)]
+        score_q = [sum(weight[w] for w in as_q[k]) for k in range(count)]
+        score_length = [sum(weight[w] for w in lengths[k]) for k in range(count)]
+        listed = []  # [score, p, q], 8.6
+        for p in range(last_p + 1):
+            for q in range(first_q[p], count):
+                plain = score_p[p] + score_q[q] + score_length[q - p] + weight[rule(p, q)]
+                listed.append((clamp(plain, -32000, 32000), p, q))
+        highest = max(listed)[0]
+        listed = [c for c in listed if c[0] >= highest - 8192]
+        features = [(rule(p, q),) + (geometry.features(p, q) if geometry else ()) for _, p, q in listed]
+        scores = [clamp(c[0] + sum(weight[w] for w in f[1:]), -32000, 32000) for c, f in zip(listed, features)]
+        highest = max(scores)
+        freqs = [max(TABLES.exp2[(highest - s >> 4) % 64] >> (highest - s >> 10), 1) for s in scores]
+        chosen = coder.symbol(freqs + [32], "pair")
+        if chosen < len(listed):
+            _, p, q = listed[chosen]
+        else:
+            p = coder.uniform(last_p + 1)
+            q = first_q[p] + coder.uniform(count - first_q[p])
+            features.append((rule(p, q),) + (geometry.features(p, q) if geometry else ()))
+            listed.append((0, p, q))
+        self.learn_pair(listed, features, freqs, chosen, as_p, as_q, lengths)
+        return p, q
+
+    @staticmethod
+    def end_features(val, states, level_class, geometry):  # 8.3
+        count = len(val)
+        vc = [valence_class(v) for v in val]
+        ends = []
+        for first in P, Q:
+            ends.append([])
+            for k in range(count):
+                numbers = [6 * vc[k] + states[k], 84 + min(k if first == P else count - 1 - k, 7),
+                           92 + 14 * level_class + vc[k], 134 + vc[k - 1], 148 + vc[(k + 1) % count]]
+                if geometry:
+                    numbers.append(162 + geometry.edge[k])
+                ends[-1].append([first + n for n in numbers])
+        return ends
+
+    @staticmethod
+    def alternatives(val, states, order):  # 8.4
+        best, result = 99, [0] * len(val)
+        for k in order:
+            result[k] = best
+            if states[k] <= 1:
+                result[k] = min(best, val[k] + 1)
+                best = min(best, val[k])
+        return result
+
+    def learn_pair(self, listed, features, freqs, chosen, as_p, as_q, lengths):  # 8.7
+        count = len(as_p)
+        yp, yq, yl = [0] * count, [0] * count, [0] * count
+
+        def learn_candidate(k, y):
+            _, p, q = listed[k]
+            yp[p] += y
+            yq[q] += y
+            yl[q - p] += y
+            for w in features[k]:
+                self.learn(w, y)
+
+        unit = (1 << 31) // sum(freqs)
+        gained = 0
+        for k, freq in enumerate(freqs):
+            y = freq * unit >> 15
+            if k != chosen and y >= 256:
+                learn_candidate(k, -y)
+                gained += y
+        learn_candidate(chosen, gained)
+        for ends, y in (as_p, yp), (as_q, yq):
+            for k in range(count):
+                for w in ends[k]:
+                    self.learn(w, y[k])
+        for k in range(1, count):
+            for w in lengths[k]:
+                self.learn(w, yl[k])
+
+
+class Decoder:
+    def __init__(self, data, stop=None, trace=None, limit=None):
+        """Decodes at once. `stop`: at so many vertices. `limit`: refuse more vertices, triangles or edges, "limit"."""
+        self.kind = None
+        self.vertices = 0      # of the result
+        self.values = []       # per vertex, all channels in a row
+        self.mesh = None
+        self.levels = 0
+        self.stop = stop
+        try:
+            self.header = Header(data)
+            if limit is not None and max(self.header.vertices, self.header.faces, self.header.edges) > limit:
+                raise End("limit")
+            self.coder = RangeDecoder(self.header.payload, trace)
+            self.numbers = [bits for components, bits in self.header.channels for _ in range(components)]
+            self.decode()
+        except End as end:
+            self.kind = end.args[0]
+
+    def triangles(self):
+        return self.mesh.real if self.mesh and self.vertices else []
+
+    # 9.2
+    def is_starved(self):
+        have = len(self.header.payload)
+        return have < self.header.size and self.coder.used > have
+
+    def end_step(self):
+        if self.is_starved():
+            raise End("truncated")
+
+    def reject(self, kind):
+        """The step that is being read is at fault, if all of it is there."""
+        self.end_step()
+        raise End(kind)
+
+    def decode(self):
+        self.model = Model(self.header.position is not None)
+        if self.header.vertices:
+            base = Base(self)
+            self.base_values(base)
+            self.first_gates = base.first_gates
+            self.mesh, self.vertices = base.mesh, base.vertices
+        self.base_vertices = self.vertices
+        self.stop_here()
+        while self.vertices < self.header.vertices:
+            self.level()
+        # 9.1
+        if self.coder.used < self.header.size:
+            raise End("corrupt")
+        if zlib.crc32(self.header.payload) != self.header.payload_check:
+            raise End("checksum")
+        raise End("done")
+
+    def stop_here(self):
+        if self.stop is not None and self.vertices >= self.stop:
+            raise End("stopped")
+
+    # 6.
+    def residual(self, scale):
+        coder = self.coder
+        n = coder.tree("BITS", 32 * scale, 5)
+        if n == 0:
+            return 0
+        negative = coder.bit("SIGN")
+        if n > 26:
+            self.reject("corrupt")
+        magnitude = 1
+        if n > 1:
+            magnitude = 2 + coder.bit("TOP", n) << n - 2
+            magnitude |= coder.raw(n - 2)
+        return -magnitude if negative else magnitude
+
+    def check_value(self, value, bits):
+        if not 0 <= value < 1 << bits:
+            self.reject("corrupt")
+
+    def base_values(self, base):  # 6.2
+        for v in range(base.vertices):
+            known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
+            values = []
+            self.values.append(values)
+            for k, bits in enumerate(self.numbers):
+                if known:
+                    prediction = sum(self.values[w][k] for w in known) // len(known)
+                else:
+                    prediction = self.values[v - 1][k] if v else 1 << bits - 1
+                value = prediction + self.residual(15)
+                self.check_value(value, bits)
+                values.append(value)
+            self.end_step()
+
+    def differences(self, centre, ring, p, q):  # 6.3
+        result = []
+        count = len(ring)
+        for c, bits in enumerate(self.numbers):
+            a = self.values[centre][c]
+            r = {k: self.values[x][c] - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
+            in_b = [r[k] for k in r if p <= k <= q]
+            in_a = [r[k] for k in r if k <= p or k >= q]
+            n_b, n_a = len(in_b) + 1, len(in_a) + 1
+            m = 1 << max(bits - 18, 0)
+            prediction = quotient(2 * (n_a * quotient(sum(in_b), m) - n_b * quotient(sum(in_a), m)),
+                                  2 * n_a * n_b + n_a + n_b) * m
+            spread = sum(map(abs, r.values()))
+            d = prediction + self.residual(min((spread // count).bit_length(), 14))
+            new_a = a - (d >> 1)
+            self.check_value(new_a, bits)
+            self.check_value(new_a + d, bits)
+            result.append((new_a, new_a + d))
+        return result
+
+    # 7.
+    def level(self):
+        before = self.vertices
+        self.levels += 1
+        if self.levels > 255:
+            raise End("corrupt")
+        if self.coder.bit("OTHER_LEVEL"):
+            self.reject("unsupported")
+        patches = self.conquest()
+        splits = sum(patch.split for patch in patches)
+        if splits < before // 16 + 1 or before + splits > self.header.vertices:
+            raise End("corrupt")
+        self.split_all(patches, before + splits)
+
+    def conquest(self):  # 7.2
+        self.conquered = set()
+        patches = []
+        for left, right in self.first_gates:
+            head = len(patches)
+            patches.append(self.first_patch(left, right))
+            while head < len(patches):
+                ring = patches[head].ring
+                for k in range(len(ring)):
+                    gate = ring[k], ring[(k + 1) % len(ring)]
+                    front = self.mesh.front[gate]
+                    if self.is_available(front):
+                        patches.append(self.conquer(front, gate[0], 0))
+                head += 1
+        return patches
+
+    def is_available(self, v):
+        return not self.mesh.is_virtual(v) and v not in self.conquered
+
+    def first_patch(self, left, right):  # 7.3
+        front = self.mesh.front[left, right]
+        if self.mesh.is_virtual(front):
+            left, right = right, left
+            front = self.mesh.front[left, right]
+        if not self.coder.bit("SIDE", 0):
+            return self.conquer(front, left, 0)
+        if not self.coder.bit("SIDE", 1):
+            return self.conquer(left, self.mesh.front[right, left], 1)
+        return self.conquer(right, left, 2)
+
+    def conquer(self, centre, first, case):  # 7.4
+        patch = Patch(centre, self.mesh.ring(centre, first), case)
+        if len(patch.ring) <= 24:
+            available = sum(map(self.is_available, patch.ring))
+            patch.split = self.coder.bit("FLAG", 12 * min(available, 3) + min(len(patch.ring), 11))
+        self.conquered.add(centre)
+        self.conquered.update(patch.ring)
+        self.end_step()
+        return patch
+
+    def split_all(self, patches, level_end):  # 7.5
+        holders = {}
+        for patch in patches:
+            for x in patch.ring:
+                holders[x] = holders.get(x, 0) + 1
+        many = {x for x, n in holders.items() if n >= 15}
+        touched = set()
+        limit = self.header.vertices
+        level_class = 0 if level_end == limit else 1 if level_end >= limit - limit // 5 else 2
+        for patch in reversed(patches):
+            for x in patch.ring:
+                if x not in many:
+                    holders[x] -= 1
+            if patch.split:
+                states = [self.state(x, holders, touched) for x in patch.ring]
+                self.split(patch, states, level_class)
+            touched.update(self.mesh.ring(patch.centre, patch.ring[0]))
+            if patch.split:
+                self.stop_here()
+
+    def state(self, x, holders, touched):  # 8.3
+        if self.mesh.is_virtual(x):
+            return 5
+        n = holders.get(x, 0)
+        return 4 if n > 1 else 2 * n + (x in touched)
+
+    # 8.
+    def split(self, patch, states, level_class):
+        ring, centre, mesh = patch.ring, patch.centre, self.mesh
+        geometry = None
+        at = self.header.position
+        if at is not None:
+            positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
+            geometry = Geometry(self.values[centre][at:at + 3], positions, [mesh.is_virtual(x) for x in ring])
+        p, q = self.model.code_pair(self.coder, [mesh.valence[x] for x in ring], states, patch.case, level_class, geometry)
+        values = self.differences(centre, ring, p, q)
+        self.end_step()
+        virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
+        if len(mesh.real) + 2 - virtual > self.header.faces or len(mesh.virtual) + virtual > self.header.edges:
+            raise End("corrupt")
+        mesh.split(centre, self.vertices, ring, p, q)
+        self.vertices += 1
+        self.values[centre] = [a for a, _ in values]
+        self.values.append([b for _, b in values])
+
+
+def dump(decoder):
+    """The text of tests/reference/dump.c."""
+    triangles = decoder.triangles()
+    lines = [decoder.kind, f"{decoder.vertices} vertices, {len(triangles)} triangles"]
+    if decoder.kind == "done":
+        lines.append(f"{decoder.levels} levels")
+    lines += [" ".join(map(str, values)) for values in decoder.values[:decoder.vertices] if values]
+    lines += [" ".join(map(str, triangle)) for triangle in triangles]
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--vertices", type=int, metavar="N", help="stop at N vertices")
+    parser.add_argument("--trace", action="store_true", help="print all symbols instead of the mesh")
+    parser.add_argument("file", type=pathlib.Path)
+    options = parser.parse_args()
+    trace = [] if options.trace else None
+    decoder = Decoder(options.file.read_bytes(), options.vertices, trace)
+    if trace is not None:
+        for name, value, freq, total, width, code, used in trace:
+            print(f"{name:16} {value:6} {freq:6}/{total:<6} range {width:08x} code {code:08x} used {used}")
+        return 0
+    print(dump(decoder), end="")
+    return 0 if decoder.kind in ("done", "truncated", "stopped") else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

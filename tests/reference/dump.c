@@ -1,0 +1,98 @@
+/* Prints what a stream decodes to, for comparison with decoder.py: dump [VERTICES] <STREAM.   SPDX-License-Identifier: MIT
+ *
+ * The kind of result, counts, levels if the stream is complete; the values of each vertex, all channels in one line; the
+ * triangles. With VERTICES, stops as soon as the mesh has so many. Exit status 2 if the stream is too large for memory. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+#define MAX_MEMORY ((size_t)1 << 28)
+
+static const char *kind(cq_result result)
+{
+    switch ((int)result) {
+    case CQ_OK: return "stopped";
+    case CQ_DONE: return "done";
+    case CQ_TRUNCATED: return "truncated";
+    case CQ_ERROR_FORMAT: return "format";
+    case CQ_ERROR_VERSION: return "version";
+    case CQ_ERROR_UNSUPPORTED: return "unsupported";
+    case CQ_ERROR_CORRUPT: return "corrupt";
+    case CQ_ERROR_CHECKSUM: return "checksum";
+    default: return cq_result_string(result);
+    }
+}
+
+static void print(const cq_decoder *d, cq_result result)
+{
+    size_t v, f;
+    uint32_t k, c;
+    printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices,
+           (unsigned long)d->mesh.num_faces);
+    if (result == CQ_DONE) printf("%lu levels\n", (unsigned long)d->level);
+    for (v = 0; v < d->mesh.num_vertices && d->shape.num_channels; v++) {
+        const char *gap = "";
+        for (k = 0; k < d->shape.num_channels; k++)
+            for (c = 0; c < d->shape.channel[k].components; c++, gap = " ")
+                printf("%s%ld", gap, (long)d->channel[k][v * d->shape.channel[k].components + c]);
+        printf("\n");
+    }
+    for (f = 0; f < d->mesh.num_faces; f++)
+        printf("%lu %lu %lu\n", (unsigned long)d->mesh.origin[3 * f], (unsigned long)d->mesh.origin[3 * f + 1],
+               (unsigned long)d->mesh.origin[3 * f + 2]);
+}
+
+/* Standard input, in a block of its size; NULL if there is no memory. */
+static uint8_t *read_all(size_t *size)
+{
+    size_t capacity = 1 << 16, n = 1;
+    uint8_t *data = (uint8_t *)malloc(capacity), *exact;
+    for (*size = 0; data && n; *size += n) {
+        if (*size == capacity) {
+            uint8_t *larger = (uint8_t *)realloc(data, capacity *= 2);
+            if (!larger) free(data);
+            if (!larger) return NULL;
+            data = larger;
+        }
+        n = fread(data + *size, 1, capacity - *size, stdin);
+    }
+    exact = data ? (uint8_t *)realloc(data, *size + !*size) : NULL;
+    return exact ? exact : data;
+}
+
+static cq_result decode(cq_decoder *d, cq_bytes in, unsigned long vertices)
+{
+    cq_result result = CQ_OK;
+    int ended = 0;
+    while (result == CQ_OK && (!vertices || d->mesh.num_vertices < vertices)) {
+        result = cq_decode(d, ended ? NULL : &in, vertices ? 1 : CQ_NO_LIMIT);
+        ended = result == CQ_NEED_INPUT;
+        if (ended) result = CQ_OK;
+    }
+    return result;
+}
+
+int main(int argc, char **argv)
+{
+    static cq_decoder decoder;
+    cq_shape shape;
+    size_t size, bytes = 4;
+    uint8_t *data = read_all(&size);
+    void *memory;
+    if (data && cq_peek(data, size, &shape, NULL, NULL) == CQ_OK) bytes = cq_decoder_bytes(&shape);
+    memory = bytes && bytes <= MAX_MEMORY ? malloc(bytes) : NULL;
+    if (!memory) {
+        free(data);
+        return 2;
+    }
+    if (cq_decoder_init(&decoder, memory, bytes) == CQ_OK) {
+        cq_bytes in;
+        in.data = data;
+        in.size = size;
+        print(&decoder, decode(&decoder, in, argc > 1 ? strtoul(argv[1], NULL, 10) : 0));
+    }
+    free(memory);
+    free(data);
+    return 0;
+}

@@ -1,0 +1,198 @@
+"""Random valid streams, of the kind that no encoder writes.   SPDX-License-Identifier: MIT
+
+decoder.py runs with a coder that makes symbols up and writes them (a range encoder for section 3 of SPEC.md). So every
+choice that the format allows is taken at times: bases of any shape, joins that could have been turns, splits of components of two
+triangles, listed candidates coded as unlisted, improbable pairs."""
+
+import copy
+import itertools
+import random
+
+import decoder
+from decoder import End
+
+
+class Writer(decoder.RangeDecoder):
+    """Chooses symbols instead of reading them. The interval is [low, low + range) of a number of `used` bytes."""
+
+    def __init__(self, draw):
+        super().__init__(b"", None)
+        self.draw, self.low = draw, 0
+        self.bits = {}             # the next bit of a table, if it is known
+        self.next_raw = None
+        self.flags = 0             # patches that may still be split at this level
+
+    def take(self, offset, width):
+        self.low += offset
+        self.range = width
+        while self.range < 1 << 24:
+            self.range <<= 8
+            self.low <<= 8
+            self.used += 1
+
+    def payload_bytes(self):
+        for zeros in range(8 * self.used, -1, -1):
+            value = (self.low + (1 << zeros) - 1) >> zeros << zeros
+            if value < self.low + self.range:
+                return value.to_bytes(self.used, "big").rstrip(b"\0")
+        raise AssertionError
+
+    def bit(self, table, index=0):
+        self.code = 0 if self.choose_bit(table) else self.range - 1
+        return super().bit(table, index)
+
+    def choose_bit(self, table):
+        if table in self.bits:
+            return self.bits.pop(table)
+        if table == "FLAG":
+            split = self.flags > 0 and self.draw.random() < 0.6
+            self.flags -= split
+            return split
+        return self.draw.random() < {"OTHER_LEVEL": 0, "COMPONENT": 0.3, "LOOP": 0.4}.get(table, 0.5)
+
+    def symbol(self, freqs, name="symbol"):
+        how = self.draw.random()
+        k = len(freqs) - 1
+        if how < 0.8:
+            k = self.draw.choices(range(k + 1), freqs)[0] if how < 0.5 else self.draw.randrange(k + 1)
+        slot = self.range // sum(freqs)
+        self.code = slot * sum(freqs[:k])
+        return super().symbol(freqs, name)
+
+    def uniform(self, n):
+        self.code = self.range // n * self.draw.randrange(n)
+        return super().uniform(n)
+
+    def raw(self, n):
+        if self.next_raw is None:
+            return super().raw(n)
+        value, self.next_raw = self.next_raw, None
+        if n <= 0:
+            return value
+        assert n <= 16
+        self.code = self.range // (1 << n) * value
+        return decoder.RangeDecoder.uniform(self, 1 << n)
+
+    def tree(self, table, first, n):
+        value, node = self.draw.choice((0, 0, 0, 1, 1, 2, 3)), 1
+        for k in range(n - 1, -1, -1):
+            self.bits[table] = value >> k & 1
+            node = 2 * node + self.bit(table, first + node)
+        return value
+
+
+class Header:
+    """Counts that are not known yet do not limit anything."""
+
+    size, payload = 0, b""
+    faces = edges = 1 << 20
+
+    def __init__(self, draw):
+        self.loops = draw.choice((0, 0, 1, 1, 2, 3))
+        self.base_vertices = draw.randint(3, 14)
+        self.vertices = self.base_vertices + draw.choice((0, 1, 5, 30))
+        self.channels, self.position, self.raw_channels = [], None, b""
+        for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
+            kind = draw.randrange(2)
+            components, bits = 3 if kind == 0 else draw.randint(1, 4), draw.randint(5, 24)
+            if kind == 0 and self.position is None:
+                self.position = sum(c for c, _ in self.channels)
+            self.channels.append((components, bits))
+            self.raw_channels += bytes((kind, components, bits)) + draw.randbytes(4 + 4 * components)
+
+    def has_euler(self, euler):
+        self.chi = (euler + 2 * self.loops) // 4
+        return True
+
+
+class Base(decoder.Base):
+    """Chooses among the triangles that use no directed edge twice."""
+
+    def new_vertex(self, may_be_virtual):
+        room = self.vertices < self.header.base_vertices
+        if not room:
+            self.coder.bits["LOOP"] = 1
+        v = super().new_vertex(may_be_virtual)
+        self.coder.bits.pop("LOOP", None)
+        if not room and not self.is_virtual(v):
+            raise End("stuck")
+        return v
+
+    def start_component(self):
+        self.edges = set() if self.vertices == 0 else self.edges
+        super().start_component()
+        self.use(*self.last[self.first_gates[-1][0]])
+
+    def use(self, *triangle):
+        for k in range(3):
+            self.edges.add((triangle[k], triangle[(k + 1) % 3]))
+
+    def grow(self):
+        draw, bits = self.coder.draw, self.coder.bits
+        u, w = self.corner(self.gate, 0), self.corner(self.gate, 1)
+        options = []
+        following = self.after[self.gate]
+        room = self.vertices < self.header.base_vertices or \
+            (self.loops < self.header.loops and not self.is_virtual(u) and not self.is_virtual(w))
+        if room:
+            options += [("grow", None)] * 4
+        opens = [h for h in self.after if self.is_open(h)]
+        for kind, border in [("turn", self.before2), ("close", following)] * 2 + [("join", h) for h in opens]:
+            x = self.corner(border, 1)
+            edges = self.edges
+            turn = x == self.corner(self.before, 0)
+            close = x == self.corner(following, 1)
+            if x in (u, w) or (u, x) in edges or (x, w) in edges or (not turn and (x, u) in edges) or \
+               (not close and (w, x) in edges):
+                continue
+            options.append((kind, border))
+        if not options:
+            raise End("stuck")
+        kind, border = draw.choice(options)
+        for name in ("grow", "turn", "close"):
+            bits[name.upper()] = int(kind == name)
+            if kind == name:
+                break
+        if kind == "join":
+            reals = 3 * len(self.real)
+            self.coder.next_raw = border if border < reals else border - 3 * self.header.faces + reals
+        super().grow()
+        self.use(*self.last[u])
+
+    def check(self):
+        super().check()
+        if self.header.base_vertices < self.vertices:
+            raise AssertionError
+
+
+class Maker(decoder.Decoder):
+    def __init__(self, draw, header):
+        self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
+        self.header = header
+        self.coder = Writer(draw)
+        self.numbers = [bits for components, bits in self.header.channels for _ in range(components)]
+        self.model = decoder.Model(self.header.position is not None)
+        base = Base(self)
+        self.base_values(base)
+        self.first_gates, self.mesh, self.vertices = base.first_gates, base.mesh, base.vertices
+        if draw.random() < 0.3:
+            self.header.vertices = self.vertices      # virtual vertices keep their numbers
+        while self.vertices < self.header.vertices:
+            self.coder.flags = self.header.vertices - self.vertices
+            self.level()
+
+
+def make(seed):
+    """The counts, channels and payload of a valid stream."""
+    draw = random.Random(f"stream {seed}")
+    header = None
+    for attempt in itertools.count():
+        if attempt % 300 == 0:
+            header = Header(draw)
+        try:
+            m = Maker(draw, copy.copy(header))
+        except End:
+            continue
+        h = m.header
+        return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels)]) + h.raw_channels,
+                m.coder.payload_bytes())
