@@ -92,13 +92,14 @@ static inline void split_face(surface *s, uint32_t h) {
     add_face(s, c, a, v);
 }
 
-/* A new vertex on the edge of h. */
+/* A new vertex on the edge of h; not between two faces back to back. */
 static inline void split_edge(surface *s, uint32_t h) {
-    uint32_t a = *corner(s, h, 0), b = *corner(s, h, 1), c = *corner(s, h, 2), v = s->num_vertices, g = find(s, b, a);
-    if (!has_room(s, 1, 2)) return;
+    uint32_t a = *corner(s, h, 0), b = *corner(s, h, 1), c = *corner(s, h, 2), v = s->num_vertices;
+    uint32_t g = find(s, b, a), d = *corner(s, g, 2);
+    if (c == d || !has_room(s, 1, 2)) return;
     s->num_vertices++;
     add_face(s, v, b, c);
-    add_face(s, v, a, *corner(s, g, 2));
+    add_face(s, v, a, d);
     *corner(s, h, 1) = v;
     *corner(s, g, 1) = v;
 }

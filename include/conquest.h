@@ -198,7 +198,8 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
 CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
                                size_t memory_size, cq_place *place);
 
-/* Checks every invariant of the mesh in time O(vertices + faces). CQ_OK, or CQ_ERROR_EDGE, _VERTEX with the place. */
+/* Checks every invariant of the mesh in time O(vertices + faces), for any contents of its arrays and counts. CQ_OK, or
+ * CQ_ERROR_INDEX, _FACE, _EDGE, _VERTEX with the place. */
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
@@ -602,7 +603,7 @@ static uint32_t cqi_all_components(const cq_shape *s)
 
 /* Everything that cq_index can number, and small enough that no size below overflows: each array needs at most 64 bytes
  * per halfedge in all, and halfedges are bounded by CQI_MAX_HALFEDGES. */
-#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xfffeu : sizeof(size_t) < 8 ? 0x03ffffffu : 0xfffffffeu)
+#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : sizeof(size_t) < 8 ? 0x03ffffffu : 0xffffffffu)
 
 static int cqi_countable(const cq_shape *s)
 {
@@ -715,7 +716,7 @@ static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_s
         m->twin[h] = g;
         step = 2;
     }
-    memcpy(m->origin, indices, n * sizeof(cq_index));
+    if (n) memcpy(m->origin, indices, n * sizeof(cq_index));
     return CQ_OK;
 }
 
@@ -821,7 +822,7 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     cq_result r;
     arena.next = (uint8_t *)memory;
     arena.left = size;
-    if (!cq_mesh_bytes(s)) return CQ_ERROR_TOO_LARGE;
+    if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
     if (!memory || !cqi_aligned(memory) || size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
     cqi_mesh_carve(m, s, &arena);
     r = cqi_match_twins(m, indices, s, place);
@@ -836,7 +837,7 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     if (!m || !s || (s->num_faces && !indices)) return CQ_ERROR_ARGUMENT;
     s->num_boundary_loops = s->num_boundary_edges = 0;
-    if (!cq_mesh_bytes(s)) return CQ_ERROR_TOO_LARGE;
+    if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
     r = cqi_check_faces(indices, s, place);
     if (r == CQ_OK) r = cqi_build_open(m, s, indices, memory, size, place);
     if (r == CQ_OK && s->num_boundary_edges) r = cqi_build_open(m, s, indices, memory, size, place); /* now with room */
@@ -925,7 +926,7 @@ static cq_result cqi_check_vertices(const cq_mesh *m, cq_index first, cq_index c
     cq_index v, twice;
     for (v = first; v < first + count; v++) {
         if (!cqi_is_vertex(m, v)) continue;
-        if (m->origin[m->out[v]] != v || m->valence[v] < (cq_is_virtual(m, v) ? 3u : 2u) || !cqi_is_one_fan(m, v) ||
+        if (!cqi_is_face(m, (cq_index)(m->out[v] / 3)) || m->origin[m->out[v]] != v || m->valence[v] < (cq_is_virtual(m, v) ? 3u : 2u) || !cqi_is_one_fan(m, v) ||
             !cqi_boundary_is_simple(m, v))
             return cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, v, CQ_NONE);
         twice = cqi_mark_ring(m, v, 1);
@@ -934,6 +935,12 @@ static cq_result cqi_check_vertices(const cq_mesh *m, cq_index first, cq_index c
         *corners = (cq_index)(*corners + m->valence[v]);
     }
     return CQ_OK;
+}
+
+static int cqi_counts_fit(const cq_mesh *m)
+{
+    return m->num_vertices <= m->first_virtual && m->num_virtual <= m->max_virtual &&
+           m->num_faces <= m->first_virtual_face && m->num_virtual_faces <= m->max_virtual_faces;
 }
 
 static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index count)
@@ -947,7 +954,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
 cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 {
     cq_index in_fans = 0, corners;
-    cq_result r = cqi_check_halfedges(m, 0, m->num_faces, place);
+    cq_result r = cqi_error(place, cqi_counts_fit(m) ? CQ_OK : CQ_ERROR_INDEX, CQ_NONE, CQ_NONE, CQ_NONE);
+    if (r == CQ_OK) r = cqi_check_halfedges(m, 0, m->num_faces, place);
     if (r == CQ_OK) r = cqi_check_halfedges(m, m->first_virtual_face, m->num_virtual_faces, place);
     if (r == CQ_OK) r = cqi_check_vertices(m, 0, m->num_vertices, &in_fans, place);
     if (r == CQ_OK) r = cqi_check_vertices(m, m->first_virtual, m->num_virtual, &in_fans, place);
@@ -1186,6 +1194,7 @@ void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size
     d->data = data;
     d->size = size;
     for (k = 0; k < 4; k++, d->count++) d->code = d->code << 8 | (d->count < size ? data[d->count] : 0u);
+    if (d->code == d->range) d->code--; /* no encoder writes that */
 }
 
 /* The part of the range that a 1 gets: never 0 and never all, since 32 <= model <= 65504 and range >= 2^24. */

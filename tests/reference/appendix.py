@@ -10,12 +10,13 @@ SPDX-License-Identifier: MIT"""
 import pathlib
 import re
 import sys
+import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SPEC = ROOT / "SPEC.md"
 HEADER = ROOT / "include" / "conquest.h"
 BEGIN, END = "<!-- appendix begin -->\n", "<!-- appendix end -->\n"
-PER_LINE = 24
+WIDTH = 118
 
 # Names of SPEC.md for the tables of the header.
 BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
@@ -64,8 +65,7 @@ def header_tables(header):
 
 
 def block(values):
-    lines = [", ".join(map(str, values[k:k + PER_LINE])) for k in range(0, len(values), PER_LINE)]
-    return "```\n" + ",\n".join(lines) + "\n```\n"
+    return "```\n" + textwrap.fill(", ".join(map(str, values)), WIDTH) + "\n```\n"
 
 
 def appendix():
@@ -79,8 +79,8 @@ def appendix():
     for k, (name, _) in enumerate(BIT_TABLES):
         text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
     text += "\nTheir n:\n\n" + block(bits)
-    text += "\n### A.2 Weights of a stream without positions\n\nA weight begins with 64 · n. Tables as in 8.2. Their n:\n\n"
-    text += block(weights)
+    text += "\n### A.2 Weights of a stream without positions\n\n"
+    text += "A weight begins with 64 · n. Tables as in 8.2. Their n:\n\n" + block(weights)
     text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
     text += "\n### A.4 exp2\n\n2^(13 - (k + 1/2) / 64), rounded, for k = 0 .. 63:\n\n" + block(exp2)
     return text
@@ -93,7 +93,8 @@ def section(spec):
 
 def rows_of_weights(spec):
     """The table of 8.2: name -> (first, size)."""
-    rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| ([\d ·]+) \| ", spec[spec.index("### 8.2"):spec.index("### 8.3")], re.M)
+    text = spec[spec.index("### 8.2"):spec.index("### 8.3")]
+    rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| ([\d ·]+) \| ", text, re.M)
     return {name: (int(first), number(size, {})) for name, first, size in rows}
 
 

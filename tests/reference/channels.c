@@ -1,4 +1,5 @@
-/* Encodes an OFF mesh with channels that cqm does not write: channels SEED <MESH >STREAM.   SPDX-License-Identifier: MIT
+/* Encodes an OFF mesh with channels that cqm does not write: channels SEED <MESH >STREAM.
+ * SPDX-License-Identifier: MIT
  *
  * The seed decides how many channels there are, their kinds, components and bits, and the noise on their values, which
  * follow the coordinates. */
@@ -69,7 +70,8 @@ int main(int argc, char **argv)
     for (k = 0; k < 3 * v; k++)
         if (scanf("%lf", &xyz[k]) != 1) fail("a coordinate is missing");
     for (k = 0; k < 3 * f; k++) {
-        if ((k % 3 == 0 && (scanf("%lu", &index) != 1 || index != 3)) || scanf("%lu", &index) != 1) fail("not a triangle");
+        if (k % 3 == 0 && (scanf("%lu", &index) != 1 || index != 3)) fail("not a triangle");
+        if (scanf("%lu", &index) != 1) fail("a corner is missing");
         indices[k] = (cq_index)index;
     }
     in.shape.num_vertices = (uint32_t)v;

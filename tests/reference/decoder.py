@@ -433,7 +433,8 @@ class Geometry:
         self.virtual = virtual
         count = len(positions)
         self.count = count
-        offsets = [(0, 0, 0) if virtual[k] else tuple(x - c for x, c in zip(positions[k], centre)) for k in range(count)]
+        offsets = [(0, 0, 0) if virtual[k] else tuple(x - c for x, c in zip(positions[k], centre))
+                   for k in range(count)]
         everything = 0
         for o in offsets:
             for x in o:
@@ -593,6 +594,7 @@ class Decoder:
         """Decodes at once. `stop`: at so many vertices. `limit`: refuse more vertices, triangles or edges, "limit"."""
         self.kind = None
         self.vertices = 0      # of the result
+        self.base_vertices = 0
         self.values = []       # per vertex, all channels in a row
         self.mesh = None
         self.levels = 0
@@ -788,7 +790,8 @@ class Decoder:
         if at is not None:
             positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
             geometry = Geometry(self.values[centre][at:at + 3], positions, [mesh.is_virtual(x) for x in ring])
-        p, q = self.model.code_pair(self.coder, [mesh.valence[x] for x in ring], states, patch.case, level_class, geometry)
+        valences = [mesh.valence[x] for x in ring]
+        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry)
         values = self.differences(centre, ring, p, q)
         self.end_step()
         virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
@@ -811,6 +814,11 @@ def dump(decoder):
     return "\n".join(lines) + "\n"
 
 
+def trace_line(name, value, freq, total, width, code, used):
+    """A symbol, the slots that it (of a bit: a 1) had of all, and the state after it."""
+    return f"{name:18} {value:3}  {freq:9}/{total:<5}  {width:08x}   {code:08x}   {used}"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--vertices", type=int, metavar="N", help="stop at N vertices")
@@ -820,8 +828,8 @@ def main():
     trace = [] if options.trace else None
     decoder = Decoder(options.file.read_bytes(), options.vertices, trace)
     if trace is not None:
-        for name, value, freq, total, width, code, used in trace:
-            print(f"{name:16} {value:6} {freq:6}/{total:<6} range {width:08x} code {code:08x} used {used}")
+        for symbol in trace:
+            print(trace_line(*symbol))
         return 0
     print(dump(decoder), end="")
     return 0 if decoder.kind in ("done", "truncated", "stopped") else 1

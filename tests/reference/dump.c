@@ -1,7 +1,8 @@
-/* Prints what a stream decodes to, for comparison with decoder.py: dump [VERTICES] <STREAM.   SPDX-License-Identifier: MIT
+/* Prints what a stream decodes to, for comparison with decoder.py: dump [VERTICES] <STREAM.
+ * SPDX-License-Identifier: MIT
  *
- * The kind of result, counts, levels if the stream is complete; the values of each vertex, all channels in one line; the
- * triangles. With VERTICES, stops as soon as the mesh has so many. Exit status 2 if the stream is too large for memory. */
+ * The kind of result, counts, levels if the stream is complete; the values of each vertex, all channels in one line;
+ * the triangles. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large for memory. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
