@@ -111,7 +111,7 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples meshes $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+TESTS = headers ref_data examples meshes reference $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
@@ -162,7 +162,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 deps: ## installs what the tests need, if missing (Debian and Ubuntu)
@@ -185,6 +185,19 @@ build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)
 	@tests/meshes/check.sh build/tests/cqm >$@ 2>&1 || true
 	@echo "meshes: $$(tail -n 1 $@)"
+
+# The second decoder, tests/reference/decoder.py, must agree; SPEC.md must have the header's tables.
+REFERENCE = $(wildcard tests/reference/*.py) SPEC.md build/cqm build/tests/reference/dump build/tests/reference/channels
+COMPARE = tests/reference/compare.py build/cqm build/tests/reference
+
+build/log/reference.log: $(REFERENCE) build/meshes
+	@mkdir -p $(@D)
+	@python3 $(COMPARE) >$@ 2>&1 || true
+	@echo "reference: $$(tail -n 1 $@)"
+
+.PHONY: reference
+reference: deps $(REFERENCE) build/meshes ## compares both decoders on larger meshes and 15 000 random streams
+	@python3 $(COMPARE) --all
 
 build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 	@mkdir -p $(@D)

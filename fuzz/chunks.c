@@ -1,5 +1,5 @@
 /* Pieces of any size and budgets of any number of steps give what one call gives: the same result, the same mesh slot
- * for slot, the same values, the same number of bytes used. For good streams, damaged ones and noise. */
+ * for slot, the same values; without an error also the same number of bytes used. For good streams, damaged ones, noise. */
 #include "surface.h"
 
 static stream take_stream(input *in) {
@@ -49,7 +49,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     run_at_once(&once, &s);
     run_in_pieces(&pieces, &s, choice, seed);
     REQUIRE(once.result == pieces.result);
-    REQUIRE(once.used == pieces.used);
+    REQUIRE(once.result < 0 || once.used == pieces.used);   /* before an error more may have been buffered */
     check_equal(once.decoder, pieces.decoder);
     decoding_end(&once);
     decoding_end(&pieces);

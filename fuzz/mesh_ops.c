@@ -108,7 +108,7 @@ static cq_index *picture_of(const cq_mesh *m) {
 enum { MOST_UNDO = 64 };
 
 typedef struct history {
-    cq_index first[MOST_UNDO], last[MOST_UNDO], removed[MOST_UNDO];
+    cq_index centre[MOST_UNDO], p[MOST_UNDO], q[MOST_UNDO], removed[MOST_UNDO];
     cq_index *picture[MOST_UNDO];
     uint32_t vertices[MOST_UNDO], faces[MOST_UNDO];
     uint32_t size;
@@ -120,6 +120,7 @@ static void forget(history *done) {
 
 static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence, uint32_t *vertices, uint32_t *faces) {
     cq_mesh *m = &s->mesh;
+    cq_index first, last;
     uint32_t at = done->size, virtuals;
     int can = cq_mesh_can_collapse(m, h, (cq_index)max_valence);
     REQUIRE(can == may_collapse(m, h, max_valence));
@@ -129,7 +130,11 @@ static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence
     done->vertices[at] = *vertices;
     done->faces[at] = *faces;
     virtuals = (uint32_t)cq_is_virtual(m, m->origin[cq_prev(h)]) + (uint32_t)cq_is_virtual(m, m->origin[cq_prev(m->twin[h])]);
-    cq_mesh_collapse(m, h, &done->first[at], &done->last[at]);
+    done->centre[at] = m->origin[h];
+    cq_mesh_collapse(m, h, &first, &last);
+    REQUIRE(m->origin[first] == done->centre[at] && m->origin[last] == done->centre[at]);
+    done->p[at] = cq_target(m, first);
+    done->q[at] = cq_target(m, last);
     done->size++;
     *vertices -= 1;
     *faces -= 2 - virtuals;
@@ -137,11 +142,13 @@ static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence
 
 static void undo(subject *s, history *done, uint32_t *vertices, uint32_t *faces) {
     cq_mesh *m = &s->mesh;
-    cq_index *picture;
+    cq_index *picture, first, last;
     uint32_t at;
     if (done->size == 0) return;
     at = --done->size;
-    REQUIRE(cq_mesh_split(m, done->first[at], done->last[at]) == done->removed[at]);
+    first = cqi_find_spoke(m, done->centre[at], done->p[at]);   /* a face that was away may start at another corner */
+    last = cqi_find_spoke(m, done->centre[at], done->q[at]);
+    REQUIRE(cq_mesh_split(m, first, last) == done->removed[at]);
     picture = picture_of(m);
     REQUIRE(memcmp(picture, done->picture[at],
                    3 * ((size_t)m->first_virtual_face + m->num_virtual_faces) * sizeof(cq_index)) == 0);

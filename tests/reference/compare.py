@@ -22,6 +22,8 @@ import subprocess
 import sys
 import zlib
 
+sys.dont_write_bytecode = True
+import appendix
 import decoder
 import random_stream
 
@@ -233,6 +235,14 @@ def compare_example():
     return tally
 
 
+def compare_appendix():
+    """SPEC.md has the tables and numbers of the header."""
+    tally = Tally()
+    for name, good in appendix.check():
+        tally.require("SPEC.md and the header differ: " + name, good)
+    return tally
+
+
 def compare_edges_of_the_format():
     """Streams at the limits that no mutation finds."""
     tally = Tally()
@@ -280,7 +290,7 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     options = parser.parse_args()
     small = sorted((ROOT / "ref_data").glob("*.off"))
-    jobs = [(compare_example,), (compare_edges_of_the_format,)]
+    jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,)]
     for path in package_meshes(20000 if options.all else 3000):
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in ("positions", "connectivity")]
     for path in small + [many_patches()]:

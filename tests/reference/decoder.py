@@ -131,6 +131,7 @@ class RangeDecoder:
         self.models = [256 * n + 128 for n in TABLES.bits]
         for _ in range(4):
             self.code = self.code << 8 | self.next_byte()
+        self.code = min(self.code, 0xfffffffe)
 
     def next_byte(self):
         byte = self.payload[self.used] if self.used < len(self.payload) else 0
@@ -142,7 +143,7 @@ class RangeDecoder:
         self.range = width
         while self.range < 1 << 24:
             self.range <<= 8
-            self.code = (self.code << 8 | self.next_byte()) & 0xffffffff
+            self.code = self.code << 8 | self.next_byte()
 
     def bit(self, table, index=0):  # 3.3
         k = TABLES.first[table] + index
