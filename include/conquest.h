@@ -17,6 +17,7 @@
  *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);          any piece size, any budget of steps
  *         draw(dec.mesh.origin, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
  *     }
+ *     if (result == CQ_NEED_INPUT) result = cq_decode(&dec, NULL, CQ_NO_LIMIT);   the last bytes of a cut stream
  *
  * Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for Progressive-to-Lossless Transmission" ("the paper"
  * below): levels of edge collapses inside patches that are found through gates; two indices per vertex split. SPEC.md
@@ -53,6 +54,10 @@
 #ifndef CQ_API
 #define CQ_API extern
 #endif
+
+/* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that only
+ * decodes carries no byte of them. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has
+ * promised, never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -332,6 +337,11 @@ typedef struct cqi_candidate {
     } as;
 } cqi_candidate;
 
+/* Gradients of a split, gathered where candidates share features. */
+typedef struct cqi_gradient {
+    int32_t of_p[CQ_MAX_VALENCE], of_q[CQ_MAX_VALENCE], of_length[CQ_MAX_VALENCE];
+} cqi_gradient;
+
 /* The patch of a centre, from its entry spoke clockwise. */
 typedef struct cqi_ring {
     int size;
@@ -455,6 +465,7 @@ typedef struct cq_decoder {
     cqi_walk walk;
     cqi_ring ring;
     cqi_candidate candidate[CQI_CANDIDATES];
+    cqi_gradient gradient;
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
 } cq_decoder;
@@ -471,7 +482,7 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error; CQ_ERROR_MEMORY
  * if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is complete the mesh has no
- * vertices. Time O(bytes + steps), O(vertices) once for the base and for each level; stack < 512 bytes. */
+ * vertices. Time O(bytes + steps), and O(vertices) once for the base and for each level; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
@@ -2655,11 +2666,6 @@ static void cqi_code_unlisted(cq_decoder *d, cqi_candidate *c, int p, int q)
     c->as.weight = 0;
 }
 
-/* Gradients of a split, gathered where candidates share features. */
-typedef struct cqi_gradient {
-    int32_t of_p[CQ_MAX_VALENCE], of_q[CQ_MAX_VALENCE], of_length[CQ_MAX_VALENCE];
-} cqi_gradient;
-
 static void cqi_learn_candidate(cqi_model *m, const cqi_ring *r, const cqi_candidate *c, int32_t x, cqi_gradient *g)
 {
     g->of_p[c->p] += x;
@@ -2687,26 +2693,26 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
 {
     const cqi_ring *r = &d->ring;
     cqi_model *m = &d->model;
-    cqi_gradient g;
+    cqi_gradient *g = &d->gradient;
     uint32_t scale = 0x80000000u / total;
     int32_t gained = 0;
     int k, entry[3];
-    memset(&g, 0, sizeof g);
+    memset(g, 0, sizeof *g);
     for (k = 0; k < count; k++) {
         int32_t share = (int32_t)(d->candidate[k].as.weight * scale >> 15);
         if (share < CQI_STILL || k == chosen) continue;
-        cqi_learn_candidate(m, r, &d->candidate[k], -share, &g);
+        cqi_learn_candidate(m, r, &d->candidate[k], -share, g);
         gained += share;
     }
-    cqi_learn_candidate(m, r, &d->candidate[chosen], gained, &g);
-    cqi_learn_ends(m, r, 0, g.of_p);
-    cqi_learn_ends(m, r, 1, g.of_q);
+    cqi_learn_candidate(m, r, &d->candidate[chosen], gained, g);
+    cqi_learn_ends(m, r, 0, g->of_p);
+    cqi_learn_ends(m, r, 1, g->of_q);
     for (k = 1; k < r->size; k++) {
-        if (!g.of_length[k]) continue;
+        if (!g->of_length[k]) continue;
         cqi_length_entries(r, k, entry);
-        cqi_learn(m, entry[0], g.of_length[k]);
-        cqi_learn(m, entry[1], g.of_length[k]);
-        cqi_learn(m, entry[2], g.of_length[k]);
+        cqi_learn(m, entry[0], g->of_length[k]);
+        cqi_learn(m, entry[1], g->of_length[k]);
+        cqi_learn(m, entry[2], g->of_length[k]);
     }
 }
 

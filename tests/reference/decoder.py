@@ -56,7 +56,7 @@ def clamp(a, low, high):
 class Header:
     def __init__(self, data):
         self.data, self.at = data, 0
-        for k, byte in enumerate(b"CQ"):
+        for byte in b"CQ":
             if self.uint(1) != byte:
                 raise End("format")
         if self.uint(1) != 0:
@@ -109,7 +109,7 @@ class Header:
             raise End("unsupported")
         self.channels = []  # (components, bits)
         self.position = None
-        for k in range(count):
+        for _ in range(count):
             kind, components, bits = self.uint(1), self.uint(1), self.uint(1)
             self.uint(4)
             for _ in range(min(components, 4)):

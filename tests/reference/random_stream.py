@@ -21,6 +21,7 @@ class Writer(decoder.RangeDecoder):
         self.bits = {}             # the next bit of a table, if it is known
         self.next_raw = None
         self.flags = 0             # patches that may still be split at this level
+        self.sizes = 0, 0, 0, 1, 1, 2, 3  # numbers of bits of residuals
 
     def take(self, offset, width):
         self.low += offset
@@ -74,7 +75,7 @@ class Writer(decoder.RangeDecoder):
         return decoder.RangeDecoder.uniform(self, 1 << n)
 
     def tree(self, table, first, n):
-        value, node = self.draw.choice((0, 0, 0, 1, 1, 2, 3)), 1
+        value, node = self.draw.choice(self.sizes), 1
         for k in range(n - 1, -1, -1):
             self.bits[table] = value >> k & 1
             node = 2 * node + self.bit(table, first + node)
@@ -128,7 +129,7 @@ class Base(decoder.Base):
             self.edges.add((triangle[k], triangle[(k + 1) % 3]))
 
     def grow(self):
-        draw, bits = self.coder.draw, self.coder.bits
+        bits = self.coder.bits
         u, w = self.corner(self.gate, 0), self.corner(self.gate, 1)
         options = []
         following = self.after[self.gate]
@@ -148,7 +149,7 @@ class Base(decoder.Base):
             options.append((kind, border))
         if not options:
             raise End("stuck")
-        kind, border = draw.choice(options)
+        kind, border = self.choose(options, u, w)
         for name in ("grow", "turn", "close"):
             bits[name.upper()] = int(kind == name)
             if kind == name:
@@ -159,20 +160,33 @@ class Base(decoder.Base):
         super().grow()
         self.use(*self.last[u])
 
-    def check(self):
-        super().check()
-        if self.header.base_vertices < self.vertices:
-            raise AssertionError
+    def choose(self, options, u, w):
+        return self.coder.draw.choice(options)
+
+
+class Hubs(Base):
+    """A double pyramid: vertex 0 with all others but the last around it, and the last one likewise."""
+
+    def choose(self, options, u, w):
+        last = self.header.base_vertices - 1
+        if self.vertices < last:
+            return "grow", None
+        if self.vertices == last:
+            return ("turn", self.before2) if u == 0 else ("grow", None)
+        return ("close", self.after[self.gate]) if u == last else ("turn", self.before2)
 
 
 class Maker(decoder.Decoder):
-    def __init__(self, draw, header):
+    def __init__(self, draw, header, base=Base):
         self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
         self.header = header
         self.coder = Writer(draw)
         self.numbers = [bits for components, bits in self.header.channels for _ in range(components)]
         self.model = decoder.Model(self.header.position is not None)
-        base = Base(self)
+        if base == Hubs:
+            self.coder.sizes = 0, 8, 9
+            self.coder.bits["COMPONENT"] = 0
+        base = base(self)
         self.base_values(base)
         self.first_gates, self.mesh, self.vertices = base.first_gates, base.mesh, base.vertices
         if draw.random() < 0.3:
@@ -190,9 +204,26 @@ def make(seed):
         if attempt % 300 == 0:
             header = Header(draw)
         try:
-            m = Maker(draw, copy.copy(header))
+            return result(Maker(draw, copy.copy(header)))
         except End:
             continue
-        h = m.header
-        return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels)]) + h.raw_channels,
-                m.coder.payload_bytes())
+
+
+def make_hubs(seed):
+    """The same, with two vertices of valence 80 in the base, and values that differ."""
+    draw = random.Random(f"hubs {seed}")
+    while True:
+        header = Header(draw)
+        header.loops, header.base_vertices, header.vertices = 0, 82, 82 + draw.choice((0, 7))
+        header.channels, header.position = [(4, 20), (3, 24)], 4
+        header.raw_channels = bytes((1, 4, 20)) + bytes(20) + bytes((0, 3, 24)) + bytes(16)
+        try:
+            return result(Maker(draw, header, Hubs))
+        except End:
+            continue
+
+
+def result(m):
+    h = m.header
+    return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels)]) + h.raw_channels,
+            m.coder.payload_bytes())
