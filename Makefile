@@ -111,7 +111,7 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples meshes reference $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
@@ -206,6 +206,45 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
+
+# -- Fuzzing -------------------------------------------------------------------------------------------------------
+#
+# `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and fuzz-msan
+# run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
+
+FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
+FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h examples/mesh_file.*)
+COUNT_WORK = -DFUZZ_COUNTS_WORK -fsanitize-coverage=trace-pc
+SECONDS ?= 120
+
+.PHONY: fuzz
+fuzz: deps ## runs all fuzz targets for SECONDS=n in all, and reports executions and coverage of each
+	@CLANG=$(CLANG) fuzz/fuzz.sh $(SECONDS)
+
+# $(1) suffix, $(2) flags
+define fuzz_variant
+build/fuzz/%$(1).o: fuzz/%.c $$(FUZZ_DEPENDS)
+	@mkdir -p $$(@D)
+	$(CLANG) -std=c99 $$(TEST_FLAGS) $(2) -DLLVMFuzzerTestOneInput=fuzz_$$* -c $$< -o $$@
+build/fuzz/run$(1): $$(FUZZ_TARGETS:%=build/fuzz/%$(1).o) build/fuzz/run$(1).o
+	$(CLANG) $(2) $$^ -lm -o $$@
+build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regressions/*/*)
+	@mkdir -p $$(@D)
+	@$$< >$$@ 2>&1 || true
+	@echo "fuzz$(1): $$$$(tail -n 1 $$@)"
+endef
+$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK)))
+$(eval $(call fuzz_variant,-16,$(SANITIZERS) $(COUNT_WORK) -DCQ_INDEX_BITS=16))
+$(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all))
+
+build/fuzz/work: fuzz/work.c $(FUZZ_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) -O1 $(COUNT_WORK) $< -o $@
+
+build/log/fuzz-work.log: build/fuzz/work
+	@mkdir -p $(@D)
+	@$< >$@ 2>&1 || true
+	@echo "fuzz-work: $$(tail -n 1 $@)"
 
 # -- The header in every way that it may be compiled ---------------------------------------------------------------
 

@@ -5,7 +5,7 @@
 /* The payload of a good stream up to some byte, then any bytes, behind a header that promises more vertices: so that noise
  * meets a decoder that has a base already. Zeros in between keep the last symbols of the head as they were. */
 static stream take_grafted_stream(input *in) {
-    uint32_t more = take_two(in) % 600, edges = take(in) % 4, zeros = take(in), kept;
+    uint32_t more = take_two(in) % 200, edges = take(in) % 4, zeros = take(in), kept;
     stream s = take_encoded_stream(in), grafted;
     cq_shape shape;
     size_t header_bytes;

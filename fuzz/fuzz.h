@@ -6,7 +6,10 @@
 #ifndef CQ_FUZZ_H
 #define CQ_FUZZ_H
 
+#define CQ_API static inline /* run.c links all targets together */
+#ifndef CQ_ASSERT
 #define CQ_ASSERT(condition) ((condition) ? (void)0 : __builtin_trap())
+#endif
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -38,6 +41,11 @@ static inline uint32_t take_two(input *in) {
     return low | take(in) << 8;
 }
 
+static inline uint32_t take_four(input *in) {
+    uint32_t low = take_two(in);
+    return low | take_two(in) << 16;
+}
+
 /* A number below n > 0. */
 static inline uint32_t take_below(input *in, uint32_t n) { return (n <= 256 ? take(in) : take_two(in)) % n; }
 
@@ -57,13 +65,12 @@ static inline void *copy_of(const void *data, size_t size) {
     return copy;
 }
 
-/* -- Work: basic blocks executed, where the build counts them (run.c) ---------------------------------------------- */
-
-static uint64_t work;
+/* -- Work: basic blocks executed, where the build counts them (run.c, work.c); else always 0 ------------------------- */
 
 #ifdef FUZZ_COUNTS_WORK
-void __sanitizer_cov_trace_pc(void);
-__attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void) { work++; }
+extern uint64_t work;
+#else
+enum { work = 0 };
 #endif
 
 /* -- Streams ------------------------------------------------------------------------------------------------------- */

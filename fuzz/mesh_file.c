@@ -2,9 +2,8 @@
  * written in each format and read back as it was; STL welds vertices, so there the corners are compared. */
 #define _POSIX_C_SOURCE 200809L /* open_memstream */
 #include "fuzz.h"
-#include "mesh_file.h"
 
-#include <math.h>
+#include "../examples/mesh_file.c"
 
 static void check_mesh(const struct mesh_file *m) {
     size_t k;

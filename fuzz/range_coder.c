@@ -22,13 +22,13 @@ static symbol take_symbol(input *in) {
     s.bit = op / 32 % 2;
     if (s.kind == 1) {
         uint32_t order = op / 32;   /* total from 1 to 2^24 */
-        s.total = 1 + (take(in) << 16 | take_two(in)) % ((uint32_t)1 << (3 * order + 3));
-        s.start = (take(in) << 16 | take_two(in)) % s.total;
+        s.total = 1 + take_four(in) % ((uint32_t)1 << (3 * order + 3));
+        s.start = take_four(in) % s.total;
         s.freq = 1 + take_two(in) % (s.total - s.start);
     }
     if (s.kind == 2) {
         s.bits = (int)(take(in) % 33);
-        s.value = take_two(in) | take_two(in) << 16;
+        s.value = take_four(in);
         if (s.bits < 32) s.value &= ((uint32_t)1 << s.bits) - 1;
     }
     return s;

@@ -213,11 +213,11 @@ CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_va
 
 /* Collapses halfedge h = A -> B: B's other edges go to A, B and the two faces at h are freed.
  *
- *            q                      q          h must satisfy cq_mesh_can_collapse.
+ *            p                      p          h must satisfy cq_mesh_can_collapse.
  *          / | \                    |          p = origin[prev(h)] lies to the left of A -> B.
  *        --A-h>B--       =>       --A--        Ring of A clockwise: p, neighbours of B, q, neighbours of A.
  *          \ | /                    |          first = A -> p, last = A -> q: spokes that split it again.
- *            p                      p                                                                         */
+ *            q                      q                                                                         */
 CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
 
 /* Splits vertex A = origin[first] = origin[last]: a new vertex B takes A's neighbours strictly clockwise between the
@@ -1379,6 +1379,7 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     if (s->num_boundary_loops) s->num_boundary_edges = cqi_read_varint(r);
     zigzag = cqi_read_varint(r);
     if (r->result != CQ_OK) return r->result;
+    if (!s->num_vertices && (s->num_boundary_loops || zigzag)) return CQ_ERROR_CORRUPT;
     euler = zigzag & 1 ? -(int64_t)(zigzag >> 1) - 1 : (int64_t)(zigzag >> 1);
     faces = 2 * ((int64_t)s->num_vertices + s->num_boundary_loops) - 4 * euler - (int64_t)s->num_boundary_edges;
     if (faces < 0 || faces > 0xffffffff || s->num_boundary_edges / 3 < s->num_boundary_loops) return CQ_ERROR_CORRUPT;
@@ -1403,7 +1404,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     return r->result;
 }
 
-/* The check value comes before any judgement of the contents, but lengths must be known to find it. */
+/* The check value comes last: what the counts and channels say decides where it is, and is judged on the way. */
 static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
 {
     static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
@@ -2213,9 +2214,13 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
     return side == 2 ? m->twin[gate] : cq_prev(gate);
 }
 
+/* A component of two triangles is passed over: nothing collapses to it, so it has no patch. All other patches have three
+ * triangles or more of their own, which is why a list of faces / 3 patches is long enough. */
+static int cqi_is_pillow(const cq_mesh *m, cq_index v) { return m->valence[v] == 2; }
+
 static cq_index cqi_next_seed(const cq_mesh *m, cqi_walk *w, cq_index end)
 {
-    while (w->seed < end && !(m->mark[w->seed] & CQI_SEED)) w->seed++;
+    while (w->seed < end && (!(m->mark[w->seed] & CQI_SEED) || cqi_is_pillow(m, w->seed))) w->seed++;
     return w->seed < end ? w->seed++ : CQ_NONE;
 }
 
@@ -2329,7 +2334,7 @@ static int cqi_side_of_patch(const cq_decoder *d, cq_index centre, cq_index firs
     const cq_mesh *m = &d->mesh;
     cq_index other = CQ_NONE;
     if (m->mark[centre] & CQI_SEED) other = (cq_index)(centre + 1);
-    else if (centre && centre <= d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
+    else if (centre && centre < d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
     if (other == CQ_NONE) return 0;
     return first == other ? 2 : 1;
 }
@@ -3173,9 +3178,9 @@ static int cqi_conquer_patch(cqi_plan *p, const cq_shape *s, cqi_walk *w, cq_ind
 static cq_index cqi_plan_next_spoke(cqi_plan *p, cqi_walk *w, int *first)
 {
     cq_index spoke = cqi_next_gate(&p->mesh, w, p->patch);
-    *first = 0;
-    if (spoke != CQ_NONE || w->seed == p->num_seeds) return spoke;
-    *first = 1;
+    *first = spoke == CQ_NONE;
+    while (*first && w->seed < p->num_seeds && cqi_is_pillow(&p->mesh, p->seed[2 * (size_t)w->seed])) w->seed++;
+    if (!*first || w->seed == p->num_seeds) return spoke;
     spoke = cqi_find_spoke(&p->mesh, p->seed[2 * (size_t)w->seed], p->seed[2 * (size_t)w->seed + 1]);
     w->seed++;
     return cq_prev(cqi_first_gate(&p->mesh, spoke));

@@ -103,7 +103,7 @@ def compare_mesh(path, how, places):
 
 
 def many_patches():
-    """60 components of two triangles and 17 of six: a level has more patches than a third of its triangles."""
+    """60 components of two triangles, which have no patch, and 17 of six: the patches must fit a third of the faces."""
     triangles = []
     for k in range(0, 180, 3):
         triangles += [(k, k + 1, k + 2), (k, k + 2, k + 1)]

@@ -721,6 +721,8 @@ class Decoder:
         self.conquered = set()
         patches = []
         for left, right in self.first_gates:
+            if self.mesh.valence[left] == 2:
+                continue  # a component of two triangles
             head = len(patches)
             patches.append(self.first_patch(left, right))
             while head < len(patches):

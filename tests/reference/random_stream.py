@@ -1,8 +1,8 @@
 """Random valid streams, of the kind that no encoder writes.   SPDX-License-Identifier: MIT
 
 decoder.py runs with a coder that makes symbols up and writes them (a range encoder for section 3 of SPEC.md). So
-every choice that the format allows is taken at times: bases of any shape, joins that could have been turns, splits of
-components of two triangles, listed candidates coded as unlisted, improbable pairs."""
+every choice that the format allows is taken at times: bases of any shape, joins that could have been turns, listed
+candidates coded as unlisted, improbable pairs."""
 
 import copy
 import itertools

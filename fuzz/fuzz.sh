@@ -1,0 +1,80 @@
+#!/usr/bin/env bash
+# fuzz.sh SECONDS: builds every target with libFuzzer, runs all of them for SECONDS in all, one after the other, and
+# prints executions and coverage of each. What the fuzzer keeps goes to build/fuzz/corpus/TARGET and is the start of the
+# next run; what breaks a promise goes to build/fuzz/findings, and its replay is printed. The last line is
+# `N passed, N failed`: targets without and with findings.
+#
+#     fuzz/fuzz.sh 600                  all targets; `make fuzz SECONDS=600`
+#     fuzz/fuzz.sh 60 decode flip-16    only these
+#     fuzz/fuzz.sh reduce               rewrites fuzz/seeds with as few inputs of the corpora as reach the same
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+clang=${CLANG:-clang-19}
+header_dir=${HEADER_DIR:-include}
+warnings=(-Wall -Wextra -Wconversion -pedantic)
+all=(decode chunks truncate flip roundtrip mesh_ops range_coder mesh_file decode-16 chunks-16 roundtrip-16 decode-msan)
+most_bytes=1000
+
+build() {
+    local variant=$1 name=${1%-*} flags=(-fsanitize=fuzzer,address,undefined)
+    case $variant in
+    *-16) flags+=(-DCQ_INDEX_BITS=16) ;;
+    *-msan) flags=(-fsanitize=fuzzer,memory) ;;
+    esac
+    "$clang" -std=c99 -O1 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -I"$header_dir" -Iexamples \
+        "fuzz/$name.c" -lm -o "build/fuzz/bin/$variant"
+}
+
+# Runs a target and prints one line of the table. libFuzzer's last status line has cov: blocks reached and ft: features.
+run() {
+    local variant=$1 seconds=$2 name=${1%-*} log=build/fuzz/$1.log status=0
+    mkdir -p "build/fuzz/corpus/$name"
+    "build/fuzz/bin/$variant" -max_total_time="$seconds" -max_len=$most_bytes -timeout=20 -rss_limit_mb=2000 \
+        -artifact_prefix="build/fuzz/findings/$variant-" "build/fuzz/corpus/$name" \
+        $(for folder in "fuzz/seeds/$name" "fuzz/regressions/$name"; do test -d "$folder" && echo "$folder"; done) \
+        >"$log" 2>&1 || status=$?
+    awk -v variant="$variant" -v status=$status '
+        /^INFO: Loaded .* inline 8-bit counters/ { match($0, /\([0-9]+ inline/); blocks = substr($0, RSTART + 1) + 0 }
+        / cov: [0-9]/ { for (i = 1; i < NF; i++) { if ($i == "cov:") reached = $(i + 1); if ($i == "ft:") features = $(i + 1) } }
+        /^#[0-9]+/ { executions = substr($1, 2) }
+        END { printf "%-14s %11d executions %7d of %5d blocks %8d features  %s\n", variant, executions, reached, blocks,
+                     features, status == 0 ? "ok" : "FINDING, status " status }' "$log"
+    if [ $status != 0 ]; then
+        grep -E 'not true|runtime error|ERROR: |written, but' "$log" | head -n 3 | sed 's/^/    /'
+        sed -n "s|.*Test unit written to \(.*\)|    replay: build/fuzz/bin/$variant \1|p" "$log"
+    fi
+    return $status
+}
+
+reduce() {
+    local name
+    for name in "${all[@]}"; do
+        [ "$name" = "${name%-*}" ] || continue
+        rm -rf "build/fuzz/few" && mkdir -p build/fuzz/few
+        "build/fuzz/bin/$name" -set_cover_merge=1 -max_len=400 build/fuzz/few "build/fuzz/corpus/$name" >/dev/null 2>&1
+        mkdir -p "fuzz/seeds/$name" && rm -f "fuzz/seeds/$name"/*
+        ls -S build/fuzz/few | head -n 80 | while read -r file; do cp "build/fuzz/few/$file" "fuzz/seeds/$name/${file:0:12}"; done
+        echo "$name: $(find "fuzz/seeds/$name" -type f | wc -l) seeds, $(cat "fuzz/seeds/$name"/* | wc -c) bytes"
+    done
+}
+
+mkdir -p build/fuzz/bin build/fuzz/findings
+if [ "${1:-}" = reduce ]; then
+    reduce
+    exit
+fi
+seconds=${1:?seconds}
+shift
+targets=("$@")
+[ $# -gt 0 ] || targets=("${all[@]}")
+passed=0 failed=0
+for variant in "${targets[@]}"; do
+    if build "$variant" && run "$variant" $(((seconds + ${#targets[@]} - 1) / ${#targets[@]})); then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+    fi
+done
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]
