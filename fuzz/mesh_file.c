@@ -11,7 +11,7 @@ static void check_mesh(const struct mesh_file *m) {
     for (k = 0; k < 3 * (size_t)m->num_faces; k++) REQUIRE(m->indices[k] < m->num_vertices);
 }
 
-static void check_corners(const struct mesh_file *a, const struct mesh_file *b) {
+static void require_equal_corners(const struct mesh_file *a, const struct mesh_file *b) {
     size_t k, c;
     REQUIRE(a->num_faces == b->num_faces);
     for (k = 0; k < 3 * (size_t)a->num_faces; k++)
@@ -20,7 +20,7 @@ static void check_corners(const struct mesh_file *a, const struct mesh_file *b) 
 }
 
 static void check_same(const struct mesh_file *a, const struct mesh_file *b) {
-    check_corners(a, b);
+    require_equal_corners(a, b);
     REQUIRE(a->num_vertices == b->num_vertices);
     REQUIRE(a->num_faces == 0 || memcmp(a->indices, b->indices, 3 * (size_t)a->num_faces * sizeof *a->indices) == 0);
     REQUIRE(a->num_vertices == 0 ||
@@ -42,7 +42,7 @@ static void check_writing(const struct mesh_file *m, enum mesh_format format) {
         abort();
     }
     check_mesh(&again);
-    if (format == MESH_STL) check_corners(m, &again);
+    if (format == MESH_STL) require_equal_corners(m, &again);
     else check_same(m, &again);
     mesh_free(&again);
     free(exact);
