@@ -155,6 +155,7 @@ typedef struct decoding {
     cq_decoder *decoder;
     void *memory;
     size_t memory_size;
+    cq_report *report;        /* for streams of odd size; else NULL */
     cq_result result;         /* of the last call */
     size_t used;              /* bytes of input */
     uint32_t vertices, faces; /* after the last call */
@@ -171,13 +172,16 @@ static inline decoding decoding_begin(const stream *s) {
         d.memory_size = cq_decoder_bytes(&shape);
     d.memory = block(d.memory_size);
     d.decoder = (cq_decoder *)block(sizeof *d.decoder);
-    d.result = d.memory_size > 0 ? cq_decoder_init(d.decoder, d.memory, d.memory_size) : CQ_ERROR_TOO_LARGE;
+    d.result = cq_decoder_init(d.decoder, d.memory, d.memory_size);
+    REQUIRE(d.result == CQ_OK);
+    if (s->size % 2) d.decoder->report = d.report = (cq_report *)block(sizeof *d.report);
     return d;
 }
 
 static inline void decoding_end(decoding *d) {
     free(d->decoder);
     free(d->memory);
+    free(d->report);
 }
 
 static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_NEED_INPUT; }
@@ -213,6 +217,22 @@ static inline void check_triangles(const cq_mesh *m, uint32_t num_loops) {
     REQUIRE(shape.num_boundary_loops == num_loops);
     for (v = 0; v < m->num_vertices; v++) REQUIRE(again.valence[v] == m->valence[v]);
     free(memory);
+}
+
+/* The parts of a complete report add up. */
+static inline void check_report(const cq_report *r, const cq_decoder *d) {
+    uint32_t k, splits = 0;
+    uint64_t flags = 0, indices = 0;
+    REQUIRE(r->header + r->base + r->flags + r->indices + r->positions + r->channels == (uint64_t)r->bytes * 8 * 65536);
+    REQUIRE(r->num_levels <= CQ_MAX_LEVELS);
+    for (k = 0; k < r->num_levels; k++) {
+        splits += r->level[k].num_splits;
+        flags += r->level[k].flags;
+        indices += r->level[k].indices;
+        REQUIRE(r->level[k].num_vertices == r->base_vertices + splits);
+    }
+    REQUIRE(r->base_vertices + splits == d->shape.num_vertices);
+    REQUIRE(flags == r->flags && indices == r->indices);
 }
 
 /* What holds after every call, whatever it returned. Before the base is complete there is no mesh. */
@@ -255,6 +275,7 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
         REQUIRE(r->mesh.num_vertices == r->shape.num_vertices && r->mesh.num_faces == r->shape.num_faces);
         REQUIRE(r->mesh.num_virtual == r->shape.num_boundary_loops);
         REQUIRE(r->mesh.num_virtual_faces == r->shape.num_boundary_edges);
+        if (d->report != NULL) check_report(d->report, r);
     }
     if (thoroughly || is_permanent(d->result)) check_decoder(r);
     return d->result;

@@ -6,7 +6,8 @@
 #
 #     fuzz/fuzz.sh 600                  all targets; `make fuzz SECONDS=600`
 #     fuzz/fuzz.sh 60 decode flip-16    only these
-#     fuzz/fuzz.sh reduce               rewrites fuzz/seeds with as few inputs of the corpora as reach the same
+#     fuzz/fuzz.sh coverage             what the corpora and the committed inputs reach in the header (needs llvm-19)
+#     fuzz/fuzz.sh reduce               rewrites fuzz/seeds with few inputs of the corpora that reach as much
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -30,10 +31,9 @@ build() {
 run() {
     local variant=$1 seconds=$2 name=${1%-*} log=build/fuzz/$1.log status=0
     mkdir -p "build/fuzz/corpus/$name"
+    # shellcheck disable=SC2046
     "build/fuzz/bin/$variant" -max_total_time="$seconds" -max_len=$most_bytes -timeout=20 -rss_limit_mb=2000 \
-        -artifact_prefix="build/fuzz/findings/$variant-" "build/fuzz/corpus/$name" \
-        $(for folder in "fuzz/seeds/$name" "fuzz/regressions/$name"; do test -d "$folder" && echo "$folder"; done) \
-        >"$log" 2>&1 || status=$?
+        -artifact_prefix="build/fuzz/findings/$variant-" $(inputs "$name") >"$log" 2>&1 || status=$?
     awk -v variant="$variant" -v status=$status '
         /^INFO: Loaded .* inline 8-bit counters/ { match($0, /\([0-9]+ inline/); blocks = substr($0, RSTART + 1) + 0 }
         / cov: [0-9]/ { for (i = 1; i < NF; i++) { if ($i == "cov:") reached = $(i + 1); if ($i == "ft:") features = $(i + 1) } }
@@ -47,23 +47,59 @@ run() {
     return $status
 }
 
+# The folders that a target starts from, those of them that there are.
+inputs() {
+    local folder
+    for folder in "build/fuzz/corpus/$1" "fuzz/seeds/$1" "fuzz/regressions/$1"; do
+        if [ -d "$folder" ]; then echo "$folder"; fi
+    done
+}
+
+base_names() { printf '%s\n' "${all[@]}" | grep -v -- -; }
+
+# Lines, functions and branches of the header that any input reaches, for each target and for all of them.
+coverage() {
+    local name objects=() version=${clang#clang}
+    for name in $(base_names) all; do
+        if [ "$name" != all ]; then
+            "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping -I"$header_dir" \
+                -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
+            # shellcheck disable=SC2046
+            LLVM_PROFILE_FILE="build/fuzz/$name.profraw" "build/fuzz/bin/$name-coverage" -runs=0 $(inputs "$name") \
+                >"build/fuzz/$name-coverage.log" 2>&1
+            "llvm-profdata$version" merge "build/fuzz/$name.profraw" -o "build/fuzz/$name.profdata"
+            objects+=(${objects:+-object} "build/fuzz/bin/$name-coverage")
+            set -- "build/fuzz/bin/$name-coverage"
+        else
+            "llvm-profdata$version" merge build/fuzz/*.profraw -o build/fuzz/all.profdata
+            set -- "${objects[@]}"
+        fi
+        "llvm-cov$version" report "$@" -instr-profile="build/fuzz/$name.profdata" "$header_dir/conquest.h" |
+            awk -v name="$name" '/^TOTAL/ { printf "%-14s %4d of %4d lines (%s), %3d of %3d functions, %4d of %4d branches (%s)\n",
+                name, $8 - $9, $8, $10, $5 - $6, $5, $11 - $12, $11, $13 }'
+    done
+}
+
 reduce() {
-    local name
-    for name in "${all[@]}"; do
-        [ "$name" = "${name%-*}" ] || continue
-        rm -rf "build/fuzz/few" && mkdir -p build/fuzz/few
-        "build/fuzz/bin/$name" -set_cover_merge=1 -max_len=400 build/fuzz/few "build/fuzz/corpus/$name" >/dev/null 2>&1
-        mkdir -p "fuzz/seeds/$name" && rm -f "fuzz/seeds/$name"/*
-        ls -S build/fuzz/few | head -n 80 | while read -r file; do cp "build/fuzz/few/$file" "fuzz/seeds/$name/${file:0:12}"; done
+    local name file
+    for name in $(base_names); do
+        rm -rf build/fuzz/few
+        mkdir -p build/fuzz/few "fuzz/seeds/$name"
+        "build/fuzz/bin/$name" -set_cover_merge=1 -use_counters=0 -max_len=300 build/fuzz/few "build/fuzz/corpus/$name" \
+            >"build/fuzz/$name-reduce.log" 2>&1
+        find "fuzz/seeds/$name" -type f -regex ".*/[0-9a-f]*" -delete        # those with names are kept
+        for file in build/fuzz/few/*; do cp "$file" "fuzz/seeds/$name/$(basename "$file" | cut -c 1-12)"; done
         echo "$name: $(find "fuzz/seeds/$name" -type f | wc -l) seeds, $(cat "fuzz/seeds/$name"/* | wc -c) bytes"
     done
 }
 
 mkdir -p build/fuzz/bin build/fuzz/findings
-if [ "${1:-}" = reduce ]; then
-    reduce
+case ${1:-} in
+coverage | reduce)
+    "$1"
     exit
-fi
+    ;;
+esac
 seconds=${1:?seconds}
 shift
 targets=("$@")

@@ -63,6 +63,15 @@ static void check_same(const model *m, const cq_index *map, const cq_decoder *d)
     free(seen);
 }
 
+/* Encoder and decoder spend the same bits on the same things. */
+static void check_same_report(const cq_report *a, const cq_report *b) {
+    REQUIRE(a->bytes == b->bytes && a->num_levels == b->num_levels && a->num_components == b->num_components);
+    REQUIRE(a->base_vertices == b->base_vertices && a->base_faces == b->base_faces);
+    REQUIRE(a->header == b->header && a->base == b->base && a->flags == b->flags);
+    REQUIRE(a->indices == b->indices && a->positions == b->positions && a->channels == b->channels);
+    REQUIRE(memcmp(a->level, b->level, a->num_levels * sizeof *a->level) == 0);
+}
+
 /* 1 if no two faces share an edge in one direction, no edge has three faces, and each vertex has one fan: by counting. */
 static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t num_faces) {
     uint32_t v, f, k;
@@ -94,21 +103,24 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     uint32_t kind = take(&in), n;
     model m = kind < 16 ? take_noise(&in) : take_model(&in);
     cq_index *map = NULL;
+    cq_report *report = (cq_report *)block(sizeof *report);
     stream s;
     cq_result result;
     if (kind >= 240) damage(&m, &in);
     n = m.input.shape.num_vertices;
     map = (cq_index *)block(n * sizeof(cq_index));
-    result = encode(&m, &s, map);
+    result = encode(&m, &s, map, report);
     REQUIRE((result == CQ_OK) == is_manifold(m.indices, n, m.input.shape.num_faces));
     if (result == CQ_OK) {
         decoding d = decoding_begin(&s);
         decoding_run(&d, &s);
         REQUIRE(d.result == CQ_DONE && d.used == s.size);
         check_same(&m, map, d.decoder);
+        if (d.report != NULL) check_same_report(d.report, report);
         decoding_end(&d);
     }
     free(s.data);
+    free(report);
     free(map);
     model_free(&m);
     return 0;

@@ -261,8 +261,8 @@ static inline void model_free(model *m) {
 }
 
 /* Encodes as the manual says, in exactly the memory and the output that it takes. An output that is a byte short must be
- * refused, with the same size. `map` may be NULL. */
-static inline cq_result encode(model *m, stream *s, cq_index *map) {
+ * refused, with the same size. `map` and `report` may be NULL. */
+static inline cq_result encode(model *m, stream *s, cq_index *map, cq_report *report) {
     void *memory = NULL;
     size_t memory_size, size = 0, again = 0;
     cq_result result = CQ_ERROR_MEMORY;
@@ -282,7 +282,7 @@ static inline cq_result encode(model *m, stream *s, cq_index *map) {
         s->data = (uint8_t *)block(size);
         REQUIRE(cq_encode(&m->input, memory, memory_size, s->data, size - 1, &again, NULL, NULL) == CQ_ERROR_OUTPUT);
         REQUIRE(again == size);
-        result = cq_encode(&m->input, memory, memory_size, s->data, size, &again, NULL, NULL);
+        result = cq_encode(&m->input, memory, memory_size, s->data, size, &again, NULL, report);
         REQUIRE(result == CQ_OK && again == size);
     }
     free(memory);
@@ -293,7 +293,7 @@ static inline cq_result encode(model *m, stream *s, cq_index *map) {
 static inline stream take_encoded_stream(input *in) {
     model m = take_model(in);
     stream s;
-    REQUIRE(encode(&m, &s, NULL) == CQ_OK);
+    REQUIRE(encode(&m, &s, NULL, NULL) == CQ_OK);
     model_free(&m);
     return s;
 }
