@@ -236,7 +236,8 @@ void replaced_inserted_and_missing_bytes_give_an_error_or_a_coarser_mesh() {
         case 0: bytes.erase(bytes.begin() + at, bytes.begin() + at + std::min(count, rest)); break;
         case 1: bytes.insert(bytes.begin() + at, static_cast<size_t>(count), static_cast<uint8_t>(random())); break;
         default:
-            for (ptrdiff_t k = 0; k < std::min(count, rest); ++k) bytes[static_cast<size_t>(at + k)] = static_cast<uint8_t>(random());
+            for (ptrdiff_t k = at; k < at + std::min(count, rest); ++k)
+                bytes[static_cast<size_t>(k)] = static_cast<uint8_t>(random());
             break;
         }
         check_damaged(model, s, bytes);

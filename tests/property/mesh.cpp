@@ -7,7 +7,7 @@
 
 namespace {
 
-// -- A mesh built from faces -----------------------------------------------------------------------------------------
+// -- A mesh built from faces ------------------------------------------------------------------------------------------
 
 class Mesh {
 public:
@@ -88,8 +88,8 @@ std::set<uint32_t> neighbours(const std::map<uint32_t, Face> &faces, uint32_t v)
     return n;
 }
 
-// May B be collapsed into A? Simply does it and looks at what comes out: the closed mesh must still be one, of the same
-// topology, without two faces back to back, boundaries apart, and no vertex above the valence.
+// May B be collapsed into A? Simply does it and looks at what comes out: the closed mesh must still be one, of the
+// same topology, without two faces back to back, boundaries apart, and no vertex above the valence.
 bool may_collapse(const cq_mesh &m, uint32_t a, uint32_t b, uint32_t max_valence) {
     if (!is_real_vertex(m, a) || !is_real_vertex(m, b)) return false;
     std::map<uint32_t, Face> faces;
@@ -111,7 +111,7 @@ bool may_collapse(const cq_mesh &m, uint32_t a, uint32_t b, uint32_t max_valence
     return true;
 }
 
-// -- Random operations --------------------------------------------------------------------------------------------------
+// -- Random operations ------------------------------------------------------------------------------------------------
 
 uint32_t random_used_halfedge(const Mesh &mesh, Random &random) {
     std::vector<uint32_t> slots = used_slots(mesh.m, true, true);
@@ -140,7 +140,7 @@ void random_spokes(const Mesh &mesh, Random &random, cq_index &first, cq_index &
     for (; steps > 0; --steps) last = cq_clockwise(&mesh.m, last);
 }
 
-// -- Properties --------------------------------------------------------------------------------------------------------
+// -- Properties -------------------------------------------------------------------------------------------------------
 
 void generated_meshes_are_manifolds() {
     Recipe recipe = *any_recipe(3.0);

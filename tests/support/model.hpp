@@ -1,4 +1,5 @@
-// A random mesh with random values, its stream, and decodings of it: the C helpers with owners. Include conquest.h first.
+// A random mesh with random values, its stream, and decodings of it: the C helpers with owners. Include conquest.h
+// first.
 #ifndef CQ_TESTS_MODEL_HPP
 #define CQ_TESTS_MODEL_HPP
 

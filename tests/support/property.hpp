@@ -1,5 +1,5 @@
-// A program of properties. RapidCheck prints the seed of a run and, on a failure, a line with RC_PARAMS; run the program
-// again with it to see the same case:
+// A program of properties. RapidCheck prints the seed of a run and, on a failure, a line with RC_PARAMS; run the
+// program again with it to see the same case:
 //
 //     RC_PARAMS='reproduce=BchR3bYZ...' build/tests/property/mesh      that case, shrunk
 //     RC_PARAMS='seed=1234' build/tests/property/mesh                  the same run
@@ -63,10 +63,10 @@ inline rc::Gen<std::vector<uint32_t>> any_numbers(double scale) {
 // Recipes of meshes with up to about 100 * scale operations.
 inline rc::Gen<Recipe> any_recipe(double scale) {
     auto seed = rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<uint32_t>());
-    return rc::gen::map(rc::gen::tuple(any_numbers(0.04), any_numbers(scale), any_numbers(0.12), seed),
-                        [](const std::tuple<std::vector<uint32_t>, std::vector<uint32_t>, std::vector<uint32_t>, uint32_t> &t) {
-                            return Recipe{std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t)};
-                        });
+    auto parts = rc::gen::tuple(any_numbers(0.04), any_numbers(scale), any_numbers(0.12), seed);
+    return rc::gen::map(parts, [](const auto &t) {
+        return Recipe{std::get<0>(t), std::get<1>(t), std::get<2>(t), std::get<3>(t)};
+    });
 }
 
 #endif

@@ -34,7 +34,8 @@ static inline void sample_channel(sample *s, cq_kind kind, int components, int b
     for (v = 0; v < s->mesh.num_vertices; ++v) {
         for (c = 0; c < components; ++c) {
             uint32_t range = (uint32_t)1 << bits;
-            uint32_t ramp = (v * (uint32_t)(3 + 8 * c)) % range, noise = (uint32_t)(next_random(&random) % (1 + range / 16));
+            uint32_t ramp = (v * (uint32_t)(3 + 8 * c)) % range;
+            uint32_t noise = (uint32_t)(next_random(&random) % (1 + range / 16));
             s->values[k][v * (uint32_t)components + (uint32_t)c] = (cq_value)((ramp + noise) % range);
         }
     }

@@ -396,6 +396,12 @@ TEST(memory_for_counts_that_cannot_be_numbered_is_zero) {
     CHECK_EQ(cq_encoder_bytes(&shape), 0);
 }
 
+TEST(memory_for_no_shape_is_zero) {
+    CHECK_EQ(cq_mesh_bytes(NULL), 0);
+    CHECK_EQ(cq_decoder_bytes(NULL), 0);
+    CHECK_EQ(cq_encoder_bytes(NULL), 0);
+}
+
 TEST(memory_for_more_channels_than_there_may_be_is_zero) {
     static const uint32_t many[] = {CQ_MAX_CHANNELS + 1, 256, 0xffffffffu};
     size_t k;
@@ -444,6 +450,7 @@ int main(int argc, char **argv) {
 #endif
     RUN(the_macro_and_the_function_for_decoder_memory_agree);
     RUN(memory_for_counts_that_cannot_be_numbered_is_zero);
+    RUN(memory_for_no_shape_is_zero);
     RUN(memory_for_more_channels_than_there_may_be_is_zero);
     RUN(every_result_has_a_phrase_of_its_own);
     return TEST_END();

@@ -340,7 +340,9 @@ TEST(every_corner_of_a_face_is_checked_against_the_range) {
 
 TEST(a_face_that_names_a_vertex_twice_is_degenerate) {
     static const int faces[3][12] = {
-        {0, 1, 2, 0, 2, 3, 3, 3, 1, 1, 3, 2}, {0, 1, 2, 0, 2, 3, 3, 1, 3, 1, 3, 2}, {0, 1, 2, 0, 2, 3, 1, 3, 3, 1, 3, 2}};
+        {0, 1, 2, 0, 2, 3, 3, 3, 1, 1, 3, 2},
+        {0, 1, 2, 0, 2, 3, 3, 1, 3, 1, 3, 2},
+        {0, 1, 2, 0, 2, 3, 1, 3, 3, 1, 3, 2}};
     int k;
     for (k = 0; k < 3; ++k) {
         cq_place p;

@@ -221,7 +221,8 @@ static size_t longest_wait(const sequence *s) {
 TEST(a_carry_goes_through_a_long_run_of_ff_bytes) {
     /* The interval straddles 0x80 00 00 ... for as long as wanted: its low end is 0x7f ff ff ... Then one symbol below
      * the boundary leaves the run as it is, one above it carries through all of it. */
-    static const uint8_t boundaries[][3] = {{0x80, 0, 0}, {0x01, 0, 0}, {0xff, 0, 0}, {0x12, 0x34, 0}, {0x12, 0x34, 0x56}};
+    static const uint8_t boundaries[][3] = {
+        {0x80, 0, 0}, {0x01, 0, 0}, {0xff, 0, 0}, {0x12, 0x34, 0}, {0x12, 0x34, 0x56}};
     static const uint32_t totals[] = {3, 5, 7, 10, 255, 257, 1000, 65535};
     static const uint32_t lengths[] = {1, 2, 5, 50, 1000};
     size_t b, t, l, longest = 0;
