@@ -9,7 +9,9 @@
 #define CQ_TESTS_PROPERTY_HPP
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <string>
 
 #include <rapidcheck.h>
@@ -19,7 +21,9 @@
 
 class Properties {
 public:
-    Properties(int argc, char **argv) : filter(argc > 1 ? argv[1] : "") {}
+    // RapidCheck says how to reproduce failures when the program ends. What is registered before its first check comes
+    // behind that: the counts are the last line.
+    Properties(int argc, char **argv) : filter(argc > 1 ? argv[1] : "") { std::atexit(print_counts); }
 
     template <typename Testable>
     void operator()(const std::string &sentence, Testable &&testable) {
@@ -29,15 +33,17 @@ public:
         std::fflush(nullptr);
     }
 
-    int end() const {
-        std::fflush(nullptr);
-        std::printf("%d passed, %d failed\n", passed, failed);
-        return failed != 0 || passed == 0;
-    }
+    int end() const { return failed != 0 || passed == 0; }
 
 private:
     std::string filter;
-    int passed = 0, failed = 0;
+    static inline int passed = 0, failed = 0;
+
+    static void print_counts() {
+        std::cerr.flush();
+        std::printf("%d passed, %d failed\n", passed, failed);
+        std::fflush(nullptr);
+    }
 };
 
 // A block of exactly `size` bytes, freed when a failed assertion leaves the property too.
