@@ -1,5 +1,6 @@
 /* Pieces of any size and budgets of any number of steps give what one call gives: the same result, the same mesh slot
- * for slot, the same values; without an error also the same number of bytes used. For good streams, damaged ones, noise. */
+ * for slot, the same values; without an error also the same number of bytes used. For good streams, damaged ones,
+ * noise. */
 #include "surface.h"
 
 static stream take_stream(input *in) {

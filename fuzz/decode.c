@@ -1,9 +1,10 @@
-/* Any bytes as a stream: as they are, with right check values, as the payload behind a header of small counts, or grafted
- * on the head of a good stream. After every call the mesh must be valid, and the steps are bounded by the counts. */
+/* Any bytes as a stream: as they are, with right check values, as the payload behind a header of small counts, or
+ * grafted on the head of a good stream. After every call the mesh must be valid, and the steps are bounded by the
+ * counts. */
 #include "surface.h"
 
-/* The payload of a good stream up to some byte, then any bytes, behind a header that promises more vertices: so that noise
- * meets a decoder that has a base already. Zeros in between keep the last symbols of the head as they were. */
+/* The payload of a good stream up to some byte, then any bytes, behind a header that promises more vertices: so that
+ * noise meets a decoder that has a base already. Zeros in between keep the last symbols of the head as they were. */
 static stream take_grafted_stream(input *in) {
     uint32_t more = take_two(in) % 200, edges = take(in) % 4, zeros = take(in), kept;
     stream s = take_encoded_stream(in), grafted;

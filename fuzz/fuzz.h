@@ -20,7 +20,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 /* A promise that must hold; a broken one is printed and ends the process, which is what a fuzzer looks for. */
 #define REQUIRE(condition) \
-    do { if (!(condition)) { fprintf(stderr, "%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); abort(); } } while (0)
+    do { if (!(condition)) broken(__FILE__, __LINE__, #condition); } while (0)
+
+static inline void broken(const char *file, int line, const char *condition) {
+    fprintf(stderr, "%s:%d: not true: %s\n", file, line, condition);
+    abort();
+}
 
 /* -- The bytes that direct a case ---------------------------------------------------------------------------------- */
 
@@ -65,7 +70,7 @@ static inline void *copy_of(const void *data, size_t size) {
     return copy;
 }
 
-/* -- Work: basic blocks executed, where the build counts them (run.c, work.c); else always 0 ------------------------- */
+/* -- Work: basic blocks executed, where the build counts them (run.c, work.c); else always 0 ----------------------- */
 
 #ifdef FUZZ_COUNTS_WORK
 extern uint64_t work;
@@ -281,15 +286,16 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     return d->result;
 }
 
-/* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a step:
- * so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. */
+/* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a
+ * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. */
 static inline uint64_t most_calls(const cq_decoder *d) { return 18 * (uint64_t)d->shape.num_vertices + 8; }
 
 /* Work of a decoding apart from that of the splits themselves, and of one split: a centre of valence 24 has 276
  * candidates, and 32 values of each of its neighbours may be summed. */
 enum { WORK_PER_COUNT = 1500, WORK_PER_CASE = 40000, WORK_PER_SPLIT = 40000 };
 
-/* All of it in one piece, one step at a time, then the end of the input. Bounds the steps, and the work where counted. */
+/* All of it in one piece, one step at a time, then the end of the input. Bounds the steps, and the work where
+ * counted. */
 static inline void decoding_run(decoding *d, const stream *s) {
     cq_bytes in;
     uint64_t spent = 0, counts;

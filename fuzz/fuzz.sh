@@ -18,10 +18,10 @@ all=(decode chunks truncate flip roundtrip mesh_ops range_coder mesh_file decode
 most_bytes=1000
 
 build() {
-    local variant=$1 name=${1%-*} flags=(-fsanitize=fuzzer,address,undefined)
+    local variant=$1 name=${1%-*} flags=("-fsanitize=fuzzer,address,undefined")
     case $variant in
     *-16) flags+=(-DCQ_INDEX_BITS=16) ;;
-    *-msan) flags=(-fsanitize=fuzzer,memory) ;;
+    *-msan) flags=("-fsanitize=fuzzer,memory") ;;
     esac
     "$clang" -std=c99 -O1 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -I"$header_dir" -Iexamples \
         "fuzz/$name.c" -lm -o "build/fuzz/bin/$variant"
@@ -36,7 +36,9 @@ run() {
         -artifact_prefix="build/fuzz/findings/$variant-" $(inputs "$name") >"$log" 2>&1 || status=$?
     awk -v variant="$variant" -v status=$status '
         /^INFO: Loaded .* inline 8-bit counters/ { match($0, /\([0-9]+ inline/); blocks = substr($0, RSTART + 1) + 0 }
-        / cov: [0-9]/ { for (i = 1; i < NF; i++) { if ($i == "cov:") reached = $(i + 1); if ($i == "ft:") features = $(i + 1) } }
+        / cov: [0-9]/ {
+            for (i = 1; i < NF; i++) if ($i == "cov:") reached = $(i + 1); else if ($i == "ft:") features = $(i + 1)
+        }
         /^#[0-9]+/ { executions = substr($1, 2) }
         END { printf "%-14s %11d executions %7d of %5d blocks %8d features  %s\n", variant, executions, reached, blocks,
                      features, status == 0 ? "ok" : "FINDING, status " status }' "$log"
@@ -75,8 +77,10 @@ coverage() {
             set -- "${objects[@]}"
         fi
         "llvm-cov$version" report "$@" -instr-profile="build/fuzz/$name.profdata" "$header_dir/conquest.h" |
-            awk -v name="$name" '/^TOTAL/ { printf "%-14s %4d of %4d lines (%s), %3d of %3d functions, %4d of %4d branches (%s)\n",
-                name, $8 - $9, $8, $10, $5 - $6, $5, $11 - $12, $11, $13 }'
+            awk -v name="$name" '/^TOTAL/ {
+                printf "%-14s %4d of %4d lines (%s), %3d of %3d functions, %4d of %4d branches (%s)\n",
+                    name, $8 - $9, $8, $10, $5 - $6, $5, $11 - $12, $11, $13
+            }'
     done
 }
 
@@ -85,8 +89,8 @@ reduce() {
     for name in $(base_names); do
         rm -rf build/fuzz/few
         mkdir -p build/fuzz/few "fuzz/seeds/$name"
-        "build/fuzz/bin/$name" -set_cover_merge=1 -use_counters=0 -max_len=300 build/fuzz/few "build/fuzz/corpus/$name" \
-            >"build/fuzz/$name-reduce.log" 2>&1
+        "build/fuzz/bin/$name" -set_cover_merge=1 -use_counters=0 -max_len=300 build/fuzz/few \
+            "build/fuzz/corpus/$name" >"build/fuzz/$name-reduce.log" 2>&1
         find "fuzz/seeds/$name" -type f -regex ".*/[0-9a-f]*" -delete        # those with names are kept
         for file in build/fuzz/few/*; do cp "$file" "fuzz/seeds/$name/$(basename "$file" | cut -c 1-12)"; done
         echo "$name: $(find "fuzz/seeds/$name" -type f | wc -l) seeds, $(cat "fuzz/seeds/$name"/* | wc -c) bytes"

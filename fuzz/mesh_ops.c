@@ -1,6 +1,6 @@
-/* Collapses and splits in any order, against the definition of each: what may be collapsed is found again by brute force,
- * the mesh is checked and built again from its triangles after each operation, and undoing gives back every triangle. In
- * the end the arrays are damaged, and the check must end with a verdict. */
+/* Collapses and splits in any order, against the definition of each: what may be collapsed is found again by brute
+ * force, the mesh is checked and built again from its triangles after each operation, and undoing gives back every
+ * triangle. In the end the arrays are damaged, and the check must end with a verdict. */
 #include "surface.h"
 
 typedef struct subject {
@@ -65,7 +65,7 @@ static int may_collapse(const cq_mesh *m, cq_index h, uint32_t max_valence) {
     return cq_is_virtual(m, p) || cq_is_virtual(m, q) || !is_next_to_virtual(m, a) || !is_next_to_virtual(m, b);
 }
 
-/* -- What must hold after each operation ----------------------------------------------------------------------------- */
+/* -- What must hold after each operation --------------------------------------------------------------------------- */
 
 static void check(const subject *s, uint32_t vertices, uint32_t faces) {
     const cq_mesh *m = &s->mesh;
@@ -104,7 +104,7 @@ static cq_index *picture_of(const cq_mesh *m) {
     return picture;
 }
 
-/* -- Operations ------------------------------------------------------------------------------------------------------ */
+/* -- Operations ---------------------------------------------------------------------------------------------------- */
 
 enum { MOST_UNDO = 64 };
 
@@ -130,7 +130,8 @@ static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence
     done->removed[at] = cq_target(m, h);
     done->vertices[at] = *vertices;
     done->faces[at] = *faces;
-    virtuals = (uint32_t)cq_is_virtual(m, m->origin[cq_prev(h)]) + (uint32_t)cq_is_virtual(m, m->origin[cq_prev(m->twin[h])]);
+    virtuals = (uint32_t)cq_is_virtual(m, m->origin[cq_prev(h)]);
+    virtuals += (uint32_t)cq_is_virtual(m, m->origin[cq_prev(m->twin[h])]);
     done->centre[at] = m->origin[h];
     cq_mesh_collapse(m, h, &first, &last);
     REQUIRE(m->origin[first] == done->centre[at] && m->origin[last] == done->centre[at]);
@@ -184,7 +185,8 @@ static void split(subject *s, history *done, cq_index first, uint32_t steps, uin
  * names no vertex that is not there. */
 static void damage(subject *s, input *in) {
     cq_mesh *m = &s->mesh;
-    size_t indices = 6 * ((size_t)m->first_virtual_face + m->max_virtual_faces) + 2 * ((size_t)m->first_virtual + m->max_virtual);
+    size_t vertices = (size_t)m->first_virtual + m->max_virtual;
+    size_t indices = 6 * ((size_t)m->first_virtual_face + m->max_virtual_faces) + 2 * vertices;
     uint32_t count = take(in) % 4, k, n = 0;
     cq_index *triangles;
     cq_place place;

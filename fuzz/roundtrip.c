@@ -17,8 +17,10 @@ static model take_noise(input *in) {
 
 static void damage(model *m, input *in) {
     uint32_t count = take(in) % 4, k;
-    for (k = 0; k < count && m->input.shape.num_faces > 0; k++)
-        m->indices[take_two(in) % (3 * m->input.shape.num_faces)] = (cq_index)(take(in) % (m->input.shape.num_vertices + 1));
+    for (k = 0; k < count && m->input.shape.num_faces > 0; k++) {
+        uint32_t at = take_two(in) % (3 * m->input.shape.num_faces);
+        m->indices[at] = (cq_index)(take(in) % (m->input.shape.num_vertices + 1));
+    }
 }
 
 static int compare_faces(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(cq_index)); }
@@ -72,7 +74,8 @@ static void check_same_report(const cq_report *a, const cq_report *b) {
     REQUIRE(memcmp(a->level, b->level, a->num_levels * sizeof *a->level) == 0);
 }
 
-/* 1 if no two faces share an edge in one direction, no edge has three faces, and each vertex has one fan: by counting. */
+/* 1 if no two faces share an edge in one direction, no edge has three faces, and each vertex has one fan: by
+ * counting. */
 static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t num_faces) {
     uint32_t v, f, k;
     for (f = 0; f < 3 * num_faces; f++)

@@ -1,6 +1,6 @@
-/* Runs committed inputs without libFuzzer: all files of fuzz/seeds/TARGET and fuzz/regressions/TARGET, each in a process
- * of its own; or, given `TARGET FILE...`, these files. All targets are linked in. Counts basic blocks where the build
- * lets it, so that the bounds on work are checked too. The last line is `N passed, N failed`. */
+/* Runs committed inputs without libFuzzer: all files of fuzz/seeds/TARGET and fuzz/regressions/TARGET, each in a
+ * process of its own; or, given `TARGET FILE...`, these files. All targets are linked in. Counts basic blocks where
+ * the build lets it, so that the bounds on work are checked too. The last line is `N passed, N failed`. */
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <stdint.h>

@@ -260,8 +260,8 @@ static inline void model_free(model *m) {
     for (k = 0; k < CQ_MAX_CHANNELS; k++) free(m->values[k]);
 }
 
-/* Encodes as the manual says, in exactly the memory and the output that it takes. An output that is a byte short must be
- * refused, with the same size. `map` and `report` may be NULL. */
+/* Encodes as the manual says, in exactly the memory and the output that it takes. An output that is a byte short must
+ * be refused, with the same size. `map` and `report` may be NULL. */
 static inline cq_result encode(model *m, stream *s, cq_index *map, cq_report *report) {
     void *memory = NULL;
     size_t memory_size, size = 0, again = 0;

@@ -2,7 +2,8 @@
  * bytes never give fewer vertices. */
 #include "surface.h"
 
-/* Decodes the first `size` bytes and then, from the start, as many steps of the whole stream as give as many vertices. */
+/* Decodes the first `size` bytes and then, from the start, as many steps of the whole stream as give as many
+ * vertices. */
 static uint32_t check_cut(const stream *s, size_t size) {
     decoding cut = decoding_begin(s), whole = decoding_begin(s);
     uint8_t *bytes = (uint8_t *)copy_of(s->data, size);

@@ -1,7 +1,7 @@
-/* Work on hostile meshes and streams, counted in basic blocks: four times the size may take at most five times the work,
- * and never more than a bound per vertex, face and byte. Hubs of any valence, thousands of components, long boundaries,
- * many handles, faces that are no manifold at all, headers that promise what does not come. No clock is involved.
- * The last line is `N passed, N failed`. */
+/* Work on hostile meshes and streams, counted in basic blocks: four times the size may take at most five times the
+ * work, and never more than a bound per vertex, face and byte. Hubs of any valence, thousands of components, long
+ * boundaries, many handles, faces that are no manifold at all, headers that promise what does not come. No clock is
+ * involved. The last line is `N passed, N failed`. */
 #include "fuzz.h"
 
 uint64_t work;
@@ -33,7 +33,7 @@ static uint32_t next_random(uint32_t *state) {
     return *state >> 8;
 }
 
-/* -- Meshes of about n faces ----------------------------------------------------------------------------------------- */
+/* -- Meshes of about n faces --------------------------------------------------------------------------------------- */
 
 static void cone(faces *f, uint32_t n) {
     uint32_t k;
@@ -129,7 +129,8 @@ static void handles(faces *f, uint32_t n) {
             uint32_t ring[2][4];
             for (layer = 0; layer < 2; layer++) {
                 uint32_t first = layer * w * w, x1 = (x + 1) % w, y1 = (y + 1) % w, *r = ring[layer];
-                r[0] = first + y * w + x, r[1] = first + y * w + x1, r[2] = first + y1 * w + x1, r[3] = first + y1 * w + x;
+                r[0] = first + y * w + x, r[1] = first + y * w + x1;
+                r[2] = first + y1 * w + x1, r[3] = first + y1 * w + x;
                 if (x % 4 == 0 && y % 4 == 0) continue;
                 add(f, r[0], r[layer ? 2 : 1], r[layer ? 1 : 2]);
                 add(f, r[0], r[layer ? 3 : 2], r[layer ? 2 : 3]);
@@ -153,7 +154,7 @@ static void grid(faces *f, uint32_t n) {
     f->num_vertices = w * w;
 }
 
-/* -- Faces that are no oriented manifold: must be refused, as fast ----------------------------------------------------- */
+/* -- Faces that are no oriented manifold: must be refused, as fast ------------------------------------------------- */
 
 static void book(faces *f, uint32_t n) {
     uint32_t k;
@@ -189,7 +190,7 @@ static void noise(faces *f, uint32_t n) {
     f->num_vertices = n;
 }
 
-/* -- Measuring ------------------------------------------------------------------------------------------------------- */
+/* -- Measuring ----------------------------------------------------------------------------------------------------- */
 
 typedef struct cost {
     uint64_t encoding, decoding, counts;   /* blocks; vertices + faces + bytes */
