@@ -203,8 +203,8 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
 CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
                                size_t memory_size, cq_place *place);
 
-/* Checks every invariant of the mesh in time O(vertices + faces), for any contents of its arrays and counts. CQ_OK, or
- * CQ_ERROR_INDEX, _FACE, _EDGE, _VERTEX with the place. */
+/* Checks every invariant of the mesh in time O(vertices + faces), for any contents of its arrays and counts; uses
+ * mark[] meanwhile. CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE, _VERTEX with the place. */
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
@@ -221,8 +221,9 @@ CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_va
 CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
 
 /* Splits vertex A = origin[first] = origin[last]: a new vertex B takes A's neighbours strictly clockwise between the
- * spokes `first` and `last`, and both keep the two spokes' ends, first != last. Undoes the last collapse that has not been
- * undone: each vertex and face gets its slot back (a face may start at another corner, out[] may be another spoke).
+ * spokes `first` and `last`, and both keep the two spokes' ends, first != last. Undoes the last collapse that has not
+ * been undone: each vertex and face gets its slot back, but a face may start at another corner and out[] may be another
+ * spoke, so halfedges kept from before are stale: keep A and the spokes' ends.
  * Returns B, or CQ_NONE if the mesh is full or A is virtual. */
 CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
 
@@ -306,11 +307,11 @@ typedef struct cq_report {
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 } cq_report;
 
-/* -- Private types: their sizes are public, their contents are not ---------------------------------------------------- */
+/* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
 /* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
- * such bits and 24 raw ones, and decoding looks 4 bytes ahead. */
-#define CQI_STEP_BYTES(components) (7 + 13 * (size_t)(components))
+ * such bits and 24 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
+#define CQI_STEP_BYTES(components) (9 + 13 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
@@ -612,9 +613,9 @@ static uint32_t cqi_all_components(const cq_shape *s)
     return n;
 }
 
-/* Everything that cq_index can number, and small enough that no size below overflows: each array needs at most 64 bytes
- * per halfedge in all, and halfedges are bounded by CQI_MAX_HALFEDGES. */
-#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : sizeof(size_t) < 8 ? 0x03ffffffu : 0xffffffffu)
+/* Everything that cq_index can number, and small enough that no size below overflows: an encoder needs at most 121 bytes
+ * for each of CQI_MAX_HALFEDGES halfedges. */
+#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu)
 
 static int cqi_countable(const cq_shape *s)
 {
@@ -1401,6 +1402,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     }
     h->payload_size = cqi_read_varint(r);
     h->payload_crc = cqi_read_uint(r, 4);
+    if (r->result == CQ_OK && h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES) return CQ_ERROR_TOO_LARGE;
     return r->result;
 }
 
@@ -1528,7 +1530,8 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
 }
 
 /* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins to
- * fill ends at the first face clockwise that is there already. */
+ * fill ends at the first face clockwise that is there already. More than a step only for a join, which splits the gap in
+ * two: no valence is searched more often than joins meet at it. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -2784,7 +2787,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
     return CQ_OK;
 }
 
-/* -- Steps ---------------------------------------------------------------------------------------------------------- */
+/* -- Steps --------------------------------------------------------------------------------------------------------- */
 
 enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
 
@@ -2898,7 +2901,7 @@ static cq_result cqi_step(cq_decoder *d)
     }
 }
 
-/* -- Decoder -------------------------------------------------------------------------------------------------------- */
+/* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
 /* Gets ready for the first step. The memory holds at least cq_decoder_bytes of d->shape. */
 static void cqi_start(cq_decoder *d)
@@ -3052,7 +3055,7 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
     return cqi_run(d, in, budget);
 }
 
-/* -- Encoder: simplification (section 2.2 of the paper) --------------------------------------------------------------- */
+/* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
 
 #ifndef CQ_NO_ENCODER
 
@@ -3369,6 +3372,7 @@ static cq_result cqi_frame(const cq_shape *s, uint8_t *out, size_t out_size, siz
 {
     uint8_t header[CQ_MAX_HEADER_BYTES];
     size_t header_size = cqi_write_header(header, s, payload_size, 0);
+    if (payload_size > 0xffffffffu) return CQ_ERROR_TOO_LARGE; /* a counter of 32 bits */
     *stream_size = header_size + payload_size;
     if (*stream_size > out_size) return CQ_ERROR_OUTPUT;
     cqi_move_up(out + gap, payload_size, header_size - gap);
