@@ -331,10 +331,10 @@ typedef struct cqi_walk {
 /* One way to split a patch: B takes the ring from p to q. The features are entries of the tables of the same names. */
 typedef struct cqi_candidate {
     uint8_t p, q;
-    uint8_t delta, plane, inner, outer, between;
+    uint8_t rule, between, inner, outer;
     union {
-        int16_t score;    /* first in 2^-10 octaves, */
-        uint16_t weight;  /* then as a share of the range */
+        int32_t score;    /* first in 2^-22 octaves, */
+        uint32_t weight;  /* then as a share of the range */
     } as;
 } cqi_candidate;
 
@@ -348,43 +348,40 @@ typedef struct cqi_ring {
     int size;
     int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
     int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
-    int located;                               /* there are positions */
+    int channel;                               /* whose values are in `offset`, or -1 */
     cq_index spoke[CQ_MAX_VALENCE];
-    uint8_t valence[CQ_MAX_VALENCE];           /* of the ring's vertices, at most 31 */
+    cq_index vertex[CQ_MAX_VALENCE];           /* its end */
+    uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most 31 */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
-    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of its spoke */
+    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
+    uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
     uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p, */
     uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q */
-    uint16_t entry[2][CQ_MAX_VALENCE][6];      /* features as p and as q */
-    int32_t score[2][CQ_MAX_VALENCE];          /* their sums */
+    uint16_t entry[CQ_MAX_VALENCE][5];         /* features as an end of B's part, for p; for q the next ones */
+    int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
     int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
-    int16_t offset[CQ_MAX_VALENCE][3];         /* from the centre, the largest component has 12 bits */
-    int16_t direction[CQ_MAX_VALENCE][3];      /* the same, 256 long */
-    int32_t sum[CQ_MAX_VALENCE + 1][3];        /* of the offsets before a vertex */
-    uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
-    int32_t mean_length;
+    int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
+    int32_t sum[CQ_MAX_VALENCE + 1][3];        /* of the offsets before a vertex, the largest one with 12 bits */
+    int16_t direction[CQ_MAX_VALENCE + 2][3];  /* offset of vertex k - 1, 256 long; the ends are there twice */
 } cqi_ring;
 
-/* Adaptive weights of the split model, in 2^-10 octaves. Indices of tables in one array. */
+/* Adaptive weights of the split model, in 2^-CQI_UNIT octaves, at most 8 octaves: a sum of 31 does not overflow. */
+enum { CQI_UNIT = 22, CQI_MOST = 8 << CQI_UNIT };
+
+/* Indices of tables in one array. */
 enum {
-    CQI_LENGTH = 0,                                          /* [valence of the centre][q - p] */
-    CQI_SIZE_B = CQI_LENGTH + CQ_MAX_VALENCE * (CQ_MAX_VALENCE + 1) / 2,  /* [level class][q - p] */
+    CQI_SIZE_B = 0,                                          /* [level class][q - p] */
     CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
     CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
-    CQI_DELTA = CQI_RULE + 36,                               /* [length of the predicted B - A] */
-    CQI_PLANE = CQI_DELTA + 16,                              /* [angle of p][of q] to it */
-    CQI_INNER = CQI_PLANE + 81,                              /* [of p + 1][of q - 1] */
-    CQI_OUTER = CQI_INNER + 81,                              /* [of p - 1][of q + 1] */
-    CQI_BETWEEN = CQI_OUTER + 81,                            /* [steps from p to q][angle between their spokes] */
-    CQI_END = CQI_BETWEEN + 8 * 11,                          /* six tables for p, the same for q: */
-    CQI_END_HELD = 0,                                        /* [valence][state] */
-    CQI_END_INDEX = CQI_END_HELD + 14 * 6,                   /* [index i, index j] */
-    CQI_END_VALENCE = CQI_END_INDEX + 8,                     /* [level class][valence] */
-    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14,               /* [valence of the ring vertex before] */
-    CQI_END_BEHIND = CQI_END_BEFORE + 14,                    /* [valence of the one behind] */
-    CQI_END_EDGE = CQI_END_BEHIND + 14,                      /* [length of the spoke] */
-    CQI_END_SIZE = CQI_END_EDGE + 16,
-    CQI_WEIGHTS = CQI_END + 2 * CQI_END_SIZE
+    CQI_INNER = CQI_RULE + 36,                               /* [angle of p + 1][of q - 1] to the predicted B - A */
+    CQI_OUTER = CQI_INNER + 64,                              /* [of p - 1][of q + 1] */
+    CQI_BETWEEN = CQI_OUTER + 64,                            /* [steps from p to q][angle between their spokes] */
+    CQI_END_STATE = CQI_BETWEEN + 8 * 8,                          /* [valence][state][p or q] */
+    CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,                     /* [level class][valence][p or q] */
+    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14 * 2,                   /* [valence of the ring vertex before][p or q] */
+    CQI_END_BEHIND = CQI_END_BEFORE + 14 * 2,                        /* [valence of the one behind][p or q] */
+    CQI_END_EDGE = CQI_END_BEHIND + 14 * 2,                          /* [length of the spoke][p or q] */
+    CQI_WEIGHTS = CQI_END_EDGE + 16 * 2
 };
 
 /* Adaptive bits. Indices of tables in one array. */
@@ -406,8 +403,7 @@ enum {
 /* Everything that adapts. */
 typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
-    int16_t weight[CQI_WEIGHTS];
-    uint32_t dither;
+    int32_t weight[CQI_WEIGHTS];
 } cqi_model;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -538,12 +534,22 @@ static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : 
 /* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
 static int cqi_bit_length(uint32_t x)
 {
+#ifdef __GNUC__
+    return x ? 32 - __builtin_clz(x) : 0;
+#else
     int n = 0;
     if (x >> 16) { n += 16; x >>= 16; }
     if (x >> 8) { n += 8; x >>= 8; }
     if (x >> 4) { n += 4; x >>= 4; }
     if (x >> 2) { n += 2; x >>= 2; }
     return n + (int)(x >> 1 ? 2 : x);
+#endif
+}
+
+/* x / 2^bits rounded down, |x| < 2^30. */
+static int32_t cqi_floor_shift(int32_t x, int bits)
+{
+    return (int32_t)(((uint32_t)x + 0x40000000u) >> bits) - (int32_t)(0x40000000u >> bits);
 }
 
 const char *cq_result_string(cq_result result)
@@ -1476,12 +1482,12 @@ typedef struct cqi_plan {
     uint32_t current;                   /* level being replayed */
 } cqi_plan;
 
-/* Speed of adaptation: of bit models (higher is slower), and of weights, in units at full surprise. And how far under the
- * best candidate, in units, valences make another one hopeless. The trainer has its own: it learns slowly, from all. */
+/* Speed of adaptation: of bit models (higher is slower), and what a gradient in 1/65536 adds to a weight. And how far
+ * under the best candidate valences make another one hopeless. The trainer has its own: it learns slowly, from all. */
 #ifndef CQ_TRAINING
 #define CQI_RATE 5
-#define CQI_STEP 18
-#define CQI_HOPELESS (8 << CQI_UNIT)
+#define CQI_STEP(gradient) (gradient)
+#define CQI_HOPELESS ((int32_t)8 << CQI_UNIT)
 #define CQI_OMITTED(index) 0 /* a weight that stays 0, to measure the others */
 #endif
 
@@ -1653,26 +1659,12 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
 };
 static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
-    0, 0, 0, 0, -1, 1, 0, -8, 16, -9, 0, -13, 16, 15, -20, 0, -14, 12, 17, 10, -17, 0,
-    -13, 4, 14, 10, 8, -20, 0, -16, -2, 8, 16, 9, 1, -23, 0, -21, -4, 8, 11, 17, 10, -5,
-    -17, 0, -24, -8, 7, 11, 11, 17, 7, -11, -9, 0, -13, -15, 0, 7, 9, 10, 13, 3, -9, -5,
-    0, -11, -6, -3, 8, 1, 6, 3, 9, 1, -5, -1, 0, -6, -8, -8, 10, 5, 2, 1, 4, 0,
-    4, -4, -1, 0, -8, -9, 0, 5, 7, 2, 1, 1, 3, -2, 2, -2, -1, 0, -3, -6, 2, 7,
-    0, -1, -2, 0, 1, 1, 5, 0, -3, -1, 0, -1, -9, 0, 4, 0, -1, 3, 1, 3, 3, 2,
-    -1, 2, -4, 0, 0, -2, -2, -1, 2, 3, 1, 2, 1, 0, -1, 1, 0, -1, 0, -2, 0, 0,
-    -1, -7, 3, 0, 1, 1, 0, 1, 3, 1, -1, -2, 2, -1, 3, -2, 0, 0, 0, -5, -2, 5,
-    1, 2, 1, -1, 1, 2, -1, -1, -1, -1, 2, -1, 0, 0, 0, -1, -2, 0, 2, 2, 1, 1,
-    0, 0, 1, 0, -1, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 1, -1, 1, 0, 2, 1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, 0, 1, 1, 1, 0, 2, 0, 0,
-    0, 1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, -1, -1, 2, -1, 2, -1, 0, 0, 1, 1,
-    0, 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, -1, -3, 1, 1, 0, 1, 2, 0, 2,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, -42, -5, 17, 36, 22, 2, -13,
-    -11, -4, -1, 3, 0, 1, 0, -1, 0, -42, -7, 20, 29, 13, 12, -3, -10, -7, -3, 0, 0, 0,
-    0, -1, 0, -64, -15, 11, 24, 22, 22, 19, 15, 5, 2, -1, -5, -3, -5, -9, 0, -37, 0, 21,
-    34, 21, 3, -13, -12, -11, -10, -3, 3, 0, -1, 3, 0, -35, -1, 23, 23, 13, 11, -8, -15, -12,
-    -7, -2, 2, 1, 0, 2, 0, -54, -11, 14, 22, 20, 18, 14, 11, 8, 0, -7, -10, -8, -6, -17,
-    -32, -36, -27, -18, -13, -49, -30, -32, -28, -31, -19, -48, -30, -41, -26, -28, -19, -37, -15, -26, 65, 61,
-    59, 58, -8, -15, 62, 56, 56, 56, -46, -46, 60, 54, 52, 55, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -60, 0, 28, 46, 31, 6, -19, -16, -5, -1, 3, 0, 1, 0, -1, 0, -59, -2, 31, 39, 22,
+    16, -8, -16, -8, -2, 1, 0, 0, 0, -1, 0, -81, -10, 23, 37, 34, 31, 22, 12, 1, 1, -1,
+    -5, -2, -4, -6, 0, -59, 6, 33, 50, 32, 9, -13, -20, -18, -10, -3, 3, 0, -1, 3, 0, -56,
+    6, 36, 40, 24, 19, -7, -23, -20, -9, -2, 2, 1, 0, 1, 0, -74, 1, 33, 45, 39, 35, 27,
+    15, 4, -3, -11, -15, -12, -11, -20, -22, -29, -21, -12, -10, -40, -22, -23, -19, -24, -13, -38, -23, -31,
+    -16, -18, -10, -27, -8, -17, 77, 73, 71, 69, -3, -6, 74, 69, 69, 68, -36, -35, 73, 67, 65, 68,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
@@ -1681,83 +1673,55 @@ static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 30, 47, 0, 0, 0, 0,
+    0, 0, 0, 0, 3, 12, 8, 10, 8, 15, 26, 19, 0, 0, 0, 0, 13, 14, 3, 4, 6, 6,
+    9, 2, 0, 0, 0, 0, 11, 20, -3, -4, -2, -2, -1, -4, -1, -2, 0, -7, 8, 10, -3, -6,
+    -3, -1, -7, -7, -6, -3, -9, -10, 19, 16, -7, -10, -11, -12, -12, -8, -11, -13, -13, -15, 18, 16,
+    1, -4, -11, -14, -11, -2, -10, -12, -15, -15, 15, 17, 6, 4, -8, -17, 0, 0, -7, -8, -15, -10,
+    12, 15, 6, 6, -3, -13, 4, 3, -5, 0, -15, -8, 9, 8, -1, 0, -3, -4, 2, 1, 1, -4,
+    -6, 0, 8, 10, 2, -1, -2, -6, 2, 1, 3, 1, 0, 0, 8, 6, 0, 0, -1, 3, 0, 0,
+    7, -3, 1, 5, 3, 7, 0, 0, 8, -2, 0, 4, 3, 4, 1, -1, 2, 7, 0, 0, 1, -2,
+    1, 0, 6, 7, 6, 8, 15, 22, 5, 23, 18, 20, 14, 18, -9, -9, -20, -20, -21, -25, -17, -14,
+    1, -9, 3, -3, -5, 0, 7, -1, 3, 7, 9, 3, 27, 25, 4, 13, 20, 21, 6, 5, 2, -4,
+    8, 10, -16, -16, -13, -14, -7, -6, -5, 0, 6, -2, 5, -2, 3, 0, 3, 4, -2, 8, 24, 24,
+    19, 18, 10, 9, 6, 3, 5, -1, 0, -1, -1, -2, -6, -1, -2, -2, 2, 4, 0, 4, 4, 5,
+    2, 5, 4, 2, 2, 16, 21, 7, 19, 7, 17, 9, 10, 7, 5, 5, 4, 6, 4, 6, 2, 5,
+    0, 8, -1, 0, -1, 8, 0, -1, 13, 14, 15, 19, 6, 18, 8, 15, 7, 14, 6, 9, 3, 7,
+    6, 4, 5, 3, 4, 1, 8, 0, 1, 5, 8, -8, 10, 1, 7, 11, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 25, 0, 0, 0, 0, 2, 3, 2, 22, 0, 0, 12, 0,
-    3, 7, 0, 0, 10, -6, -5, -2, -3, -1, 8, -6, -6, -9, -8, -10, 18, -10, -14, -14, -13, -15,
-    17, -1, -14, -12, -12, -16, 14, 5, -11, 0, -9, -16, 11, 5, -7, 4, -6, -15, 8, -1, -6, 2,
-    1, -5, 8, 1, -4, 2, 2, 1, 8, 0, -3, 0, 7, 2, 2, 0, 6, 0, 3, 2, 1, 0,
-    -2, 1, 6, 5, 12, 0, 1, 3, 2, 2, 0, 2, -4, 4, 17, 11, -12, -22, -23, -19, 0, 2,
-    -5, 7, 3, 9, 25, 3, 20, 4, 0, 5, -17, -15, -8, -5, 6, 5, 3, 4, -1, 19, 14, 3,
-    -2, -2, -7, -8, -13, -7, -2, -3, 2, 0, -1, -3, 15, 13, 11, 4, -1, -2, -2, -3, -4, -6,
-    -4, -3, 8, 6, -3, -2, -3, -4, -7, -4, -5, -5, 2, -4, 3, 6, -1, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 43, 0, 0, 0, 0, 11, 6, 10, 16, 0, 0,
-    12, 2, 4, 2, 0, 0, 18, -6, -5, -5, -3, -6, 9, -7, -2, -7, -4, -9, 16, -13, -16, -11,
-    -17, -18, 15, -6, -16, -3, -12, -15, 16, 3, -19, 0, -10, -11, 15, 5, -15, 3, -2, -10, 7, -1,
-    -6, 1, -5, -1, 10, -1, -8, 1, 1, -1, 5, 0, 1, 0, -4, 5, 7, 0, -3, 4, 4, -1,
-    7, 0, -3, 0, 5, 7, 19, -6, -2, 1, 1, 3, 4, 4, -7, 21, 19, 13, -12, -24, -26, -17,
-    -9, -4, 0, -1, 7, 3, 23, 12, 21, 2, -6, 7, -16, -16, -7, 1, -2, -2, 0, 4, 8, 19,
-    12, 0, -5, -10, -7, -11, -7, -6, 0, 0, 3, 3, -3, 8, -3, -3, -2, -3, -5, -3, -3, -3,
-    1, -6, 3, -6, 6, 13, 6, 5, 3, -2, -4, -6, -6, -7, -7, -1, -12, -3, 2, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0,
 }, {
-    0, 0, 0, 0, 1, -1, 0, -2, 3, -1, 0, 2, 3, 0, -4, 0, -1, 9, 1, 4, -7, 0,
-    -9, 7, 3, -2, 4, -14, 0, -14, 8, 6, 8, 3, 5, -17, 0, -17, 5, 5, 7, 7, 6, 1,
-    -11, 0, -20, -1, 5, 6, 1, 10, 5, -6, -5, 0, -9, -10, 2, 4, 4, 4, 9, 2, -5, -3,
-    0, -8, -3, 1, 6, -1, 3, -1, 7, 1, -3, -1, 0, -3, -5, -5, 10, 4, 2, -1, 1, -2,
-    3, -3, -1, 0, -5, -5, 2, 2, 4, 1, 0, 2, 2, -4, 2, 0, 0, 0, -2, -5, 4, 6,
-    -1, -1, -3, -1, 1, 0, 5, 0, -1, 0, 0, 0, -7, 2, 1, -1, -2, 2, 0, 2, 3, 2,
-    -1, 2, -2, 0, 0, -1, -1, 0, 2, 3, 0, 1, 0, -1, -2, 1, 0, -1, 1, -1, 0, 0,
-    -1, -6, 3, 0, 1, 0, -1, 1, 2, 0, -2, -2, 2, 0, 3, -1, 0, 0, 0, -4, -1, 6,
-    0, 2, -1, -1, 1, 1, -1, -1, -1, -2, 1, 0, 1, 0, 0, -1, -1, 0, 2, 1, 1, 0,
-    -1, -1, 1, -1, -1, 1, -1, 0, 0, 0, 0, 0, 0, 0, -1, 1, -1, 0, -1, 2, 1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 1, 1, 0, 0, -1, 2, 0, -1,
-    -1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0, 2, -1, 2, -1, -1, -1, 1, 1,
-    0, 0, 0, 2, 0, -1, -1, 0, 0, 0, 0, 0, 0, -1, -1, 2, 1, -1, 1, 1, -1, 2,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -26, -6, 10, 23, 15, -1, -11,
-    -8, -2, -1, 1, 0, 0, 0, -1, 0, -25, -6, 15, 20, 5, 8, -1, -5, -3, -1, 0, -1, 0,
-    0, -1, 0, -43, -12, 9, 15, 13, 13, 12, 9, 1, 0, 0, -4, -1, -2, -1, 0, -17, 4, 12,
-    18, 8, 0, -9, -6, -6, -8, -2, 4, 1, -1, 4, 0, -15, 3, 16, 11, 1, 7, -4, -9, -8,
-    -3, -1, 2, 1, 0, 2, 0, -32, -2, 12, 12, 9, 11, 9, 6, 2, -3, -7, -9, -4, -2, -9,
-    -26, -32, -22, -17, -14, -50, -23, -26, -23, -29, -18, -52, -23, -38, -27, -31, -22, -42, -9, -28, 58, 56,
-    56, 55, -6, -16, 57, 54, 55, 54, -45, -52, 57, 52, 50, 53, -5, 4, 8, 5, 0, -1, 2, 4,
-    7, 2, 3, 0, 0, -3, -5, -13, -12, -17, -19, -6, 1, -2, 4, 19, 4, -13, -13, -7, -3, -1,
-    3, 11, 7, 1, -17, -8, 0, 2, 3, 6, 6, -1, 3, -1, -2, 2, 6, 5, 5, 1, -5, 3,
-    -4, 0, 4, 7, 7, 4, -1, -7, 4, -3, 4, 7, 6, 4, 3, -4, -11, 3, 5, 11, 5, 2,
-    -1, -3, -8, -12, 5, 18, 4, -1, -2, -5, -7, -10, -8, -1, 3, 3, 1, 4, 7, 6, 3, -9,
-    0, -15, -3, -1, -3, -3, -8, -11, -2, -3, -3, -18, -9, -11, -3, -8, -4, 10, 2, -2, -11, -9,
-    -5, -9, -7, 2, 12, -2, -3, -11, -9, -3, -4, 3, 9, 13, -3, -7, -9, -10, -5, 5, 9, 10,
-    13, -7, -5, -3, -4, 5, 11, 11, 14, 15, -5, -13, -2, 10, 11, 12, 14, 13, 12, 1, 0, 9,
-    10, 14, 15, 14, 12, 7, 7, -6, -5, -2, -2, -5, -4, -2, -3, -14, 7, 15, 19, 18, 14, 14,
-    10, -9, 12, 14, 17, 18, 15, 11, 6, -3, -16, 9, 17, 17, 16, 12, 6, -6, -8, -10, 3, 14,
-    13, 11, 8, -4, -14, -8, -6, -4, 10, 10, 5, -3, -6, -15, -17, -7, -7, 9, 5, -6, -14, -16,
-    -14, -17, -8, 0, 5, -6, -16, -15, -24, -21, -18, -12, 7, -9, -18, -15, -13, -12, -9, -4, -1, 0,
-    13, 13, 10, 6, 5, 0, 2, 1, -12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -12,
-    -15, -10, -7, -6, -10, -13, -11, -10, 17, 7, 9, 3, 0, -3, -7, -10, -9, -2, 5, -5, 10, 6,
-    -2, -4, -4, -4, -3, 0, 5, 12, 0, 2, -4, -8, -6, 3, 11, 12, 20, 23, 5, 10, -9, -13,
-    -10, -9, -9, -7, -11, -4, -6, -8, 20, 3, 6, 2, 0, -1, 0, -4, 0, 3, 0, -6, 9, 4,
-    -2, -2, 2, 6, 9, 10, 17, 9, 7, 16, 0, 0, 0, 0, 1, 4, 2, 14, 0, 0, 12, -6,
-    -4, -1, 0, 0, 7, -6, -4, -3, -3, -2, -1, -4, -3, -9, -6, -9, 11, -5, -8, -11, -9, -11,
-    6, 3, -7, -8, -6, -13, 3, 5, -4, 5, -1, -14, -1, 5, -4, 3, 3, -6, -2, -1, -3, 5,
-    5, 2, -1, 1, 0, 3, 5, 8, 0, 0, -1, 1, 13, 7, -6, 0, 10, 0, 8, 6, -7, 0,
-    -1, 2, 14, 12, -6, -4, -4, -2, -2, -1, -3, -1, -4, 1, 6, 10, -15, -20, -18, -12, 7, 8,
-    -2, 6, 6, 9, 21, 0, 11, 5, -3, 6, -15, -10, -6, -3, 8, 7, 2, 3, -2, 17, 10, 6,
-    -2, -2, -6, -5, -11, -4, 0, 2, 6, 4, 3, -3, 16, 14, 11, 2, -2, -3, -3, -3, -6, -7,
-    -7, -5, -1, 8, 4, 4, 1, -1, -4, -3, -3, -2, 3, -4, 0, 6, -6, 47, 31, 16, 5, -1,
-    -5, -8, -10, -14, -11, -13, -13, -17, -20, -14, 16, 27, 0, 0, 0, 0, 5, 1, 4, 13, 0, 0,
-    8, -1, 0, 1, 0, 0, 11, -3, -2, 2, 2, 1, 1, -4, -1, -4, -2, -5, 6, -9, -10, -3,
-    -13, -9, 3, 1, -10, 4, -9, -7, 3, 2, -11, 3, -1, -2, 3, 5, -9, 2, 1, -3, -1, -1,
-    -2, 2, -2, 7, 0, 0, -5, 1, 5, 6, -3, 1, 4, 1, 0, 11, -3, 0, 0, 5, 6, 3,
-    -3, 0, 1, 0, 11, 15, -4, -6, -3, 2, 3, 4, 4, 4, -5, 9, 9, 9, -17, -19, -19, -7,
-    3, -2, 2, 0, 6, 2, 19, 5, 13, 1, -10, 10, -15, -8, -6, 3, 0, -1, 1, 3, 4, 18,
-    10, 0, -7, -7, -5, -7, -6, -6, 3, 6, 5, 7, 0, 8, 7, 5, 5, 2, -1, 0, -1, -2,
-    2, -5, 5, -9, -3, 12, 13, 10, 8, 2, 0, -3, -5, -8, -6, -1, -14, -5, -6, 48, 32, 16,
-    6, -1, -7, -10, -12, -12, -14, -13, -12, -17, -22, -14, 24,
+    0, -32, -5, 17, 31, 22, 5, -14, -11, -3, -1, 1, 0, 0, 0, -1, 0, -34, -5, 22, 25, 11,
+    12, -3, -10, -4, -2, 0, -1, 0, 0, -1, 0, -48, -9, 17, 23, 21, 23, 18, 11, 1, 0, 0,
+    -4, 0, -3, -1, 0, -35, 7, 16, 28, 19, 8, -5, -12, -12, -9, -2, 4, 0, -1, 4, 0, -33,
+    8, 20, 21, 11, 15, -2, -15, -14, -7, -1, 3, 1, 0, 2, 0, -42, 7, 21, 28, 26, 27, 22,
+    13, 3, -3, -10, -13, -8, -7, -14, -19, -26, -16, -13, -12, -45, -17, -18, -15, -22, -13, -45, -18, -30,
+    -19, -22, -16, -35, -3, -19, 68, 65, 65, 62, -2, -9, 66, 63, 64, 62, -40, -44, 67, 61, 60, 62,
+    -12, 0, -7, -4, -3, -14, -8, 1, -7, -7, -7, -7, 4, -1, 1, 11, -2, -3, -7, -3, -4, -6,
+    5, 13, -7, -8, -5, 1, 2, 6, 12, 17, -5, -1, -6, -1, 10, 12, 13, 16, -5, -3, -3, 9,
+    13, 13, 17, 20, -14, 4, 12, 13, 15, 17, 17, 19, 2, 11, 15, 17, 18, 19, 19, 13, 16, 24,
+    25, 24, 21, 18, 15, -3, 24, 25, 24, 20, 17, 11, 1, -8, 24, 23, 22, 18, 12, 1, -3, -10,
+    22, 19, 17, 15, 2, -6, -8, -4, 17, 16, 12, 5, 2, -10, -5, -8, 15, 10, -1, -6, -7, -10,
+    -13, -15, 10, 0, -5, -7, -13, -16, -14, -16, -3, -12, -14, -19, -10, -13, -9, -8, 0, 0, 0, 0,
+    0, 0, 0, 0, -5, -11, -8, -11, -7, -20, -24, -23, 36, 28, 21, 14, 7, 2, 3, 9, 26, 15,
+    6, 4, 2, 1, 1, 7, 18, 8, 5, 11, 17, 21, 27, 20, -7, -9, -13, -15, -5, -22, -19, -19,
+    23, 16, 12, 6, 1, -3, 0, -6, 26, 14, 8, 9, 11, 12, 13, 11, 23, 30, 0, 0, 0, 0,
+    0, 0, 0, 0, 1, 6, 6, 5, 4, 7, 16, 15, 0, 0, 0, 0, 12, 8, 0, 1, 2, 3,
+    5, 2, 0, 0, 0, 0, 10, 12, -4, -5, -3, -5, -2, -2, -2, -2, -1, -3, 1, 2, -2, -4,
+    -1, 0, -7, -3, -5, -2, -7, -5, 12, 7, -3, -7, -7, -9, -11, -1, -9, -12, -11, -8, 9, 4,
+    4, 2, -6, -10, -8, 4, -5, -9, -13, -7, 5, 5, 6, 2, -2, -11, 4, 2, 0, -1, -15, -2,
+    1, 4, 6, 5, 0, -8, 4, 2, 3, 2, -9, -2, -1, 0, -1, -1, -1, -3, 4, 2, 4, 0,
+    0, 8, -1, 0, 1, 0, 1, -4, 3, 0, 5, 5, 7, 7, 1, -2, 0, 0, -1, 3, 1, 1,
+    12, 1, 5, 10, -4, -1, 0, 0, 11, 0, 0, 6, 8, 6, 4, 4, -7, -2, 0, -1, 1, 0,
+    2, 0, 13, 11, 11, 16, -5, -1, 2, 10, 9, 10, 8, 12, -14, -11, -20, -16, -17, -18, -13, -6,
+    8, 2, 7, -2, -3, 2, 7, -1, 5, 6, 9, 3, 21, 20, 1, 6, 14, 13, 3, 2, 0, -5,
+    7, 12, -14, -14, -9, -7, -6, -6, -2, 3, 8, 0, 7, -1, 2, 1, 3, 3, -3, 4, 21, 21,
+    15, 13, 7, 5, 3, 1, 2, -2, -2, -1, -2, -2, -8, -2, -2, -3, 1, 4, 4, 7, 6, 7,
+    4, 8, 4, 1, 3, 13, 23, 13, 20, 12, 17, 12, 9, 8, 4, 5, 3, 6, 2, 5, 1, 2,
+    -2, 4, -4, -2, -4, 8, -4, -8, 5, -1, 17, 17, 12, 21, 12, 18, 9, 15, 6, 9, 3, 7,
+    4, 4, 3, 2, 3, -3, 6, -3, -2, 3, 2, -10, 6, -3, -6, 1, 47, 49, 32, 34, 17, 18,
+    7, 8, 2, 1, -3, -4, -6, -8, -7, -9, -10, -8, -7, -9, -8, -8, -11, -10, -10, -11, 0, 0,
+    -8, -8, 33, 43,
 } };
 /* priors end */
 
@@ -1765,8 +1729,7 @@ static void cqi_model_init(cqi_model *m, int located)
 {
     int k;
     for (k = 0; k < CQI_MODELS; k++) m->bit[k] = (cq_bit_model)(256 * cqi_prior_bit[k] + 128);
-    for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(cqi_prior_weight[located][k] * 64);
-    m->dither = 0;
+    for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = cqi_prior_weight[located][k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
 #else
 static void cqi_model_init(cqi_model *m, int located); /* the trainer's: both */
@@ -2051,57 +2014,72 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
 
+/* Values around the patch, relative to the centre. */
+static void cqi_read_offsets(cq_decoder *d, int channel)
+{
+    cqi_ring *r = &d->ring;
+    uint32_t stride = d->shape.channel[channel].components, c;
+    const cq_value *centre = d->channel[channel] + (size_t)d->mesh.origin[r->spoke[0]] * stride;
+    int k;
+    r->channel = channel;
+    for (k = 0; k < r->size; k++) {
+        const cq_value *at = d->channel[channel] + (size_t)r->vertex[k] * stride;
+        int is_real = r->real[k + 1] - r->real[k];
+        for (c = 0; c < stride; c++) r->offset[k][c] = is_real ? (int32_t)at[c] - (int32_t)centre[c] : 0;
+    }
+}
+
 /* Sums over the fans of a split, relative to the value of the centre. */
 typedef struct cqi_fans {
-    int32_t sum_a, sum_b, n_a, n_b;  /* over the neighbours of A and of B but for each other; n counts these too */
+    int32_t sum_a, sum_b;            /* over the neighbours of A and of B but for each other */
+    int32_t n_a, n_b;                /* their number, and 1 */
     uint32_t spread;                 /* sum of the distances of all ring vertices */
 } cqi_fans;
 
-static void cqi_sum_fans(const cq_decoder *d, const cq_value *values, uint32_t stride, int32_t centre, cq_index p,
-                         cq_index q, cqi_fans *fans)
+static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
 {
-    cq_index k;
-    memset(fans, 0, sizeof *fans);
-    fans->n_a = fans->n_b = 1;
-    for (k = 0; k < (cq_index)d->ring.size; k++) {
-        cq_index v = cq_target(&d->mesh, d->ring.spoke[k]);
-        int32_t x;
-        if (cq_is_virtual(&d->mesh, v)) continue;
-        x = values[(size_t)v * stride] - centre;
+    int32_t all = r->real[r->size], between = r->real[q] - r->real[p + 1];
+    fans->n_b = r->real[q + 1] - r->real[p] + 1;
+    fans->n_a = all - between + 1;
+}
+
+static void cqi_sum_fans(const cqi_ring *r, uint32_t component, int p, int q, cqi_fans *fans)
+{
+    int k;
+    fans->sum_a = fans->sum_b = 0;
+    fans->spread = 0;
+    for (k = 0; k < r->size; k++) {
+        int32_t x = r->offset[k][component];
         fans->spread += cqi_abs(x);
-        if (k >= p && k <= q) {
-            fans->sum_b += x;
-            fans->n_b++;
-        }
-        if (k <= p || k >= q) {
-            fans->sum_a += x;
-            fans->n_a++;
-        }
+        fans->sum_a += x;
+        if (k >= p && k <= q) fans->sum_b += x;
     }
+    fans->sum_a += r->offset[p][component] + r->offset[q][component] - fans->sum_b;
 }
 
 /* B - A if both were the mean of their neighbours and the centre their midpoint. With 18-bit values no product exceeds
  * 2 * 24 * 24 * 2^18 < 2^29; wider ones are shifted down to that first, which costs precision, not correctness. */
 static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
 {
-    int32_t scale = (int32_t)1 << (bits > 18 ? bits - 18 : 0);
-    int32_t b = f->sum_b / scale, a = f->sum_a / scale;
-    return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * scale;
+    int shift = bits > 18 ? bits - 18 : 0;
+    int32_t b = cqi_scale_down(f->sum_b, shift), a = cqi_scale_down(f->sum_a, shift);
+    return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
 }
 
 /* d->delta for a split of v at ring positions p, q. False if a value would not fit. */
-static int cqi_code_deltas(cq_decoder *d, cq_index v, cq_index p, cq_index q)
+static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 {
     uint32_t k, c, n = 0;
     cqi_fans fans;
+    cqi_count_fans(&d->ring, p, q, &fans);
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *channel = &d->shape.channel[k];
+        if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
         for (c = 0; c < channel->components; c++, n++) {
             uint32_t stride = channel->components;
-            const cq_value *values = d->channel[k] + c;
-            int32_t centre = values[(size_t)v * stride], delta = 0, predicted, low;
+            int32_t centre = (int32_t)d->channel[k][(size_t)v * stride + c], delta = 0, predicted, low;
             int scale;
-            cqi_sum_fans(d, values, stride, centre, p, q, &fans);
+            cqi_sum_fans(&d->ring, c, p, q, &fans);
             predicted = cqi_predict_delta(&fans, channel->bits);
             scale = cqi_bit_length(fans.spread / (uint32_t)d->ring.size);
             scale = scale < CQI_SCALES - 2 ? scale : CQI_SCALES - 2;
@@ -2285,7 +2263,6 @@ static cq_result cqi_code_patch(cq_decoder *d)
  * split had the feature, minus the probability that the model had given to that). All in integers, so all alike. */
 
 enum {
-    CQI_UNIT = 10,        /* scores are in 2^-10 octaves */
     CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
     CQI_UNLISTED = 32,    /* share of all candidates together that are not listed */
     CQI_STILL = 256       /* probability in 1/65536 below which a candidate learns nothing */
@@ -2302,23 +2279,19 @@ static const uint16_t cqi_exp2[64] = {
     4845, 4792, 4741, 4690, 4639, 4589, 4540, 4491, 4443, 4395, 4347, 4301, 4254, 4208, 4163, 4118
 };
 
-/* Share of a candidate whose score is `below` units under the best one. */
-static uint16_t cqi_share(int32_t below)
+/* Share of a candidate whose score is `below` under the best one. */
+static uint32_t cqi_share(uint32_t below)
 {
-    int octaves = (int)(below >> CQI_UNIT);
-    int share = octaves > CQI_HEAVIEST ? 0 : cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> octaves;
-    return (uint16_t)(share ? share : 1);
+    uint32_t octaves = below >> CQI_UNIT;
+    return octaves > CQI_HEAVIEST ? 1 : 1 + (uint32_t)(cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> octaves);
 }
 
-/* Moves a weight along its gradient, in 1/65536; the dither makes rounding unbiased, so that 16 bits are enough. */
+/* Moves a weight along its gradient, in 1/65536. */
 static void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
-    int32_t x;
-    if (!gradient || CQI_OMITTED(index)) return;
-    m->dither = m->dither * 1664525u + 1013904223u;
-    x = gradient * CQI_STEP + (int32_t)(m->dither >> 16) + ((int32_t)256 << 16); /* the last makes it positive */
-    x = (x >> 16) - 256 + m->weight[index];
-    m->weight[index] = (int16_t)(x < -16000 ? -16000 : x > 16000 ? 16000 : x);
+    int32_t x = m->weight[index] + CQI_STEP(gradient);
+    if (CQI_OMITTED(index)) return;
+    m->weight[index] = x < -CQI_MOST ? -CQI_MOST : x > CQI_MOST ? CQI_MOST : x;
 }
 
 /* -- The patch -- */
@@ -2354,144 +2327,127 @@ static void cqi_read_ring(cq_decoder *d, cq_index spoke)
     const cq_mesh *m = &d->mesh;
     cqi_ring *r = &d->ring;
     cq_index h = spoke;
-    r->size = 0;
+    int n = 0;
+    r->real[0] = 0;
     do {
         cq_index v = cq_target(m, h);
-        r->spoke[r->size] = h;
-        r->valence[r->size] = (uint8_t)(m->valence[v] < 31 ? m->valence[v] : 31);
-        r->state[r->size++] = cqi_ring_state(m, v);
+        r->spoke[n] = h;
+        r->vertex[n] = v;
+        r->valence[n] = (uint8_t)(m->valence[v] < 31 ? m->valence[v] : 31);
+        r->state[n] = cqi_ring_state(m, v);
+        r->real[n + 1] = (uint8_t)(r->real[n] + (r->state[n] != CQI_NEVER));
+        n++;
         h = cq_clockwise(m, h);
     } while (h != spoke);
+    r->size = n;
+    r->channel = -1;
     r->side = cqi_side_of_patch(d, m->origin[spoke], cq_target(m, spoke));
     r->level_class = cqi_level_class(d);
 }
 
 /* -- Geometry of the patch: what the positions say about where it was split -- */
 
-/* Length of a vector within -3 % and +13 %: no square root, and no overflow below 2^27. */
+/* Length of a vector within 7 %, not above: no square root, and no overflow below 2^26. */
 static int32_t cqi_norm(const int32_t *x)
 {
-    int32_t a = (int32_t)cqi_abs(x[0]), b = (int32_t)cqi_abs(x[1]), c = (int32_t)cqi_abs(x[2]), t;
-    if (a < b) { t = a; a = b; b = t; }
-    if (a < c) { t = a; a = c; c = t; }
-    if (b < c) { t = b; b = c; c = t; }
-    return (16 * a + 7 * b + 5 * c) / 16;
-}
-
-/* Offsets from the centre, scaled by a power of two so that the largest component has 12 bits. */
-static void cqi_read_offsets(cq_decoder *d, const cq_value *values)
-{
-    cqi_ring *r = &d->ring;
-    const cq_value *centre = values + 3 * (size_t)d->mesh.origin[r->spoke[0]];
-    uint32_t largest = 0;
-    int k, c, shift;
-    for (k = 0; k < r->size; k++) {
-        const cq_value *at = values + 3 * (size_t)cq_target(&d->mesh, r->spoke[k]);
-        for (c = 0; c < 3; c++) largest |= r->state[k] == CQI_NEVER ? 0 : cqi_abs((int32_t)at[c] - centre[c]);
-    }
-    shift = 12 - cqi_bit_length(largest);
-    for (k = 0; k < r->size; k++) {
-        const cq_value *at = values + 3 * (size_t)cq_target(&d->mesh, r->spoke[k]);
-        for (c = 0; c < 3; c++) {
-            int32_t x = r->state[k] == CQI_NEVER ? 0 : (int32_t)at[c] - centre[c];
-            r->offset[k][c] = (int16_t)(shift < 0 ? cqi_scale_down(x, -shift) : x * ((int32_t)1 << shift));
-        }
-    }
+    int32_t a = (int32_t)cqi_abs(x[0]), b = (int32_t)cqi_abs(x[1]), c = (int32_t)cqi_abs(x[2]);
+    int32_t largest = a > b ? a : b;
+    largest = largest > c ? largest : c;
+    return (11 * largest + 5 * (a + b + c)) / 16;
 }
 
 /* Class of each spoke's length: quarters of the mean of the two shortest. */
-static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
+static void cqi_classify_edges(cqi_ring *r, const int16_t *length)
 {
-    int32_t shortest = (int32_t)1 << 20, second = shortest;
+    int32_t shortest = 0x7fff, second = shortest, scale;
     int k;
     for (k = 0; k < r->size; k++) {
-        if (r->state[k] == CQI_NEVER) continue;
-        if (length[k] < shortest) {
-            second = shortest;
-            shortest = length[k];
-        } else if (length[k] < second) {
-            second = length[k];
-        }
+        int32_t x = r->state[k] == CQI_NEVER ? 0x7fff : length[k];
+        second = x < shortest ? shortest : x < second ? x : second;
+        shortest = x < shortest ? x : shortest;
     }
+    scale = ((int32_t)1 << 26) / (shortest + second);
     for (k = 0; k < r->size; k++) {
-        int32_t x = 8 * length[k] / (shortest + second) - 3;
+        int32_t x = length[k] > 2 * (shortest + second) ? 14 : (length[k] * scale >> 23) - 3;
         r->edge[k] = (uint8_t)(r->state[k] == CQI_NEVER ? 15 : x < 0 ? 0 : x > 14 ? 14 : x);
     }
 }
 
-static void cqi_locate_ring(cq_decoder *d)
+/* Scales the offsets by a power of two so that the largest component has 12 bits; returns that as a shift to the left,
+ * which may be negative. */
+static int cqi_offset_shift(const cqi_ring *r)
+{
+    uint32_t largest = 0;
+    int k;
+    for (k = 0; k < r->size; k++)
+        largest |= cqi_abs(r->offset[k][0]) | cqi_abs(r->offset[k][1]) | cqi_abs(r->offset[k][2]);
+    return 12 - cqi_bit_length(largest);
+}
+
+static void cqi_locate_ring(cq_decoder *d, int channel)
 {
     cqi_ring *r = &d->ring;
-    int32_t length[CQ_MAX_VALENCE], x[3], total = 0;
-    int k, c, channel = cqi_position_channel(&d->shape);
-    r->located = channel >= 0;
-    if (!r->located) return;
-    cqi_read_offsets(d, d->channel[channel]);
+    int16_t length[CQ_MAX_VALENCE];
+    int k, c, shift;
+    cqi_read_offsets(d, channel);
+    shift = cqi_offset_shift(r);
     memset(r->sum[0], 0, sizeof r->sum[0]);
-    r->real[0] = 0;
     for (k = 0; k < r->size; k++) {
-        for (c = 0; c < 3; c++) x[c] = r->offset[k][c];
-        length[k] = cqi_norm(x) + 1;
+        int32_t x[3], scale;
         for (c = 0; c < 3; c++) {
-            r->direction[k][c] = (int16_t)(256 * x[c] / length[k]);
+            x[c] = shift < 0 ? cqi_floor_shift(r->offset[k][c], -shift) : r->offset[k][c] * ((int32_t)1 << shift);
             r->sum[k + 1][c] = r->sum[k][c] + x[c];
         }
-        r->real[k + 1] = (uint8_t)(r->real[k] + (r->state[k] != CQI_NEVER));
-        if (r->state[k] != CQI_NEVER) total += length[k];
+        length[k] = (int16_t)(cqi_norm(x) + 1);
+        scale = ((int32_t)1 << 18) / length[k];
+        for (c = 0; c < 3; c++) r->direction[k + 1][c] = (int16_t)cqi_floor_shift(x[c] * scale, 10);
     }
-    r->mean_length = r->real[r->size] ? total / r->real[r->size] : 1;
+    memcpy(r->direction[0], r->direction[r->size], sizeof r->direction[0]);
+    memcpy(r->direction[r->size + 1], r->direction[1], sizeof r->direction[0]);
     cqi_classify_edges(r, length);
 }
 
-/* Eight classes of the angle between a spoke and an axis, `scale` being 2^20 / length of the axis; 8 without a spoke. */
-static int cqi_angle(const cqi_ring *r, int k, const int32_t *axis, int32_t scale)
+static int32_t cqi_dot(const int16_t *u, const int16_t *v)
 {
-    const int16_t *u = r->direction[k];
-    int32_t x;
-    if (r->state[k] == CQI_NEVER) return 8;
-    x = cqi_scale_down((int32_t)u[0] * axis[0] + (int32_t)u[1] * axis[1] + (int32_t)u[2] * axis[2], 4);
-    x = cqi_scale_down(x * scale + ((int32_t)1 << 24), 22);
-    return x < 0 ? 0 : x > 7 ? 7 : (int)x;
+    return (int32_t)u[0] * v[0] + (int32_t)u[1] * v[1] + (int32_t)u[2] * v[2];
+}
+
+/* Eight classes of the angle between a direction and an axis, `scale` being 2^20 / length of the axis. */
+static int cqi_angle(const int16_t *u, const int16_t *axis, int32_t scale)
+{
+    int32_t x = cqi_dot(u, axis) * scale + ((int32_t)1 << 28);
+    return x < 0 ? 0 : x >> 26 > 7 ? 7 : (int)(x >> 26);
 }
 
 /* How far p and q are apart on the shorter side: 1 .. 4 steps through B's neighbours, 5 .. 7: 1 .. 3 through A's; and in
- * ten classes the angle between their spokes, or 10 without one. */
+ * eight classes the angle between their spokes. */
 static uint8_t cqi_between(const cqi_ring *r, int p, int q)
 {
-    const int16_t *u = r->direction[p], *v = r->direction[q];
-    int steps = q - p < r->size - (q - p) ? cqi_at_most(q - p, 4) : 4 + cqi_at_most(r->size - (q - p), 3);
-    int32_t x = ((int32_t)u[0] * v[0] + (int32_t)u[1] * v[1] + (int32_t)u[2] * v[2] + 65536) * 10 / 131072;
-    x = x < 0 ? 0 : x > 9 ? 9 : x;
-    if (r->state[p] == CQI_NEVER || r->state[q] == CQI_NEVER) x = 10;
-    return (uint8_t)(11 * steps + (int)x);
+    int b = q - p, a = r->size - b, steps = b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3);
+    int32_t x = cqi_dot(r->direction[p + 1], r->direction[q + 1]) + 65536;
+    return (uint8_t)(8 * steps + (x < 0 ? 0 : x >> 14 > 7 ? 7 : (int)(x >> 14)));
 }
 
-/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): how long it is, and
- * at what angles to it the common neighbours (near 90 degrees, if B - A crosses their plane) and those beside them lie. */
+/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): at what angles to it
+ * the vertices beside the common neighbours lie. */
 static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
 {
     int p = candidate->p, q = candidate->q, n = r->size, c, shift;
-    int32_t in_b = r->real[q + 1] - r->real[p], n_b = in_b + 1;
-    int32_t n_a = r->real[n] - in_b + (r->state[p] != CQI_NEVER) + (r->state[q] != CQI_NEVER) + 1;
-    int32_t axis[3], length, scale, x;
+    int32_t n_b = r->real[q + 1] - r->real[p] + 1, n_a = r->real[n] - (r->real[q] - r->real[p + 1]) + 1;
+    int32_t wide[3], length, scale;
+    int16_t axis[3];
     for (c = 0; c < 3; c++) {
-        int32_t b = r->sum[q + 1][c] - r->sum[p][c], a = r->sum[n][c] - b + r->offset[p][c] + r->offset[q][c];
-        axis[c] = n_a * b - n_b * a;
+        int32_t b = r->sum[q + 1][c] - r->sum[p][c], a = r->sum[n][c] - (r->sum[q][c] - r->sum[p + 1][c]);
+        wide[c] = n_a * b - n_b * a;
     }
-    length = cqi_norm(axis) + 1;
-    x = 16 * length / ((2 * n_a * n_b + n_a + n_b) * ((r->mean_length + 7) / 8));
-    candidate->delta = (uint8_t)(x > 15 ? 15 : x);
+    length = cqi_norm(wide);
     shift = cqi_bit_length((uint32_t)length) - 10;
-    for (c = 0; c < 3 && shift > 0; c++) axis[c] = cqi_scale_down(axis[c], shift);
-    scale = ((int32_t)1 << 20) / (cqi_norm(axis) + 1);
-    candidate->plane = (uint8_t)(9 * cqi_angle(r, p, axis, scale) + cqi_angle(r, q, axis, scale));
+    shift = shift < 0 ? 0 : shift;
+    for (c = 0; c < 3; c++) axis[c] = (int16_t)cqi_floor_shift(wide[c], shift);
+    scale = ((int32_t)1 << 20) / ((length >> shift) + 1);
+    candidate->inner = (uint8_t)(8 * cqi_angle(r->direction[p + 2], axis, scale) + cqi_angle(r->direction[q], axis, scale));
+    candidate->outer = (uint8_t)(8 * cqi_angle(r->direction[p], axis, scale) + cqi_angle(r->direction[q + 2], axis, scale));
     candidate->between = cqi_between(r, p, q);
-    candidate->inner = candidate->outer = 80;
-    if (q - p > 1)
-        candidate->inner = (uint8_t)(9 * cqi_angle(r, p + 1, axis, scale) + cqi_angle(r, q - 1, axis, scale));
-    if (q - p < n - 1)
-        candidate->outer = (uint8_t)(9 * cqi_angle(r, p ? p - 1 : n - 1, axis, scale) +
-                                     cqi_angle(r, q + 1 < n ? q + 1 : 0, axis, scale));
 }
 
 /* -- The model -- */
@@ -2517,63 +2473,48 @@ static int cqi_rule_class(int best, int valence_b)
     return x < 0 ? 0 : x > 5 ? 5 : x;
 }
 
-/* Features and score of each ring vertex as p and as q. */
+/* Features of a ring vertex: entries for p, each with that for q behind it. */
+static void cqi_end_entries(const cqi_ring *r, int k, uint16_t *entry)
+{
+    int valence = cqi_valence_class(r->valence[k]);
+    int before = cqi_valence_class(r->valence[k ? k - 1 : r->size - 1]);
+    int behind = cqi_valence_class(r->valence[k + 1 < r->size ? k + 1 : 0]);
+    entry[0] = (uint16_t)(CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]));
+    entry[1] = (uint16_t)(CQI_END_VALENCE + 2 * (14 * r->level_class + valence));
+    entry[2] = (uint16_t)(CQI_END_BEFORE + 2 * before);
+    entry[3] = (uint16_t)(CQI_END_BEHIND + 2 * behind);
+    entry[4] = (uint16_t)(CQI_END_EDGE + 2 * r->edge[k]);
+}
+
+/* There are positions, and so edges with lengths. */
+static int cqi_is_located(const cqi_ring *r) { return r->channel >= 0; }
+
 static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
 {
-    int end, k, j, n = r->size;
-    for (end = 0; end < 2; end++)
-        for (k = 0; k < n; k++) {
-            uint16_t *entry = r->entry[end][k];
-            int base = CQI_END + end * CQI_END_SIZE, valence = cqi_valence_class(r->valence[k]);
-            entry[0] = (uint16_t)(base + CQI_END_HELD + valence * CQI_STATES + r->state[k]);
-            entry[1] = (uint16_t)(base + CQI_END_INDEX + cqi_at_most(end ? n - 1 - k : k, 7));
-            entry[2] = (uint16_t)(base + CQI_END_VALENCE + 14 * r->level_class + valence);
-            entry[3] = (uint16_t)(base + CQI_END_BEFORE + cqi_valence_class(r->valence[k ? k - 1 : n - 1]));
-            entry[4] = (uint16_t)(base + CQI_END_BEHIND + cqi_valence_class(r->valence[k + 1 < n ? k + 1 : 0]));
-            entry[5] = (uint16_t)(base + CQI_END_EDGE + r->edge[k]);
-            r->score[end][k] = 0;
-            for (j = 0; j < 5 + r->located; j++) r->score[end][k] += m->weight[entry[j]];
+    int k, j;
+    for (k = 0; k < r->size; k++) {
+        int32_t as_p = 0, as_q = 0;
+        cqi_end_entries(r, k, r->entry[k]);
+        for (j = 0; j < 4 + cqi_is_located(r); j++) {
+            as_p += m->weight[r->entry[k][j]];
+            as_q += m->weight[r->entry[k][j] + 1];
         }
+        r->score[0][k] = as_p;
+        r->score[1][k] = as_q;
+    }
 }
 
 /* Features of the number of neighbours that go to B. */
-static void cqi_length_entries(const cqi_ring *r, int length, int *entry)
+static int cqi_size_b(const cqi_ring *r, int length) { return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15); }
+static int cqi_size_a(const cqi_ring *r, int length)
 {
-    entry[0] = CQI_LENGTH + r->size * (r->size - 1) / 2 + length;
-    entry[1] = CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15);
-    entry[2] = CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
-}
-
-static int32_t cqi_score_length(const cqi_model *m, const cqi_ring *r, int length)
-{
-    int entry[3];
-    cqi_length_entries(r, length, entry);
-    return (int32_t)m->weight[entry[0]] + m->weight[entry[1]] + m->weight[entry[2]];
+    return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
 }
 
 static uint8_t cqi_rule(const cqi_ring *r, int p, int q)
 {
     int valence_b = q - p + 2;
     return (uint8_t)(6 * cqi_rule_class(r->best_before[p], valence_b) + cqi_rule_class(r->best_after[q], valence_b));
-}
-
-static int16_t cqi_clamp_score(int32_t score)
-{
-    return (int16_t)(score < -32000 ? -32000 : score > 32000 ? 32000 : score);
-}
-
-/* Score of a candidate by valences, the only thing known without positions. */
-static int32_t cqi_score_valences(const cqi_model *m, const cqi_ring *r, int p, int q)
-{
-    return r->score[0][p] + r->score[1][q] + r->score_of_length[q - p] + m->weight[CQI_RULE + cqi_rule(r, p, q)];
-}
-
-static void cqi_add_location(const cqi_model *m, const cqi_ring *r, cqi_candidate *c)
-{
-    cqi_locate_candidate(r, c);
-    c->as.score = cqi_clamp_score((int32_t)c->as.score + m->weight[CQI_DELTA + c->delta] +
-                                  m->weight[CQI_PLANE + c->plane] + m->weight[CQI_INNER + c->inner] +
-                                  m->weight[CQI_OUTER + c->outer] + m->weight[CQI_BETWEEN + c->between]);
 }
 
 /* The pairs that the patch's side allows: p below p_end, q from q_begin(p) on. */
@@ -2584,33 +2525,47 @@ static int cqi_q_begin(const cqi_ring *r, int p) { return r->side == 1 ? r->size
 static int cqi_list_candidates(cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
+    const int32_t *weight = d->model.weight;
     cqi_candidate *list = d->candidate;
-    int32_t best = -32000;
+    int32_t best = -31 * (int32_t)CQI_MOST;
     int p, q, k, n = 0, kept = 0;
     for (p = 0; p < cqi_p_end(r); p++)
         for (q = cqi_q_begin(r, p); q < r->size; q++) {
-            int32_t score = cqi_clamp_score(cqi_score_valences(&d->model, r, p, q));
+            uint8_t rule = cqi_rule(r, p, q);
+            int32_t score = r->score[0][p] + r->score[1][q] + r->score_of_length[q - p] + weight[CQI_RULE + rule];
             if (score < best - CQI_HOPELESS) continue;
             if (score > best) best = score;
             list[n].p = (uint8_t)p;
             list[n].q = (uint8_t)q;
-            list[n++].as.score = (int16_t)score;
+            list[n].rule = rule;
+            list[n++].as.score = score;
         }
     for (k = 0; k < n; k++)
         if (list[k].as.score >= best - CQI_HOPELESS) list[kept++] = list[k];
     return kept;
 }
 
+static void cqi_locate_candidates(cq_decoder *d, int count)
+{
+    const int32_t *weight = d->model.weight;
+    cqi_candidate *c = d->candidate;
+    for (; count; c++, count--) {
+        cqi_locate_candidate(&d->ring, c);
+        c->as.score += weight[CQI_INNER + c->inner] + weight[CQI_OUTER + c->outer] + weight[CQI_BETWEEN + c->between];
+    }
+}
+
 /* Gets the ring's features and their scores ready. */
 static void cqi_score_ring(cq_decoder *d)
 {
     cqi_ring *r = &d->ring;
-    int k;
-    cqi_locate_ring(d);
+    const int32_t *weight = d->model.weight;
+    int k, channel = cqi_position_channel(&d->shape);
+    if (channel >= 0) cqi_locate_ring(d, channel);
     cqi_find_alternatives(r, 0, 1, r->best_before);
     cqi_find_alternatives(r, r->size - 1, -1, r->best_after);
     cqi_score_ends(&d->model, r);
-    for (k = 1; k < r->size; k++) r->score_of_length[k] = cqi_score_length(&d->model, r, k);
+    for (k = 1; k < r->size; k++) r->score_of_length[k] = weight[cqi_size_b(r, k)] + weight[cqi_size_a(r, k)];
 }
 
 /* Turns scores into shares; returns their total. */
@@ -2621,7 +2576,7 @@ static uint32_t cqi_share_range(cqi_candidate *c, int count)
     int k;
     for (k = 1; k < count; k++) best = c[k].as.score > best ? c[k].as.score : best;
     for (k = 0; k < count; k++) {
-        c[k].as.weight = cqi_share(best - c[k].as.score);
+        c[k].as.weight = cqi_share((uint32_t)best - (uint32_t)c[k].as.score);
         total += c[k].as.weight;
     }
     return total;
@@ -2669,8 +2624,8 @@ static void cqi_code_unlisted(cq_decoder *d, cqi_candidate *c, int p, int q)
     q = cqi_q_begin(r, p) + cqi_code_uniform(d, q - cqi_q_begin(r, p), r->size - cqi_q_begin(r, p));
     c->p = (uint8_t)p;
     c->q = (uint8_t)q;
-    c->as.score = 0;
-    if (r->located) cqi_locate_candidate(r, c);
+    c->rule = cqi_rule(r, p, q);
+    if (cqi_is_located(r)) cqi_locate_candidate(r, c);
     c->as.weight = 0;
 }
 
@@ -2679,20 +2634,20 @@ static void cqi_learn_candidate(cqi_model *m, const cqi_ring *r, const cqi_candi
     g->of_p[c->p] += x;
     g->of_q[c->q] += x;
     g->of_length[c->q - c->p] += x;
-    cqi_learn(m, CQI_RULE + cqi_rule(r, c->p, c->q), x);
-    if (!r->located) return;
-    cqi_learn(m, CQI_DELTA + c->delta, x);
-    cqi_learn(m, CQI_PLANE + c->plane, x);
+    cqi_learn(m, CQI_RULE + c->rule, x);
+    if (!cqi_is_located(r)) return;
     cqi_learn(m, CQI_INNER + c->inner, x);
     cqi_learn(m, CQI_OUTER + c->outer, x);
     cqi_learn(m, CQI_BETWEEN + c->between, x);
 }
 
-static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, int end, const int32_t *gradient)
+static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, const cqi_gradient *g)
 {
     int k, j;
-    for (k = 0; k < r->size; k++)
-        for (j = 0; j < 5 + r->located && gradient[k]; j++) cqi_learn(m, r->entry[end][k][j], gradient[k]);
+    for (k = 0; k < r->size; k++) {
+        if (g->of_p[k]) for (j = 0; j < 4 + cqi_is_located(r); j++) cqi_learn(m, r->entry[k][j], g->of_p[k]);
+        if (g->of_q[k]) for (j = 0; j < 4 + cqi_is_located(r); j++) cqi_learn(m, r->entry[k][j] + 1, g->of_q[k]);
+    }
 }
 
 /* After the split was `chosen`. Candidates with less than CQI_STILL of the range do not move; what the others lose, the
@@ -2704,7 +2659,7 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
     cqi_gradient *g = &d->gradient;
     uint32_t scale = 0x80000000u / total;
     int32_t gained = 0;
-    int k, entry[3];
+    int k;
     memset(g, 0, sizeof *g);
     for (k = 0; k < count; k++) {
         int32_t share = (int32_t)(d->candidate[k].as.weight * scale >> 15);
@@ -2713,14 +2668,11 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
         gained += share;
     }
     cqi_learn_candidate(m, r, &d->candidate[chosen], gained, g);
-    cqi_learn_ends(m, r, 0, g->of_p);
-    cqi_learn_ends(m, r, 1, g->of_q);
+    cqi_learn_ends(m, r, g);
     for (k = 1; k < r->size; k++) {
         if (!g->of_length[k]) continue;
-        cqi_length_entries(r, k, entry);
-        cqi_learn(m, entry[0], g->of_length[k]);
-        cqi_learn(m, entry[1], g->of_length[k]);
-        cqi_learn(m, entry[2], g->of_length[k]);
+        cqi_learn(m, cqi_size_b(r, k), g->of_length[k]);
+        cqi_learn(m, cqi_size_a(r, k), g->of_length[k]);
     }
 }
 
@@ -2728,12 +2680,11 @@ static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen
 static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     cqi_candidate *list = d->candidate;
-    int count, chosen = 0, k;
+    int count, chosen = 0;
     uint32_t total;
     cqi_score_ring(d);
     count = cqi_list_candidates(d);
-    if (d->ring.located)
-        for (k = 0; k < count; k++) cqi_add_location(&d->model, &d->ring, &list[k]);
+    if (cqi_is_located(&d->ring)) cqi_locate_candidates(d, count);
     total = cqi_share_range(list, count);
     if (CQI_ENCODING(d)) while (chosen < count && (list[chosen].p != *p || list[chosen].q != *q)) chosen++;
     chosen = cqi_code_listed(d, count, total, chosen);
@@ -2750,7 +2701,7 @@ static void cqi_plan_pair(const cq_decoder *d, cq_index centre, int *p, int *q)
     cq_index b = plan->top[plan->to_input[centre]];
     int k;
     for (k = 0; k < d->ring.size; k++) {
-        cq_index input = plan->to_input[cq_target(&d->mesh, d->ring.spoke[k])];
+        cq_index input = plan->to_input[d->ring.vertex[k]];
         if (input == plan->end_p[b]) *p = k;
         if (input == plan->end_q[b]) *q = k;
     }
@@ -2772,7 +2723,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
     if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
     cqi_code_pair(d, &p, &q);
     if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    if (!cqi_code_deltas(d, centre, (cq_index)p, (cq_index)q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (!cqi_code_deltas(d, centre, p, q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     if (cqi_starved(d)) return CQ_TRUNCATED;
     b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
     if (b == CQ_NONE) return CQ_ERROR_CORRUPT;

@@ -133,7 +133,7 @@ static void print_here(const struct measurement *m, const struct split_statistic
 {
     const cq_report *r = &m->encoding.report;
     print_counts("", "here", r->shape.num_vertices, r->base_vertices, r->num_levels);
-    printf("%7.2f%7.2f%10.1f%10.2f%8.2f%8.2f\n", s->mean_i, s->mean_j, 100 * s->isolated, s->order0, m->alone,
+    printf("%7.2f%7.2f%10.1f%10.2f%8.3f%8.3f\n", s->mean_i, s->mean_j, 100 * s->isolated, s->order0, m->alone,
            m->with_positions);
 }
 

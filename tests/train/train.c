@@ -12,7 +12,7 @@
 static int train_rate, train_step, train_hopeless, omit_begin, omit_end;
 #define CQ_TRAINING
 #define CQI_RATE train_rate
-#define CQI_STEP train_step
+#define CQI_STEP(gradient) ((gradient) / 16 * train_step)
 #define CQI_HOPELESS train_hopeless
 #define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
@@ -44,7 +44,7 @@ static void set_product_speed(void)
 {
     keeping = 0;
     train_rate = 5;
-    train_step = 18;
+    train_step = 16;
     train_hopeless = 8 << CQI_UNIT;
 }
 
@@ -53,7 +53,7 @@ static void set_training_speed(int pass)
     keeping = 1;
     train_rate = rates[pass];
     train_step = steps[pass];
-    train_hopeless = 64 << CQI_UNIT;
+    train_hopeless = 250 << CQI_UNIT;
 }
 
 /* The mean of the models after each mesh: no mesh has the last word. */
@@ -79,7 +79,7 @@ static void take_mean(void)
 {
     int k;
     for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)(bit_sum[k] / num_summed);
-    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(weight_sum[k] / num_summed);
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int32_t)(weight_sum[k] / num_summed);
 }
 
 struct sample {
@@ -146,7 +146,7 @@ static void train(struct sample *samples, int n, int connectivity)
 
 static int rounded_weight(int weight)
 {
-    int x = (weight + (weight < 0 ? -32 : 32)) / 64;
+    int unit = 1 << (CQI_UNIT - 4), x = (weight + (weight < 0 ? -unit : unit) / 2) / unit;
     return x < -127 ? -127 : x > 127 ? 127 : x;
 }
 
@@ -194,8 +194,7 @@ static void round_model(void)
 {
     int k;
     for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)((model.bit[k] & 0xff00) + 128);
-    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(rounded_weight(model.weight[k]) * 64);
-    model.dither = 0;
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = rounded_weight(model.weight[k]) * (1 << (CQI_UNIT - 4));
 }
 
 /* Mean bits per vertex for the connectivity of the test meshes, with the model as it is. */
@@ -226,15 +225,17 @@ struct part {
 
 static const struct part parts[] = {
     { "nothing", 0, 0 },
-    { "number of neighbours that go to B, by valence of the centre", CQI_LENGTH, CQI_SIZE_B },
-    { "valences of A and B, by distance from the finest level", CQI_SIZE_B, CQI_RULE },
-    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_DELTA },
-    { "length of the predicted B - A", CQI_DELTA, CQI_PLANE },
-    { "angles of the common neighbours to it", CQI_PLANE, CQI_INNER },
-    { "angles of the vertices beside them, on B's side", CQI_INNER, CQI_OUTER },
+    { "valence of B, by distance from the finest level", CQI_SIZE_B, CQI_SIZE_A },
+    { "valence of A, by distance from the finest level", CQI_SIZE_A, CQI_RULE },
+    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_INNER },
+    { "angles to the predicted B - A of the vertices beside p, q, on B's side", CQI_INNER, CQI_OUTER },
     { "the same on A's side", CQI_OUTER, CQI_BETWEEN },
-    { "angle between the common neighbours", CQI_BETWEEN, CQI_END },
-    { "everything about p and q alone", CQI_END, CQI_WEIGHTS },
+    { "angle between the common neighbours", CQI_BETWEEN, CQI_END_STATE },
+    { "valences and states of the common neighbours", CQI_END_STATE, CQI_END_VALENCE },
+    { "their valences, by distance from the finest level", CQI_END_VALENCE, CQI_END_BEFORE },
+    { "valences of the vertices before them", CQI_END_BEFORE, CQI_END_BEHIND },
+    { "valences of the vertices behind them", CQI_END_BEHIND, CQI_END_EDGE },
+    { "lengths of their spokes", CQI_END_EDGE, CQI_WEIGHTS },
     { "all features", 0, CQI_WEIGHTS }
 };
 
