@@ -317,7 +317,7 @@ typedef struct cq_report {
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
-#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2 + 1) /* and one not listed */
+#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 #define CQI_SCALES 16                /* classes of patch size, a context of the residuals */
 
 /* A conquest in progress: the list of patches is the queue of gates too. */
@@ -328,15 +328,15 @@ typedef struct cqi_walk {
     cq_index spoke;       /* of patch `head`: the next gate is behind it, clockwise; CQ_NONE: head has not begun */
 } cqi_walk;
 
-/* One way to split a patch: B takes the ring from p to q. The features are entries of the tables of the same names. */
-typedef struct cqi_candidate {
-    uint8_t p, q;
-    uint8_t rule, between, inner, outer;
-    union {
-        int32_t score;    /* first in 2^-22 octaves, */
-        uint32_t weight;  /* then as a share of the range */
-    } as;
-} cqi_candidate;
+typedef struct cqi_vector {
+    int32_t x, y, z;
+} cqi_vector;
+
+/* What the positions say about a candidate: entries of the tables of the same names. */
+typedef struct cqi_angles {
+    uint8_t inner, outer, between;
+    uint8_t known;
+} cqi_angles;
 
 /* Gradients of a split, gathered where candidates share features. */
 typedef struct cqi_gradient {
@@ -347,11 +347,13 @@ typedef struct cqi_gradient {
 typedef struct cqi_ring {
     int size;
     int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
+    int least_q;                               /* of any candidate */
     int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
     int channel;                               /* whose values are in `offset`, or -1 */
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];           /* its end */
-    uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most 31 */
+    uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
+    uint8_t valence_class[CQ_MAX_VALENCE + 2]; /* CQI_VALENCE_CLASSES of vertex k - 1; the ends are there twice */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
     uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
@@ -361,12 +363,12 @@ typedef struct cqi_ring {
     int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
     int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
     int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
-    int32_t sum[CQ_MAX_VALENCE + 1][3];        /* of the offsets before a vertex, the largest one with 12 bits */
-    int16_t direction[CQ_MAX_VALENCE + 2][3];  /* offset of vertex k - 1, 256 long; the ends are there twice */
+    cqi_vector sum[CQ_MAX_VALENCE + 1];        /* of the offsets before a vertex, the largest one with 12 bits */
+    cqi_vector direction[CQ_MAX_VALENCE + 2];  /* offset of vertex k - 1, 256 long; the ends are there twice */
 } cqi_ring;
 
 /* Adaptive weights of the split model, in 2^-CQI_UNIT octaves, at most 8 octaves: a sum of 31 does not overflow. */
-enum { CQI_UNIT = 22, CQI_MOST = 8 << CQI_UNIT };
+enum { CQI_UNIT = 22, CQI_MOST = 8 << CQI_UNIT, CQI_WORST = -31 * CQI_MOST };
 
 /* Indices of tables in one array. */
 enum {
@@ -461,7 +463,8 @@ typedef struct cq_decoder {
     uint32_t level_end;                    /* vertices when the level is complete */
     cqi_walk walk;
     cqi_ring ring;
-    cqi_candidate candidate[CQI_CANDIDATES];
+    int32_t score[CQI_CANDIDATES];         /* of the candidates, by p, then q; then their shares of the range */
+    cqi_angles angles[CQI_CANDIDATES];
     cqi_gradient gradient;
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
@@ -1184,7 +1187,7 @@ static void cqi_encode_interval(cq_range_encoder *e, uint32_t offset, uint32_t w
     }
 }
 
-static void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t width)
+static inline void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t width)
 {
     d->code -= offset;
     d->range = width;
@@ -1659,12 +1662,12 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
 };
 static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
-    0, -60, 0, 28, 46, 31, 6, -19, -16, -5, -1, 3, 0, 1, 0, -1, 0, -59, -2, 31, 39, 22,
-    16, -8, -16, -8, -2, 1, 0, 0, 0, -1, 0, -81, -10, 23, 37, 34, 31, 22, 12, 1, 1, -1,
-    -5, -2, -4, -6, 0, -59, 6, 33, 50, 32, 9, -13, -20, -18, -10, -3, 3, 0, -1, 3, 0, -56,
-    6, 36, 40, 24, 19, -7, -23, -20, -9, -2, 2, 1, 0, 1, 0, -74, 1, 33, 45, 39, 35, 27,
-    15, 4, -3, -11, -15, -12, -11, -20, -22, -29, -21, -12, -10, -40, -22, -23, -19, -24, -13, -38, -23, -31,
-    -16, -18, -10, -27, -8, -17, 77, 73, 71, 69, -3, -6, 74, 69, 69, 68, -36, -35, 73, 67, 65, 68,
+    0, -64, 2, 31, 49, 34, 7, -20, -17, -5, -2, 3, 0, 0, 0, -1, 0, -66, 1, 34, 42, 24,
+    18, -8, -18, -9, -2, 1, 0, 0, 0, -1, 0, -87, -6, 27, 41, 38, 35, 25, 14, 1, 1, -1,
+    -6, -2, -5, -7, 0, -62, 8, 36, 53, 34, 10, -14, -22, -20, -11, -3, 3, 0, -1, 4, 0, -61,
+    10, 39, 43, 26, 20, -7, -25, -22, -10, -2, 3, 1, 0, 2, 0, -79, 4, 37, 49, 43, 39, 30,
+    16, 5, -3, -13, -17, -13, -11, -21, -20, -28, -19, -11, -9, -43, -20, -21, -16, -23, -11, -43, -21, -30,
+    -12, -17, -11, -30, -6, -14, 83, 79, 77, 75, -1, -3, 80, 75, 75, 74, -39, -40, 80, 74, 72, 74,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
@@ -1673,55 +1676,55 @@ static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 30, 47, 0, 0, 0, 0,
-    0, 0, 0, 0, 3, 12, 8, 10, 8, 15, 26, 19, 0, 0, 0, 0, 13, 14, 3, 4, 6, 6,
-    9, 2, 0, 0, 0, 0, 11, 20, -3, -4, -2, -2, -1, -4, -1, -2, 0, -7, 8, 10, -3, -6,
-    -3, -1, -7, -7, -6, -3, -9, -10, 19, 16, -7, -10, -11, -12, -12, -8, -11, -13, -13, -15, 18, 16,
-    1, -4, -11, -14, -11, -2, -10, -12, -15, -15, 15, 17, 6, 4, -8, -17, 0, 0, -7, -8, -15, -10,
-    12, 15, 6, 6, -3, -13, 4, 3, -5, 0, -15, -8, 9, 8, -1, 0, -3, -4, 2, 1, 1, -4,
-    -6, 0, 8, 10, 2, -1, -2, -6, 2, 1, 3, 1, 0, 0, 8, 6, 0, 0, -1, 3, 0, 0,
-    7, -3, 1, 5, 3, 7, 0, 0, 8, -2, 0, 4, 3, 4, 1, -1, 2, 7, 0, 0, 1, -2,
-    1, 0, 6, 7, 6, 8, 15, 22, 5, 23, 18, 20, 14, 18, -9, -9, -20, -20, -21, -25, -17, -14,
-    1, -9, 3, -3, -5, 0, 7, -1, 3, 7, 9, 3, 27, 25, 4, 13, 20, 21, 6, 5, 2, -4,
-    8, 10, -16, -16, -13, -14, -7, -6, -5, 0, 6, -2, 5, -2, 3, 0, 3, 4, -2, 8, 24, 24,
-    19, 18, 10, 9, 6, 3, 5, -1, 0, -1, -1, -2, -6, -1, -2, -2, 2, 4, 0, 4, 4, 5,
-    2, 5, 4, 2, 2, 16, 21, 7, 19, 7, 17, 9, 10, 7, 5, 5, 4, 6, 4, 6, 2, 5,
-    0, 8, -1, 0, -1, 8, 0, -1, 13, 14, 15, 19, 6, 18, 8, 15, 7, 14, 6, 9, 3, 7,
-    6, 4, 5, 3, 4, 1, 8, 0, 1, 5, 8, -8, 10, 1, 7, 11, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 34, 50, 0, 0, 0, 0,
+    0, 0, 0, 0, 3, 13, 9, 10, 9, 16, 27, 19, 0, 0, 0, 0, 14, 15, 3, 1, 7, 7,
+    10, 2, 0, 0, 0, 0, 12, 20, -4, -6, -2, -2, -1, -4, -1, -2, 0, -7, 8, 10, -3, -6,
+    -2, -1, -7, -7, -6, -3, -9, -10, 19, 16, -3, -2, -12, -13, -12, -9, -11, -14, -14, -17, 18, 15,
+    0, 6, -10, -16, -13, 0, -9, -14, -15, -17, 15, 16, 5, 3, -8, -17, 2, 2, -8, -9, -16, -10,
+    12, 15, 3, 9, -2, -14, 6, 4, -5, -1, -15, -9, 9, 8, 0, 0, -4, -4, 4, 3, 1, -5,
+    -6, -1, 8, 10, 1, 1, -1, -7, 2, -1, 3, 2, 0, 0, 8, 6, 0, 0, -1, 3, 1, 0,
+    7, -3, 1, 5, 3, 7, 0, 0, 9, -2, 0, 3, 3, 5, 1, -1, 1, 7, 0, 0, 2, -2,
+    1, 1, 6, 7, 6, 8, 16, 22, 6, 24, 19, 21, 14, 17, -9, -9, -20, -20, -20, -24, -17, -13,
+    1, -9, 3, -3, -5, 0, 7, -1, 3, 7, 9, 3, 28, 26, 4, 13, 20, 21, 6, 5, 3, -5,
+    8, 10, -15, -16, -14, -13, -7, -6, -5, 0, 6, -2, 5, -2, 3, 0, 3, 4, -1, 8, 27, 25,
+    19, 18, 11, 9, 6, 3, 5, -1, 1, 0, -1, 0, -6, -1, -2, -1, 2, 4, 0, 4, 4, 5,
+    2, 5, 4, 3, 3, 18, 22, 8, 20, 8, 18, 9, 11, 8, 6, 6, 5, 7, 5, 7, 3, 6,
+    1, 9, -1, 0, 0, 9, 0, -1, 14, 15, 18, 20, 7, 19, 8, 16, 8, 15, 7, 10, 3, 8,
+    7, 5, 5, 3, 4, 2, 9, 0, 2, 6, 8, -8, 11, 1, 8, 12, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0,
 }, {
-    0, -32, -5, 17, 31, 22, 5, -14, -11, -3, -1, 1, 0, 0, 0, -1, 0, -34, -5, 22, 25, 11,
-    12, -3, -10, -4, -2, 0, -1, 0, 0, -1, 0, -48, -9, 17, 23, 21, 23, 18, 11, 1, 0, 0,
-    -4, 0, -3, -1, 0, -35, 7, 16, 28, 19, 8, -5, -12, -12, -9, -2, 4, 0, -1, 4, 0, -33,
-    8, 20, 21, 11, 15, -2, -15, -14, -7, -1, 3, 1, 0, 2, 0, -42, 7, 21, 28, 26, 27, 22,
-    13, 3, -3, -10, -13, -8, -7, -14, -19, -26, -16, -13, -12, -45, -17, -18, -15, -22, -13, -45, -18, -30,
-    -19, -22, -16, -35, -3, -19, 68, 65, 65, 62, -2, -9, 66, 63, 64, 62, -40, -44, 67, 61, 60, 62,
-    -12, 0, -7, -4, -3, -14, -8, 1, -7, -7, -7, -7, 4, -1, 1, 11, -2, -3, -7, -3, -4, -6,
-    5, 13, -7, -8, -5, 1, 2, 6, 12, 17, -5, -1, -6, -1, 10, 12, 13, 16, -5, -3, -3, 9,
-    13, 13, 17, 20, -14, 4, 12, 13, 15, 17, 17, 19, 2, 11, 15, 17, 18, 19, 19, 13, 16, 24,
-    25, 24, 21, 18, 15, -3, 24, 25, 24, 20, 17, 11, 1, -8, 24, 23, 22, 18, 12, 1, -3, -10,
-    22, 19, 17, 15, 2, -6, -8, -4, 17, 16, 12, 5, 2, -10, -5, -8, 15, 10, -1, -6, -7, -10,
-    -13, -15, 10, 0, -5, -7, -13, -16, -14, -16, -3, -12, -14, -19, -10, -13, -9, -8, 0, 0, 0, 0,
-    0, 0, 0, 0, -5, -11, -8, -11, -7, -20, -24, -23, 36, 28, 21, 14, 7, 2, 3, 9, 26, 15,
-    6, 4, 2, 1, 1, 7, 18, 8, 5, 11, 17, 21, 27, 20, -7, -9, -13, -15, -5, -22, -19, -19,
-    23, 16, 12, 6, 1, -3, 0, -6, 26, 14, 8, 9, 11, 12, 13, 11, 23, 30, 0, 0, 0, 0,
-    0, 0, 0, 0, 1, 6, 6, 5, 4, 7, 16, 15, 0, 0, 0, 0, 12, 8, 0, 1, 2, 3,
-    5, 2, 0, 0, 0, 0, 10, 12, -4, -5, -3, -5, -2, -2, -2, -2, -1, -3, 1, 2, -2, -4,
-    -1, 0, -7, -3, -5, -2, -7, -5, 12, 7, -3, -7, -7, -9, -11, -1, -9, -12, -11, -8, 9, 4,
-    4, 2, -6, -10, -8, 4, -5, -9, -13, -7, 5, 5, 6, 2, -2, -11, 4, 2, 0, -1, -15, -2,
-    1, 4, 6, 5, 0, -8, 4, 2, 3, 2, -9, -2, -1, 0, -1, -1, -1, -3, 4, 2, 4, 0,
-    0, 8, -1, 0, 1, 0, 1, -4, 3, 0, 5, 5, 7, 7, 1, -2, 0, 0, -1, 3, 1, 1,
-    12, 1, 5, 10, -4, -1, 0, 0, 11, 0, 0, 6, 8, 6, 4, 4, -7, -2, 0, -1, 1, 0,
-    2, 0, 13, 11, 11, 16, -5, -1, 2, 10, 9, 10, 8, 12, -14, -11, -20, -16, -17, -18, -13, -6,
-    8, 2, 7, -2, -3, 2, 7, -1, 5, 6, 9, 3, 21, 20, 1, 6, 14, 13, 3, 2, 0, -5,
-    7, 12, -14, -14, -9, -7, -6, -6, -2, 3, 8, 0, 7, -1, 2, 1, 3, 3, -3, 4, 21, 21,
-    15, 13, 7, 5, 3, 1, 2, -2, -2, -1, -2, -2, -8, -2, -2, -3, 1, 4, 4, 7, 6, 7,
-    4, 8, 4, 1, 3, 13, 23, 13, 20, 12, 17, 12, 9, 8, 4, 5, 3, 6, 2, 5, 1, 2,
-    -2, 4, -4, -2, -4, 8, -4, -8, 5, -1, 17, 17, 12, 21, 12, 18, 9, 15, 6, 9, 3, 7,
-    4, 4, 3, 2, 3, -3, 6, -3, -2, 3, 2, -10, 6, -3, -6, 1, 47, 49, 32, 34, 17, 18,
-    7, 8, 2, 1, -3, -4, -6, -8, -7, -9, -10, -8, -7, -9, -8, -8, -11, -10, -10, -11, 0, 0,
-    -8, -8, 33, 43,
+    0, -34, -6, 20, 33, 25, 6, -15, -12, -3, -1, 1, 0, 0, 0, -1, 0, -36, -5, 24, 27, 12,
+    13, -4, -10, -5, -2, 0, -1, 0, 0, -1, 0, -50, -9, 20, 27, 25, 25, 21, 12, 1, 0, 0,
+    -5, 0, -3, -1, 0, -36, 8, 18, 30, 20, 8, -6, -13, -13, -9, -2, 4, 0, -1, 4, 0, -34,
+    10, 22, 23, 12, 15, -2, -16, -14, -7, -1, 3, 1, 0, 2, 0, -42, 9, 24, 31, 29, 30, 24,
+    14, 3, -4, -11, -14, -8, -7, -15, -18, -26, -15, -12, -11, -45, -16, -17, -12, -21, -12, -46, -17, -29,
+    -16, -21, -14, -36, -1, -17, 73, 71, 71, 68, -1, -7, 72, 69, 70, 67, -40, -45, 72, 67, 65, 68,
+    -12, 1, -7, -5, -3, -14, -8, 4, -7, -6, -7, -7, 5, 0, 3, 13, -3, -2, -6, -2, -3, -5,
+    7, 16, -7, -8, -4, 2, 3, 8, 14, 19, -4, 0, -5, 1, 12, 15, 15, 18, -5, -2, -1, 11,
+    15, 16, 20, 22, -14, 6, 14, 15, 18, 19, 19, 22, 4, 14, 18, 19, 21, 21, 21, 15, 18, 27,
+    27, 26, 23, 21, 18, -1, 26, 28, 27, 23, 19, 13, 3, -7, 26, 26, 24, 20, 14, 3, -2, -9,
+    24, 21, 19, 17, 3, -5, -7, -3, 20, 18, 14, 7, 3, -9, -5, -8, 17, 12, 0, -5, -7, -10,
+    -13, -16, 12, 2, -5, -7, -13, -17, -15, -16, -2, -12, -13, -19, -10, -13, -10, -9, 0, 0, 0, 0,
+    0, 0, 0, 0, -5, -10, -6, -10, -5, -21, -25, -24, 41, 33, 26, 20, 12, 7, 7, 14, 28, 16,
+    8, 6, 4, 3, 2, 9, 19, 9, 6, 13, 19, 23, 29, 21, -7, -8, -12, -15, -3, -23, -22, -21,
+    25, 18, 14, 8, 2, -2, 1, -5, 28, 15, 10, 10, 13, 13, 14, 13, 26, 32, 0, 0, 0, 0,
+    0, 0, 0, 0, 1, 6, 7, 5, 4, 7, 17, 16, 0, 0, 0, 0, 12, 9, 0, 0, 3, 3,
+    6, 3, 0, 0, 0, 0, 10, 13, -4, -5, -3, -5, -2, -2, -2, -2, -1, -3, 2, 2, -1, -3,
+    0, 0, -7, -3, -5, -2, -7, -5, 12, 8, 2, 4, -7, -11, -12, -2, -9, -13, -12, -10, 9, 3,
+    -1, 12, -4, -12, -10, 6, -4, -11, -12, -9, 6, 4, 4, 2, -1, -11, 8, 2, 0, -1, -16, -3,
+    1, 4, 3, 8, 2, -10, 5, 2, 3, 1, -9, -2, -1, 0, 0, -1, -1, -3, 5, 3, 4, -1,
+    0, 8, -1, 0, 1, 1, 1, -4, 1, -1, 6, 5, 7, 7, 1, -2, 0, 0, -1, 3, 1, 0,
+    13, 1, 5, 10, -5, -1, 0, 0, 12, 0, 0, 4, 8, 8, 5, 4, -7, -2, 0, 0, 1, 0,
+    1, 1, 14, 11, 12, 16, -5, -1, 2, 10, 10, 10, 8, 12, -13, -11, -20, -16, -16, -17, -13, -5,
+    8, 2, 7, -2, -3, 2, 7, -1, 5, 6, 9, 3, 22, 21, 2, 6, 15, 13, 3, 2, 0, -5,
+    8, 12, -13, -13, -10, -5, -6, -6, -2, 3, 8, 0, 7, -1, 2, 1, 3, 3, -3, 4, 23, 22,
+    16, 14, 8, 5, 4, 2, 3, -1, 0, 1, -2, 0, -7, -2, -2, -2, 1, 4, 4, 7, 7, 7,
+    5, 8, 4, 1, 4, 15, 25, 15, 22, 13, 19, 13, 10, 10, 5, 7, 4, 7, 4, 6, 2, 4,
+    -2, 5, -3, -2, -4, 9, -4, -7, 7, 0, 19, 18, 13, 23, 13, 20, 10, 17, 8, 11, 4, 8,
+    5, 6, 4, 3, 4, -2, 7, -2, -1, 4, 2, -10, 7, -2, -5, 2, 49, 51, 34, 35, 18, 19,
+    8, 9, 3, 2, -2, -3, -5, -7, -6, -8, -10, -7, -6, -8, -7, -7, -11, -9, -10, -11, 0, 0,
+    -8, -7, 35, 44,
 } };
 /* priors end */
 
@@ -2130,37 +2133,27 @@ static void cqi_walk_begin(cq_mesh *m, cqi_walk *w)
     w->spoke = CQ_NONE;
 }
 
+/* Takes the ring of the spoke's origin; returns how many of its vertices were available. */
+static int cqi_conquer_ring(cq_mesh *m, cq_index spoke)
+{
+    cq_index h = spoke;
+    int available = 0;
+    do {
+        cq_index in = m->twin[h];
+        uint8_t *mark = &m->mark[m->origin[in]];
+        available += (*mark & (CQI_MANY | CQI_CENTRE)) == 0;
+        *mark = (uint8_t)(*mark + ((*mark & CQI_MANY) < CQI_MANY));
+        h = cq_next(in);
+    } while (h != spoke);
+    return available;
+}
+
 /* Takes the patch of the spoke's origin. */
 static void cqi_conquer(cq_mesh *m, cqi_walk *w, cq_index *patch, cq_index spoke, int split)
 {
-    cq_index h = spoke, centre = m->origin[spoke];
-    do {
-        uint8_t *mark = &m->mark[cq_target(m, h)];
-        if ((*mark & CQI_MANY) < CQI_MANY) ++*mark;
-        h = cq_clockwise(m, h);
-    } while (h != spoke);
+    cq_index centre = m->origin[spoke];
     m->mark[centre] = (uint8_t)(m->mark[centre] | CQI_CENTRE | split);
     patch[w->tail++] = spoke;
-}
-
-/* Leaves the patch again, in the reverse order of conquest. */
-static void cqi_leave(cq_mesh *m, cq_index spoke)
-{
-    cq_index h = spoke;
-    do {
-        uint8_t *mark = &m->mark[cq_target(m, h)];
-        if ((*mark & CQI_MANY) < CQI_MANY) --*mark;
-        h = cq_clockwise(m, h);
-    } while (h != spoke);
-}
-
-static void cqi_mark_left(cq_mesh *m, cq_index spoke)
-{
-    cq_index h = spoke;
-    do {
-        m->mark[cq_target(m, h)] |= CQI_LEFT;
-        h = cq_clockwise(m, h);
-    } while (h != spoke);
 }
 
 /* The next gate of the patches found so far whose front vertex is available, as the spoke front -> L; or CQ_NONE.
@@ -2206,18 +2199,11 @@ static cq_index cqi_next_seed(const cq_mesh *m, cqi_walk *w, cq_index end)
 }
 
 /* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
-static int cqi_code_flag(cq_decoder *d, cq_index spoke, int split)
+static int cqi_code_flag(cq_decoder *d, cq_index spoke, int available, int split)
 {
-    const cq_mesh *m = &d->mesh;
-    cq_index h = spoke, available = 0, valence = m->valence[m->origin[spoke]];
+    int valence = (int)d->mesh.valence[d->mesh.origin[spoke]];
     if (valence > CQ_MAX_VALENCE) return 0;
-    do {
-        available = (cq_index)(available + !cqi_is_conquered(m, cq_target(m, h)));
-        h = cq_clockwise(m, h);
-    } while (h != spoke);
-    available = available < 3 ? available : 3;
-    valence = valence < 11 ? valence : 11;
-    return cqi_code_bit(d, CQI_FLAG + (int)(12 * available + valence), split);
+    return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(valence, 11), split);
 }
 
 /* Which of the three cases of a first gate; only asked where one of L, R, front is split. */
@@ -2247,7 +2233,7 @@ static cq_result cqi_code_patch(cq_decoder *d)
         spoke = cqi_code_first_patch(d, seed);
     }
     split = CQI_ENCODING(d) && cqi_plan_is_split(d->plan, d->mesh.origin[spoke]);
-    split = cqi_code_flag(d, spoke, split);
+    split = cqi_code_flag(d, spoke, cqi_conquer_ring(&d->mesh, spoke), split);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     cqi_conquer(&d->mesh, &d->walk, d->patch, spoke, split);
     d->splits = (cq_index)(d->splits + (cq_index)split);
@@ -2264,12 +2250,13 @@ static cq_result cqi_code_patch(cq_decoder *d)
 
 enum {
     CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
-    CQI_UNLISTED = 32,    /* share of all candidates together that are not listed */
-    CQI_STILL = 256       /* probability in 1/65536 below which a candidate learns nothing */
+    CQI_STILL = 64        /* probability in 1/65536 below which a candidate learns nothing */
 };
 
 /* State of a ring vertex: how many patches that wait hold it, and whether one that was left did. */
 enum { CQI_FREE, CQI_FREE_LEFT, CQI_HELD, CQI_HELD_LEFT, CQI_HELD_OFTEN, CQI_NEVER, CQI_STATES };
+
+enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
 
 /* 2^(-(k + 1/2) / 64) * 2^CQI_HEAVIEST */
 static const uint16_t cqi_exp2[64] = {
@@ -2280,29 +2267,29 @@ static const uint16_t cqi_exp2[64] = {
 };
 
 /* Share of a candidate whose score is `below` under the best one. */
-static uint32_t cqi_share(uint32_t below)
+static inline uint32_t cqi_share(uint32_t below)
 {
     uint32_t octaves = below >> CQI_UNIT;
     return octaves > CQI_HEAVIEST ? 1 : 1 + (uint32_t)(cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> octaves);
 }
 
 /* Moves a weight along its gradient, in 1/65536. */
-static void cqi_learn(cqi_model *m, int index, int32_t gradient)
+static inline void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
     int32_t x = m->weight[index] + CQI_STEP(gradient);
-    if (CQI_OMITTED(index)) return;
-    m->weight[index] = x < -CQI_MOST ? -CQI_MOST : x > CQI_MOST ? CQI_MOST : x;
+    if (x > CQI_MOST || x < -CQI_MOST || CQI_OMITTED(index)) return;
+    m->weight[index] = x;
 }
 
 /* -- The patch -- */
 
-static uint8_t cqi_ring_state(const cq_mesh *m, cq_index v)
+static uint8_t cqi_ring_state(int mark)
 {
-    int left = (m->mark[v] & CQI_LEFT) != 0, holders = m->mark[v] & CQI_MANY;
-    if (cq_is_virtual(m, v)) return CQI_NEVER;
-    if (holders > 1) return CQI_HELD_OFTEN;
-    return (uint8_t)(holders ? CQI_HELD + left : CQI_FREE + left);
+    int left = (mark & CQI_LEFT) != 0, holders = mark & CQI_MANY;
+    return (uint8_t)(holders > 1 ? CQI_HELD_OFTEN : holders ? CQI_HELD + left : CQI_FREE + left);
 }
+
+static int cqi_valence_class(int valence) { return valence < 3 ? 0 : valence < 16 ? valence - 3 : 13; }
 
 /* At a first gate the centre may be L or R; then the other one is a common neighbour. */
 static int cqi_side_of_patch(const cq_decoder *d, cq_index centre, cq_index first)
@@ -2322,42 +2309,95 @@ static int cqi_level_class(const cq_decoder *d)
     return after == all ? 0 : after >= all - all / 5 ? 1 : 2;
 }
 
-static void cqi_read_ring(cq_decoder *d, cq_index spoke)
+/* Leaves the patch, in the reverse order of conquest, and keeps what its ring was then. */
+static void cqi_leave(cq_decoder *d, cq_index spoke)
 {
-    const cq_mesh *m = &d->mesh;
+    cq_mesh *m = &d->mesh;
     cqi_ring *r = &d->ring;
     cq_index h = spoke;
     int n = 0;
-    r->real[0] = 0;
     do {
-        cq_index v = cq_target(m, h);
-        r->spoke[n] = h;
-        r->vertex[n] = v;
-        r->valence[n] = (uint8_t)(m->valence[v] < 31 ? m->valence[v] : 31);
-        r->state[n] = cqi_ring_state(m, v);
-        r->real[n + 1] = (uint8_t)(r->real[n] + (r->state[n] != CQI_NEVER));
-        n++;
-        h = cq_clockwise(m, h);
+        cq_index in = m->twin[h], v = m->origin[in];
+        int mark = m->mark[v], holders = mark & CQI_MANY;
+        if (holders > 0 && holders < CQI_MANY) mark--;
+        m->mark[v] = (uint8_t)(mark | CQI_LEFT);
+        if (n < CQ_MAX_VALENCE) {
+            r->spoke[n] = h;
+            r->vertex[n] = v;
+            r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? m->valence[v] : CQI_LARGE_VALENCE);
+            r->state[n] = cq_is_virtual(m, v) ? (uint8_t)CQI_NEVER : cqi_ring_state(mark);
+            n++;
+        }
+        h = cq_next(in);
     } while (h != spoke);
     r->size = n;
+}
+
+/* What else is to know about the patch that was left. */
+static void cqi_read_ring(cq_decoder *d)
+{
+    cqi_ring *r = &d->ring;
+    int k;
+    r->real[0] = 0;
+    for (k = 0; k < r->size; k++) {
+        r->real[k + 1] = (uint8_t)(r->real[k] + (r->state[k] != CQI_NEVER));
+        r->valence_class[k + 1] = (uint8_t)cqi_valence_class(r->valence[k]);
+    }
+    r->valence_class[0] = r->valence_class[r->size];
+    r->valence_class[r->size + 1] = r->valence_class[1];
     r->channel = -1;
-    r->side = cqi_side_of_patch(d, m->origin[spoke], cq_target(m, spoke));
+    r->side = cqi_side_of_patch(d, d->mesh.origin[r->spoke[0]], r->vertex[0]);
+    r->least_q = r->side == 1 ? r->size - 1 : 1;
     r->level_class = cqi_level_class(d);
 }
 
 /* -- Geometry of the patch: what the positions say about where it was split -- */
 
-/* Length of a vector within 7 %, not above: no square root, and no overflow below 2^26. */
-static int32_t cqi_norm(const int32_t *x)
+static cqi_vector cqi_add(cqi_vector a, cqi_vector b)
 {
-    int32_t a = (int32_t)cqi_abs(x[0]), b = (int32_t)cqi_abs(x[1]), c = (int32_t)cqi_abs(x[2]);
-    int32_t largest = a > b ? a : b;
-    largest = largest > c ? largest : c;
-    return (11 * largest + 5 * (a + b + c)) / 16;
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+    return a;
+}
+
+static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
+{
+    a.x *= factor;
+    a.y *= factor;
+    a.z *= factor;
+    return a;
+}
+
+static inline cqi_vector cqi_shift(cqi_vector a, int bits)
+{
+    a.x = cqi_floor_shift(a.x, bits);
+    a.y = cqi_floor_shift(a.y, bits);
+    a.z = cqi_floor_shift(a.z, bits);
+    return a;
+}
+
+static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/* Length within 7 %, not above: no square root, and no overflow below 2^26. */
+static inline int32_t cqi_norm(cqi_vector a)
+{
+    int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
+    int32_t largest = x > y ? x : y;
+    largest = largest > z ? largest : z;
+    return (int32_t)((uint32_t)(11 * largest + 5 * (x + y + z)) >> 4);
 }
 
 /* Class of each spoke's length: quarters of the mean of the two shortest. */
-static void cqi_classify_edges(cqi_ring *r, const int16_t *length)
+static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
 {
     int32_t shortest = 0x7fff, second = shortest, scale;
     int k;
@@ -2387,33 +2427,28 @@ static int cqi_offset_shift(const cqi_ring *r)
 static void cqi_locate_ring(cq_decoder *d, int channel)
 {
     cqi_ring *r = &d->ring;
-    int16_t length[CQ_MAX_VALENCE];
-    int k, c, shift;
+    int32_t length[CQ_MAX_VALENCE];
+    int k, shift;
     cqi_read_offsets(d, channel);
     shift = cqi_offset_shift(r);
-    memset(r->sum[0], 0, sizeof r->sum[0]);
+    memset(&r->sum[0], 0, sizeof r->sum[0]);
     for (k = 0; k < r->size; k++) {
-        int32_t x[3], scale;
-        for (c = 0; c < 3; c++) {
-            x[c] = shift < 0 ? cqi_floor_shift(r->offset[k][c], -shift) : r->offset[k][c] * ((int32_t)1 << shift);
-            r->sum[k + 1][c] = r->sum[k][c] + x[c];
-        }
-        length[k] = (int16_t)(cqi_norm(x) + 1);
-        scale = ((int32_t)1 << 18) / length[k];
-        for (c = 0; c < 3; c++) r->direction[k + 1][c] = (int16_t)cqi_floor_shift(x[c] * scale, 10);
+        cqi_vector x;
+        x.x = r->offset[k][0];
+        x.y = r->offset[k][1];
+        x.z = r->offset[k][2];
+        x = shift < 0 ? cqi_shift(x, -shift) : cqi_scale(x, (int32_t)1 << shift);
+        r->sum[k + 1] = cqi_add(r->sum[k], x);
+        length[k] = cqi_norm(x) + 1;
+        r->direction[k + 1] = cqi_shift(cqi_scale(x, ((int32_t)1 << 18) / length[k]), 10);
     }
-    memcpy(r->direction[0], r->direction[r->size], sizeof r->direction[0]);
-    memcpy(r->direction[r->size + 1], r->direction[1], sizeof r->direction[0]);
+    r->direction[0] = r->direction[r->size];
+    r->direction[r->size + 1] = r->direction[1];
     cqi_classify_edges(r, length);
 }
 
-static int32_t cqi_dot(const int16_t *u, const int16_t *v)
-{
-    return (int32_t)u[0] * v[0] + (int32_t)u[1] * v[1] + (int32_t)u[2] * v[2];
-}
-
 /* Eight classes of the angle between a direction and an axis, `scale` being 2^20 / length of the axis. */
-static int cqi_angle(const int16_t *u, const int16_t *axis, int32_t scale)
+static inline int cqi_angle(cqi_vector u, cqi_vector axis, int32_t scale)
 {
     int32_t x = cqi_dot(u, axis) * scale + ((int32_t)1 << 28);
     return x < 0 ? 0 : x >> 26 > 7 ? 7 : (int)(x >> 26);
@@ -2421,7 +2456,7 @@ static int cqi_angle(const int16_t *u, const int16_t *axis, int32_t scale)
 
 /* How far p and q are apart on the shorter side: 1 .. 4 steps through B's neighbours, 5 .. 7: 1 .. 3 through A's; and in
  * eight classes the angle between their spokes. */
-static uint8_t cqi_between(const cqi_ring *r, int p, int q)
+static inline uint8_t cqi_between(const cqi_ring *r, int p, int q)
 {
     int b = q - p, a = r->size - b, steps = b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3);
     int32_t x = cqi_dot(r->direction[p + 1], r->direction[q + 1]) + 65536;
@@ -2430,59 +2465,57 @@ static uint8_t cqi_between(const cqi_ring *r, int p, int q)
 
 /* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): at what angles to it
  * the vertices beside the common neighbours lie. */
-static void cqi_locate_candidate(const cqi_ring *r, cqi_candidate *candidate)
+static void cqi_locate_candidate(const cqi_ring *r, int p, int q, cqi_angles *angles)
 {
-    int p = candidate->p, q = candidate->q, n = r->size, c, shift;
-    int32_t n_b = r->real[q + 1] - r->real[p] + 1, n_a = r->real[n] - (r->real[q] - r->real[p + 1]) + 1;
-    int32_t wide[3], length, scale;
-    int16_t axis[3];
-    for (c = 0; c < 3; c++) {
-        int32_t b = r->sum[q + 1][c] - r->sum[p][c], a = r->sum[n][c] - (r->sum[q][c] - r->sum[p + 1][c]);
-        wide[c] = n_a * b - n_b * a;
-    }
-    length = cqi_norm(wide);
-    shift = cqi_bit_length((uint32_t)length) - 10;
-    shift = shift < 0 ? 0 : shift;
-    for (c = 0; c < 3; c++) axis[c] = (int16_t)cqi_floor_shift(wide[c], shift);
+    const cqi_vector *u = r->direction + 1;
+    int32_t n_b = r->real[q + 1] - r->real[p] + 1, n_a = r->real[r->size] - (r->real[q] - r->real[p + 1]) + 1;
+    cqi_vector b = cqi_subtract(r->sum[q + 1], r->sum[p]);
+    cqi_vector a = cqi_add(cqi_subtract(r->sum[r->size], r->sum[q]), r->sum[p + 1]);
+    cqi_vector axis = cqi_subtract(cqi_scale(b, n_a), cqi_scale(a, n_b));
+    int32_t length = cqi_norm(axis), scale;
+    int shift = length < 1024 ? 0 : cqi_bit_length((uint32_t)length) - 10;
+    axis = cqi_shift(axis, shift);
     scale = ((int32_t)1 << 20) / ((length >> shift) + 1);
-    candidate->inner = (uint8_t)(8 * cqi_angle(r->direction[p + 2], axis, scale) + cqi_angle(r->direction[q], axis, scale));
-    candidate->outer = (uint8_t)(8 * cqi_angle(r->direction[p], axis, scale) + cqi_angle(r->direction[q + 2], axis, scale));
-    candidate->between = cqi_between(r, p, q);
+    angles->inner = (uint8_t)(8 * cqi_angle(u[p + 1], axis, scale) + cqi_angle(u[q - 1], axis, scale));
+    angles->outer = (uint8_t)(8 * cqi_angle(u[p - 1], axis, scale) + cqi_angle(u[q + 1], axis, scale));
+    angles->between = cqi_between(r, p, q);
+    angles->known = 1;
 }
 
 /* -- The model -- */
-
-static int cqi_valence_class(int valence) { return valence < 3 ? 0 : valence < 16 ? valence - 3 : 13; }
 
 /* The smallest valence of a vertex that B could have been instead, from one end of the ring to k: the neighbours of A
  * that no waiting patch holds. As a common neighbour, k itself has one more neighbour than now. */
 static void cqi_find_alternatives(const cqi_ring *r, int from, int step, uint8_t *best)
 {
-    int k, smallest = 99;
+    int k, smallest = CQI_LARGE_VALENCE;
     for (k = from; k >= 0 && k < r->size; k += step) {
         int available = r->state[k] <= CQI_FREE_LEFT;
-        best[k] = (uint8_t)(available ? cqi_at_most(r->valence[k] + 1, smallest) : smallest);
+        best[k] = (uint8_t)(available && r->valence[k] < smallest ? r->valence[k] + 1 : smallest);
         if (available) smallest = cqi_at_most(r->valence[k], smallest);
     }
 }
 
-/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative? */
-static int cqi_rule_class(int best, int valence_b)
+/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative to B? Classes 0 .. 5
+ * of its valence minus that of B, 0 for less than -2, at [valence - steps from p to q + CQ_MAX_VALENCE]. */
+static const uint8_t cqi_rule_class[CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1] = {
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3,
+    4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5
+};
+
+static inline int cqi_rule(int before, int after, int steps)
 {
-    int x = best - valence_b + 2;
-    return x < 0 ? 0 : x > 5 ? 5 : x;
+    return 6 * cqi_rule_class[before - steps + CQ_MAX_VALENCE] + cqi_rule_class[after - steps + CQ_MAX_VALENCE];
 }
 
 /* Features of a ring vertex: entries for p, each with that for q behind it. */
 static void cqi_end_entries(const cqi_ring *r, int k, uint16_t *entry)
 {
-    int valence = cqi_valence_class(r->valence[k]);
-    int before = cqi_valence_class(r->valence[k ? k - 1 : r->size - 1]);
-    int behind = cqi_valence_class(r->valence[k + 1 < r->size ? k + 1 : 0]);
-    entry[0] = (uint16_t)(CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]));
-    entry[1] = (uint16_t)(CQI_END_VALENCE + 2 * (14 * r->level_class + valence));
-    entry[2] = (uint16_t)(CQI_END_BEFORE + 2 * before);
-    entry[3] = (uint16_t)(CQI_END_BEHIND + 2 * behind);
+    const uint8_t *valence = r->valence_class + 1 + k;
+    entry[0] = (uint16_t)(CQI_END_STATE + 2 * (CQI_STATES * valence[0] + r->state[k]));
+    entry[1] = (uint16_t)(CQI_END_VALENCE + 2 * (14 * r->level_class + valence[0]));
+    entry[2] = (uint16_t)(CQI_END_BEFORE + 2 * valence[-1]);
+    entry[3] = (uint16_t)(CQI_END_BEHIND + 2 * valence[1]);
     entry[4] = (uint16_t)(CQI_END_EDGE + 2 * r->edge[k]);
 }
 
@@ -2491,16 +2524,15 @@ static int cqi_is_located(const cqi_ring *r) { return r->channel >= 0; }
 
 static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
 {
-    int k, j;
+    int k, end;
     for (k = 0; k < r->size; k++) {
-        int32_t as_p = 0, as_q = 0;
-        cqi_end_entries(r, k, r->entry[k]);
-        for (j = 0; j < 4 + cqi_is_located(r); j++) {
-            as_p += m->weight[r->entry[k][j]];
-            as_q += m->weight[r->entry[k][j] + 1];
+        uint16_t *entry = r->entry[k];
+        cqi_end_entries(r, k, entry);
+        for (end = 0; end < 2; end++) {
+            const int32_t *w = m->weight + end;
+            r->score[end][k] = w[entry[0]] + w[entry[1]] + w[entry[2]] + w[entry[3]];
+            if (cqi_is_located(r)) r->score[end][k] += w[entry[4]];
         }
-        r->score[0][k] = as_p;
-        r->score[1][k] = as_q;
     }
 }
 
@@ -2511,48 +2543,53 @@ static int cqi_size_a(const cqi_ring *r, int length)
     return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
 }
 
-static uint8_t cqi_rule(const cqi_ring *r, int p, int q)
-{
-    int valence_b = q - p + 2;
-    return (uint8_t)(6 * cqi_rule_class(r->best_before[p], valence_b) + cqi_rule_class(r->best_after[q], valence_b));
-}
-
 /* The pairs that the patch's side allows: p below p_end, q from q_begin(p) on. */
 static int cqi_p_end(const cqi_ring *r) { return r->side == 2 ? 1 : r->size - 1; }
-static int cqi_q_begin(const cqi_ring *r, int p) { return r->side == 1 ? r->size - 1 : p + 1; }
+static int cqi_q_begin(const cqi_ring *r, int p) { return p < r->least_q ? r->least_q : p + 1; }
 
-/* Lists the candidates that valences do not make hopeless, in order; returns the number. */
-static int cqi_list_candidates(cq_decoder *d)
+/* Scores of all candidates by valences. Returns the best one. */
+static int32_t cqi_score_candidates(cq_decoder *d)
+{
+    const cqi_ring *r = &d->ring;
+    const int32_t *rule_weight = d->model.weight + CQI_RULE;
+    const int n = r->size, p_end = cqi_p_end(r);
+    int32_t *score = d->score, best = CQI_WORST;
+    int p, q;
+    for (p = 0; p < p_end; p++) {
+        const int32_t score_of_p = r->score[0][p];
+        const int before = r->best_before[p];
+        for (q = cqi_q_begin(r, p); q < n; q++, score++) {
+            int length = q - p, rule = cqi_rule(before, r->best_after[q], length);
+            int32_t sum = score_of_p + r->score[1][q] + r->score_of_length[length] + rule_weight[rule];
+            best = sum > best ? sum : best;
+            *score = sum;
+        }
+    }
+    return best;
+}
+
+/* Adds to the scores what the positions say, where valences have not said enough. Returns the best one. */
+static int32_t cqi_locate_candidates(cq_decoder *d, int32_t enough)
 {
     const cqi_ring *r = &d->ring;
     const int32_t *weight = d->model.weight;
-    cqi_candidate *list = d->candidate;
-    int32_t best = -31 * (int32_t)CQI_MOST;
-    int p, q, k, n = 0, kept = 0;
-    for (p = 0; p < cqi_p_end(r); p++)
-        for (q = cqi_q_begin(r, p); q < r->size; q++) {
-            uint8_t rule = cqi_rule(r, p, q);
-            int32_t score = r->score[0][p] + r->score[1][q] + r->score_of_length[q - p] + weight[CQI_RULE + rule];
-            if (score < best - CQI_HOPELESS) continue;
-            if (score > best) best = score;
-            list[n].p = (uint8_t)p;
-            list[n].q = (uint8_t)q;
-            list[n].rule = rule;
-            list[n++].as.score = score;
+    int32_t *score = d->score, best = CQI_WORST;
+    cqi_angles *angles = d->angles;
+    const int n = r->size, p_end = cqi_p_end(r);
+    int p, q;
+    for (p = 0; p < p_end; p++)
+        for (q = cqi_q_begin(r, p); q < n; q++, score++, angles++) {
+            angles->known = 0;
+            if (*score < enough) {
+                *score = CQI_WORST;
+                continue;
+            }
+            cqi_locate_candidate(r, p, q, angles);
+            *score += weight[CQI_INNER + angles->inner] + weight[CQI_OUTER + angles->outer] +
+                      weight[CQI_BETWEEN + angles->between];
+            best = *score > best ? *score : best;
         }
-    for (k = 0; k < n; k++)
-        if (list[k].as.score >= best - CQI_HOPELESS) list[kept++] = list[k];
-    return kept;
-}
-
-static void cqi_locate_candidates(cq_decoder *d, int count)
-{
-    const int32_t *weight = d->model.weight;
-    cqi_candidate *c = d->candidate;
-    for (; count; c++, count--) {
-        cqi_locate_candidate(&d->ring, c);
-        c->as.score += weight[CQI_INNER + c->inner] + weight[CQI_OUTER + c->outer] + weight[CQI_BETWEEN + c->between];
-    }
+    return best;
 }
 
 /* Gets the ring's features and their scores ready. */
@@ -2568,130 +2605,119 @@ static void cqi_score_ring(cq_decoder *d)
     for (k = 1; k < r->size; k++) r->score_of_length[k] = weight[cqi_size_b(r, k)] + weight[cqi_size_a(r, k)];
 }
 
-/* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(cqi_candidate *c, int count)
+/* Number of the pairs before p, q in their order. */
+static int cqi_pair_number(const cqi_ring *r, int p, int q)
 {
-    int32_t best = c[0].as.score;
+    int number = q - cqi_q_begin(r, p);
+    while (p-- > 0) number += r->size - cqi_q_begin(r, p);
+    return number;
+}
+
+static void cqi_pair_of_number(const cqi_ring *r, int number, int *p, int *q)
+{
+    for (*p = 0; number >= r->size - cqi_q_begin(r, *p); ++*p) number -= r->size - cqi_q_begin(r, *p);
+    *q = cqi_q_begin(r, *p) + number;
+}
+
+/* Turns scores into shares; returns their total. */
+static uint32_t cqi_share_range(int32_t *score, int count, int32_t best)
+{
     uint32_t total = 0;
     int k;
-    for (k = 1; k < count; k++) best = c[k].as.score > best ? c[k].as.score : best;
     for (k = 0; k < count; k++) {
-        c[k].as.weight = cqi_share((uint32_t)best - (uint32_t)c[k].as.score);
-        total += c[k].as.weight;
+        uint32_t share = cqi_share((uint32_t)best - (uint32_t)score[k]);
+        score[k] = (int32_t)share;
+        total += share;
     }
     return total;
 }
 
-static uint32_t cqi_listed_share(const cqi_candidate *list, int count, int k)
+/* Codes one of several numbers that have shares of a total. */
+static int cqi_code_share(cq_decoder *d, const int32_t *share, uint32_t total, int value)
 {
-    return k < count ? list[k].as.weight : (uint32_t)CQI_UNLISTED;
-}
-
-/* Codes which candidate of the list it is; or `count`: one that is not listed. */
-static int cqi_code_listed(cq_decoder *d, int count, uint32_t total, int chosen)
-{
-    const cqi_candidate *c = d->candidate;
-    uint32_t start = 0, slot = 0;
-    int k;
+    uint32_t start = 0, slot;
+    int k = 0;
     if (CQI_ENCODING(d)) {
-        for (k = 0; k < chosen; k++) start += c[k].as.weight;
-        cq_encode_freq(&d->plan->range, start, cqi_listed_share(c, count, chosen), total + CQI_UNLISTED);
-        return chosen;
+        for (; k < value; k++) start += (uint32_t)share[k];
+        cq_encode_freq(&d->plan->range, start, (uint32_t)share[k], total);
+        return k;
     }
-    slot = cq_decode_slot(&d->range, total + CQI_UNLISTED);
-    for (k = 0; k < count && start + c[k].as.weight <= slot; k++) start += c[k].as.weight;
-    cq_decode_freq(&d->range, start, cqi_listed_share(c, count, k), total + CQI_UNLISTED);
+    slot = cq_decode_slot(&d->range, total);
+    for (; start + (uint32_t)share[k] <= slot; k++) start += (uint32_t)share[k];
+    cq_decode_freq(&d->range, start, (uint32_t)share[k], total);
     return k;
 }
 
-/* One of `count` numbers, all alike. */
-static int cqi_code_uniform(cq_decoder *d, int value, int count)
+static inline void cqi_learn_end(cqi_model *m, const cqi_ring *r, const uint16_t *entry, int end, int32_t gradient)
 {
-    if (CQI_ENCODING(d)) {
-        cq_encode_freq(&d->plan->range, (uint32_t)value, 1, (uint32_t)count);
-        return value;
-    }
-    value = (int)cq_decode_slot(&d->range, (uint32_t)count);
-    cq_decode_freq(&d->range, (uint32_t)value, 1, (uint32_t)count);
-    return value;
+    if (!gradient) return;
+    cqi_learn(m, entry[0] + end, gradient);
+    cqi_learn(m, entry[1] + end, gradient);
+    cqi_learn(m, entry[2] + end, gradient);
+    cqi_learn(m, entry[3] + end, gradient);
+    if (cqi_is_located(r)) cqi_learn(m, entry[4] + end, gradient);
 }
 
-/* Codes a candidate that is not listed, as it is, and puts it behind the list. */
-static void cqi_code_unlisted(cq_decoder *d, cqi_candidate *c, int p, int q)
+static inline void cqi_learn_pair(cq_decoder *d, int p, int q, const cqi_angles *angles, int32_t gradient)
 {
-    const cqi_ring *r = &d->ring;
-    p = cqi_code_uniform(d, p, cqi_p_end(r));
-    q = cqi_q_begin(r, p) + cqi_code_uniform(d, q - cqi_q_begin(r, p), r->size - cqi_q_begin(r, p));
-    c->p = (uint8_t)p;
-    c->q = (uint8_t)q;
-    c->rule = cqi_rule(r, p, q);
-    if (cqi_is_located(r)) cqi_locate_candidate(r, c);
-    c->as.weight = 0;
-}
-
-static void cqi_learn_candidate(cqi_model *m, const cqi_ring *r, const cqi_candidate *c, int32_t x, cqi_gradient *g)
-{
-    g->of_p[c->p] += x;
-    g->of_q[c->q] += x;
-    g->of_length[c->q - c->p] += x;
-    cqi_learn(m, CQI_RULE + c->rule, x);
-    if (!cqi_is_located(r)) return;
-    cqi_learn(m, CQI_INNER + c->inner, x);
-    cqi_learn(m, CQI_OUTER + c->outer, x);
-    cqi_learn(m, CQI_BETWEEN + c->between, x);
-}
-
-static void cqi_learn_ends(cqi_model *m, const cqi_ring *r, const cqi_gradient *g)
-{
-    int k, j;
-    for (k = 0; k < r->size; k++) {
-        if (g->of_p[k]) for (j = 0; j < 4 + cqi_is_located(r); j++) cqi_learn(m, r->entry[k][j], g->of_p[k]);
-        if (g->of_q[k]) for (j = 0; j < 4 + cqi_is_located(r); j++) cqi_learn(m, r->entry[k][j] + 1, g->of_q[k]);
-    }
+    cqi_model *m = &d->model;
+    d->gradient.of_p[p] += gradient;
+    d->gradient.of_q[q] += gradient;
+    d->gradient.of_length[q - p] += gradient;
+    cqi_learn(m, CQI_RULE + cqi_rule(d->ring.best_before[p], d->ring.best_after[q], q - p), gradient);
+    if (!cqi_is_located(&d->ring)) return;
+    cqi_learn(m, CQI_INNER + angles->inner, gradient);
+    cqi_learn(m, CQI_OUTER + angles->outer, gradient);
+    cqi_learn(m, CQI_BETWEEN + angles->between, gradient);
 }
 
 /* After the split was `chosen`. Candidates with less than CQI_STILL of the range do not move; what the others lose, the
  * chosen one gains, so that the sum of all scores does not drift. */
-static void cqi_learn_split(cq_decoder *d, int count, uint32_t total, int chosen)
+static void cqi_learn_split(cq_decoder *d, uint32_t total, int chosen, int chosen_p, int chosen_q)
 {
     const cqi_ring *r = &d->ring;
-    cqi_model *m = &d->model;
     cqi_gradient *g = &d->gradient;
-    uint32_t scale = 0x80000000u / total;
+    const uint32_t scale = 0x80000000u / total;
+    const int32_t still = (int32_t)(CQI_STILL * total >> 16);
+    const int n = r->size, p_end = cqi_p_end(r);
     int32_t gained = 0;
-    int k;
+    int k, p, q;
     memset(g, 0, sizeof *g);
-    for (k = 0; k < count; k++) {
-        int32_t share = (int32_t)(d->candidate[k].as.weight * scale >> 15);
-        if (share < CQI_STILL || k == chosen) continue;
-        cqi_learn_candidate(m, r, &d->candidate[k], -share, g);
-        gained += share;
-    }
-    cqi_learn_candidate(m, r, &d->candidate[chosen], gained, g);
-    cqi_learn_ends(m, r, g);
-    for (k = 1; k < r->size; k++) {
+    for (p = k = 0; p < p_end; p++)
+        for (q = cqi_q_begin(r, p); q < n; q++, k++) {
+            int32_t probability;
+            if (d->score[k] <= still || k == chosen) continue;
+            probability = (int32_t)((uint32_t)d->score[k] * scale >> 15);
+            cqi_learn_pair(d, p, q, &d->angles[k], -probability);
+            gained += probability;
+        }
+    cqi_learn_pair(d, chosen_p, chosen_q, &d->angles[chosen], gained);
+    for (k = 0; k < r->size; k++) {
+        cqi_learn_end(&d->model, r, r->entry[k], 0, g->of_p[k]);
+        cqi_learn_end(&d->model, r, r->entry[k], 1, g->of_q[k]);
         if (!g->of_length[k]) continue;
-        cqi_learn(m, cqi_size_b(r, k), g->of_length[k]);
-        cqi_learn(m, cqi_size_a(r, k), g->of_length[k]);
+        cqi_learn(&d->model, cqi_size_b(r, k), g->of_length[k]);
+        cqi_learn(&d->model, cqi_size_a(r, k), g->of_length[k]);
     }
 }
 
 /* Codes the pair p, q of the patch in d->ring, and adapts. */
 static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
-    cqi_candidate *list = d->candidate;
+    const cqi_ring *r = &d->ring;
     int count, chosen = 0;
     uint32_t total;
+    int32_t best;
     cqi_score_ring(d);
-    count = cqi_list_candidates(d);
-    if (cqi_is_located(&d->ring)) cqi_locate_candidates(d, count);
-    total = cqi_share_range(list, count);
-    if (CQI_ENCODING(d)) while (chosen < count && (list[chosen].p != *p || list[chosen].q != *q)) chosen++;
-    chosen = cqi_code_listed(d, count, total, chosen);
-    if (chosen == count) cqi_code_unlisted(d, &list[chosen], *p, *q);
-    cqi_learn_split(d, count, total, chosen);
-    *p = list[chosen].p;
-    *q = list[chosen].q;
+    count = cqi_pair_number(r, cqi_p_end(r) - 1, r->size - 1) + 1;
+    best = cqi_score_candidates(d);
+    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_HOPELESS);
+    total = cqi_share_range(d->score, count, best);
+    if (CQI_ENCODING(d)) chosen = cqi_pair_number(r, *p, *q);
+    chosen = cqi_code_share(d, d->score, total, chosen);
+    cqi_pair_of_number(r, chosen, p, q);
+    if (cqi_is_located(r) && !d->angles[chosen].known) cqi_locate_candidate(r, *p, *q, &d->angles[chosen]);
+    cqi_learn_split(d, total, chosen, *p, *q);
 }
 
 /* The pair that the plan has for the centre. */
@@ -2714,12 +2740,12 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
     level->sum_j += (uint32_t)(d->ring.size - 1 - q);
 }
 
-/* The split of the patch at `spoke`: both indices, then the values, then the mesh. */
-static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
+/* The split of the patch in d->ring: both indices, then the values, then the mesh. */
+static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
 {
-    cq_index centre = d->mesh.origin[spoke], b;
+    cq_index b;
     int p = 0, q = 0;
-    cqi_read_ring(d, spoke);
+    cqi_read_ring(d);
     if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
     cqi_code_pair(d, &p, &q);
     if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
@@ -2830,12 +2856,9 @@ static cq_result cqi_step_split(cq_decoder *d)
     while (d->walk.tail) {
         cq_index spoke = d->patch[--d->walk.tail], centre = m->origin[spoke];
         int split = m->mark[centre] & CQI_MANY;
-        cq_result result = CQ_OK;
         m->mark[centre] &= CQI_SEED;
-        cqi_leave(m, spoke);
-        if (split) result = cqi_code_split(d, spoke);
-        cqi_mark_left(m, spoke);
-        if (split || result != CQ_OK) return result;
+        cqi_leave(d, spoke);
+        if (split) return cqi_code_split(d, centre);
     }
     d->phase = CQI_LEVEL;
     return CQ_OK;
@@ -3125,6 +3148,7 @@ static int cqi_conquer_patch(cqi_plan *p, const cq_shape *s, cqi_walk *w, cq_ind
         cqi_collapse_noted(p, s, h);
         if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);
     }
+    cqi_conquer_ring(m, spoke);
     cqi_conquer(m, w, p->patch, spoke, h != CQ_NONE);
     return h != CQ_NONE;
 }
