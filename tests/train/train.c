@@ -12,7 +12,7 @@
 static int train_rate, train_step, train_hopeless, omit_begin, omit_end;
 #define CQ_TRAINING
 #define CQI_RATE train_rate
-#define CQI_STEP(gradient) ((gradient) / 16 * train_step)
+#define CQI_STEP (train_step * 4096)
 #define CQI_HOPELESS train_hopeless
 #define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
@@ -44,7 +44,7 @@ static void set_product_speed(void)
 {
     keeping = 0;
     train_rate = 5;
-    train_step = 16;
+    train_step = 20;
     train_hopeless = 8 << CQI_UNIT;
 }
 
