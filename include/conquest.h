@@ -362,9 +362,11 @@ typedef struct cqi_ring {
     uint16_t entry[CQ_MAX_VALENCE][5];         /* features as an end of B's part, for p; for q the next ones */
     int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
     int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
+    uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p */
+    int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
     int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
-    cqi_vector sum[CQ_MAX_VALENCE + 1];        /* of the offsets before a vertex, the largest one with 12 bits */
-    cqi_vector direction[CQ_MAX_VALENCE + 2];  /* offset of vertex k - 1, 256 long; the ends are there twice */
+    cqi_vector sum[CQ_MAX_VALENCE + 1];        /* of the offsets before a vertex, the largest one with 8 bits */
+    cqi_vector direction[CQ_MAX_VALENCE + 2];  /* offset of vertex k - 1, 64 long; the ends are there twice */
 } cqi_ring;
 
 /* Adaptive weights of the split model, in 2^-CQI_UNIT octaves, at most 8 octaves: a sum of 31 does not overflow. */
@@ -1694,37 +1696,37 @@ static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0,
 }, {
-    0, -35, -7, 17, 30, 19, 4, -11, -11, -4, -2, 0, -1, 0, 0, 0, 0, -38, 1, 20, 22, 7,
-    12, -5, -14, -3, -1, -1, 1, 0, 1, -1, 0, -61, -15, 12, 19, 19, 22, 19, 10, -2, -3, -9,
-    -5, 0, -5, -2, 0, -38, 5, 18, 28, 17, 6, -9, -12, -10, -6, -1, 0, -1, 1, 3, 0, -41,
-    9, 20, 24, 10, 14, -5, -17, -13, -1, -3, 2, -2, 3, 1, 0, -54, 0, 13, 20, 20, 24, 17,
-    11, -2, -6, -9, -4, -7, -10, -12, -19, -21, -17, -7, -12, -49, -27, -29, -15, -17, -19, -55, -28, -40,
-    -25, -26, -21, -50, -18, -29, 61, 58, 58, 54, -10, -33, 60, 58, 56, 53, -52, -59, 59, 54, 55, 52,
-    -13, -3, -11, -3, -12, -16, -13, 4, -2, -14, -9, -7, -2, -7, -6, 12, -4, -15, -5, -9, -9, -7,
-    7, 9, -8, -8, -16, -2, -3, 3, 9, 13, -7, -1, -12, -7, 3, 10, 12, 13, -11, -13, -7, 3,
-    9, 10, 15, 16, -13, -7, 4, 7, 11, 13, 14, 15, -10, 7, 8, 13, 13, 15, 15, 9, 14, 23,
-    22, 18, 15, 14, 12, -8, 22, 23, 22, 17, 13, 6, -4, -18, 22, 23, 20, 15, 8, -7, -14, -20,
-    18, 16, 15, 11, -3, -10, -20, -15, 15, 14, 7, -1, -1, -13, -17, -16, 16, 6, -5, -10, -16, -13,
-    -15, -18, 8, -6, -9, -12, -12, -21, -12, -15, -10, -14, -12, -15, -15, -13, -14, -10, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -8, -17, -17, -10, -24, -31, -26, 36, 26, 17, 12, 4, -1, 0, 3, 20, 7,
-    1, -2, -4, -5, -5, -2, 13, 2, 1, 5, 8, 16, 18, 12, -6, -12, -15, -11, -9, -26, -27, -28,
-    22, 16, 10, 2, -3, -9, -5, 2, 21, 7, 2, 2, 4, 4, 6, 2, 23, 31, 0, 0, 0, 0,
-    0, 0, 0, 0, -2, -5, 1, 0, 0, 1, 16, 13, 0, 0, 0, 0, 6, 14, -3, -5, -1, 0,
-    1, 1, 0, 0, 0, 0, 12, 19, -7, -8, -5, -6, -4, -4, -3, -2, -2, -4, -1, -1, -2, -4,
-    -4, 0, -8, -7, -5, -6, -8, -7, 12, 5, 0, -2, -8, -9, -11, -10, -9, -11, -13, -10, 7, 9,
-    0, -3, -8, -7, -1, -2, -7, -13, -7, -11, 0, 10, 2, 0, -7, -7, 3, 0, -7, -3, -6, -7,
-    4, 4, 0, 0, -12, -11, 8, 7, 1, 4, 3, 0, 4, -1, 2, 0, -8, -6, 5, 4, 3, 5,
-    3, 5, 0, -4, -1, -1, 3, -2, 6, 0, 14, 0, 2, 6, -2, 2, 0, 0, 0, -5, 1, 0,
-    4, 14, 4, 8, 3, -6, 0, 0, -2, 4, -1, 0, 3, 1, 7, 3, -2, -3, -1, 0, -7, 9,
-    1, 1, 3, 12, 13, 11, -4, -5, 0, 4, 13, 6, 9, 10, -13, -15, -16, -21, -14, -20, -9, -10,
-    2, 4, 4, 3, 2, 1, 8, 2, -2, 3, 6, 1, 9, 30, 2, -1, 7, 14, 1, 4, -6, -6,
-    6, 10, -12, -9, -5, -7, -5, -9, 2, -1, 3, 0, 7, 0, 9, 2, -5, 2, -4, 0, 19, 23,
-    3, 7, -1, 0, -4, -4, -4, -6, -7, -7, -10, -10, -7, -8, -3, -3, -1, 2, 6, 2, 5, 6,
-    4, 1, 0, -3, 3, 12, 10, 3, 11, 4, 9, 4, 2, 0, 0, 0, -3, -1, -4, -4, -4, 0,
-    -4, 3, -6, -8, -7, -5, -8, 0, -1, -9, 12, 18, 5, 10, 4, 9, 2, 6, 2, 0, 0, -2,
-    0, -5, 0, -4, 0, 0, -7, -10, 0, -4, -4, -9, -6, -6, -8, -4, 43, 44, 28, 28, 12, 13,
-    2, 2, -5, -4, -8, -10, -10, -13, -14, -14, -16, -18, -15, -13, -13, -12, -15, -16, -14, -15, 0, 0,
-    -10, -10, 35, 36,
+    0, -34, -5, 17, 30, 19, 3, -12, -11, -4, -2, 1, 0, 0, 0, 0, 0, -37, 2, 19, 22, 7,
+    11, -7, -14, -3, -1, -1, 0, 0, 1, -1, 0, -60, -13, 12, 20, 19, 22, 18, 9, -3, -4, -9,
+    -4, 0, -5, -2, 0, -37, 3, 16, 28, 18, 5, -9, -11, -9, -5, -1, 0, -1, 1, 3, 0, -40,
+    8, 19, 25, 10, 14, -6, -17, -13, -1, -3, 2, -1, 3, 0, 0, -53, -2, 12, 21, 20, 23, 16,
+    11, -2, -6, -10, -5, -7, -9, -10, -19, -22, -17, -6, -12, -49, -27, -30, -16, -18, -19, -54, -29, -40,
+    -24, -26, -21, -50, -19, -28, 61, 58, 58, 54, -10, -33, 60, 58, 56, 53, -52, -59, 59, 55, 55, 52,
+    -8, -3, -7, -5, -10, -10, -10, -5, -4, -11, -8, -6, -11, -16, -2, 6, -5, -11, -10, -11, -7, 8,
+    3, 5, -7, -17, -10, 1, 8, 10, 9, 8, -3, -16, -8, 6, 10, 16, 13, 8, -10, -16, -2, 10,
+    12, 9, 14, 14, -13, -10, 1, 6, 10, 13, 8, 15, -12, 0, 5, 7, 11, 12, 14, 10, 19, 24,
+    20, 17, 14, 11, 5, -3, 24, 20, 19, 17, 12, 4, -7, -18, 22, 19, 17, 16, 9, -1, -16, -23,
+    17, 15, 15, 15, 3, -12, -24, -16, 15, 11, 10, 2, 0, -12, -21, -9, 12, 4, -4, -9, -13, -14,
+    -22, -10, 6, -8, -16, -17, -17, -23, -15, -14, -2, -10, -11, -8, -11, -11, -9, -9, 0, 0, 0, 0,
+    0, 0, 0, 0, -3, -8, -16, -17, -10, -23, -29, -26, 36, 25, 17, 11, 2, -3, 0, 0, 22, 9,
+    2, -2, -3, -5, -3, -1, 14, 2, 1, 5, 8, 13, 17, 12, -6, -11, -12, -10, -8, -26, -26, -30,
+    21, 15, 8, 1, -4, -9, -4, 4, 22, 8, 2, 1, 5, 4, 5, 4, 23, 31, 0, 0, 0, 0,
+    0, 0, 0, 0, -2, -4, 1, 0, 0, 2, 16, 13, 0, 0, 0, 0, 6, 14, -2, -5, -1, 0,
+    1, 1, 0, 0, 0, 0, 11, 19, -7, -8, -5, -6, -4, -4, -3, -3, -2, -5, -2, 0, -2, -4,
+    -4, 0, -8, -6, -5, -6, -8, -7, 12, 5, 0, -3, -8, -9, -11, -10, -9, -11, -13, -10, 7, 8,
+    0, -3, -8, -7, -1, -2, -7, -13, -7, -11, -1, 9, 2, 0, -7, -7, 3, 0, -6, -3, -5, -7,
+    4, 4, 0, 0, -12, -10, 9, 8, 1, 4, 3, 1, 4, -1, 2, 0, -8, -7, 5, 4, 2, 5,
+    4, 5, 0, -3, -1, -1, 2, -2, 6, 0, 14, 0, 1, 6, -2, 1, 0, 0, 0, -5, 1, 0,
+    4, 14, 5, 8, 3, -6, 0, 0, -2, 4, -1, 0, 3, 1, 7, 2, -2, -4, -1, 0, -7, 8,
+    1, 1, 2, 12, 13, 11, -4, -5, 0, 5, 13, 7, 9, 10, -13, -15, -16, -22, -14, -20, -9, -10,
+    1, 4, 4, 4, 2, 1, 8, 1, -2, 3, 7, 1, 8, 30, 2, 0, 7, 15, 1, 4, -6, -6,
+    6, 9, -13, -9, -5, -8, -5, -10, 3, -1, 3, 0, 7, 1, 9, 2, -4, 2, -5, 1, 19, 22,
+    3, 7, -1, 0, -4, -4, -4, -6, -7, -7, -9, -9, -7, -7, -3, -3, -2, 2, 6, 1, 5, 6,
+    3, 0, 1, -3, 4, 11, 10, 4, 11, 4, 9, 4, 2, 1, 0, 1, -3, 0, -4, -3, -4, 0,
+    -4, 2, -6, -8, -7, -5, -8, 0, 0, -11, 12, 17, 5, 10, 4, 9, 2, 6, 2, 0, 0, -2,
+    0, -5, 1, -4, 0, 0, -7, -10, -1, -4, -4, -9, -5, -6, -9, -3, 42, 43, 27, 28, 12, 13,
+    2, 2, -4, -4, -8, -9, -10, -12, -13, -13, -15, -17, -14, -12, -14, -13, -13, -13, -17, -17, 0, -1,
+    -10, -9, 35, 36,
 } };
 /* priors end */
 
@@ -2412,15 +2414,29 @@ static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
     }
 }
 
-/* Scales the offsets by a power of two so that the largest component has 12 bits; returns that as a shift to the left,
- * which may be negative. */
+/* The power of two that scales the offsets so that the largest component has 8 bits. */
 static int cqi_offset_shift(const cqi_ring *r)
 {
     uint32_t largest = 0;
     int k;
     for (k = 0; k < r->size; k++)
         largest |= cqi_abs(r->offset[k][0]) | cqi_abs(r->offset[k][1]) | cqi_abs(r->offset[k][2]);
-    return 12 - cqi_bit_length(largest);
+    return 8 - cqi_bit_length(largest);
+}
+
+/* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5 .. 7:
+ * 1 .. 3 through A's. And 2^19 over the denominator of cqi_predict_delta times the mean length of the spokes. */
+static void cqi_prepare_steps(cqi_ring *r, const int32_t *length)
+{
+    int32_t mean = 0;
+    int k, b;
+    for (k = 0; k < r->size; k++) mean += length[k];
+    mean = mean / r->size + 1;
+    for (b = 1; b < r->size; b++) {
+        int a = r->size - b, n_a = a + 2, n_b = b + 2;
+        r->apart[b] = (uint8_t)(b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3));
+        r->displacement[b] = ((int32_t)1 << 19) / ((2 * n_a * n_b + n_a + n_b) * mean);
+    }
 }
 
 static void cqi_locate_ring(cq_decoder *d, int channel)
@@ -2439,46 +2455,40 @@ static void cqi_locate_ring(cq_decoder *d, int channel)
         x = shift < 0 ? cqi_shift(x, -shift) : cqi_scale(x, (int32_t)1 << shift);
         r->sum[k + 1] = cqi_add(r->sum[k], x);
         length[k] = cqi_norm(x) + 1;
-        r->direction[k + 1] = cqi_shift(cqi_scale(x, ((int32_t)1 << 18) / length[k]), 10);
+        r->direction[k + 1] = cqi_shift(cqi_scale(x, ((int32_t)1 << 16) / length[k]), 10);
     }
     r->direction[0] = r->direction[r->size];
     r->direction[r->size + 1] = r->direction[1];
     cqi_classify_edges(r, length);
+    cqi_prepare_steps(r, length);
 }
 
-/* Eight classes of the angle between a direction and an axis, `scale` being 2^20 / length of the axis. */
-static inline int cqi_angle(cqi_vector u, cqi_vector axis, int32_t scale)
+/* Eight classes of how far a displacement goes in a direction, each an eighth of the mean length of the spokes. */
+static inline int cqi_advance(cqi_vector u, cqi_vector axis, int32_t scale)
 {
-    int32_t x = cqi_dot(u, axis) * scale + ((int32_t)1 << 28);
-    return x < 0 ? 0 : x >> 26 > 7 ? 7 : (int)(x >> 26);
+    int32_t x = cqi_dot(u, axis) * scale + ((int32_t)4 << 21);
+    return x < 0 ? 0 : x >> 21 > 7 ? 7 : (int)(x >> 21);
 }
 
-/* How far p and q are apart on the shorter side: 1 .. 4 steps through B's neighbours, 5 .. 7: 1 .. 3 through A's; and in
- * eight classes the angle between their spokes. */
+/* How far p and q are apart, in steps and in eight classes of the angle between their spokes. */
 static inline uint8_t cqi_between(const cqi_ring *r, int p, int q)
 {
-    int b = q - p, a = r->size - b, steps = b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3);
-    int32_t x = cqi_dot(r->direction[p + 1], r->direction[q + 1]) + 65536;
-    return (uint8_t)(8 * steps + (x < 0 ? 0 : x >> 14 > 7 ? 7 : (int)(x >> 14)));
+    int32_t x = cqi_dot(r->direction[p + 1], r->direction[q + 1]) + 4096;
+    return (uint8_t)(8 * r->apart[q - p] + (x < 0 ? 0 : x >> 10 > 7 ? 7 : (int)(x >> 10)));
 }
 
-/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): at what angles to it
- * the vertices beside the common neighbours lie. */
+/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): how far it goes
+ * towards the vertices beside the common neighbours. |displacement| < 2 * 24 mean lengths, so nothing overflows. */
 static inline void cqi_locate_candidate(const cqi_ring *r, int p, int q, cqi_angles *angles)
 {
     const cqi_vector *u = r->direction + 1;
-    int32_t n_b = r->real[q + 1] - r->real[p] + 1, n_a = r->real[r->size] - (r->real[q] - r->real[p + 1]) + 1;
+    const int32_t steps = q - p, scale = r->displacement[steps];
     cqi_vector b = cqi_subtract(r->sum[q + 1], r->sum[p]);
     cqi_vector a = cqi_add(cqi_subtract(r->sum[r->size], r->sum[q]), r->sum[p + 1]);
-    cqi_vector axis = cqi_subtract(cqi_scale(b, n_a), cqi_scale(a, n_b));
-    int32_t length = cqi_norm(axis), scale;
-    int shift = length < 1024 ? 0 : cqi_bit_length((uint32_t)length) - 10;
-    axis = cqi_shift(axis, shift);
-    scale = ((int32_t)1 << 20) / ((length >> shift) + 1);
-    angles->inner = (uint8_t)(8 * cqi_angle(u[p + 1], axis, scale) + cqi_angle(u[q - 1], axis, scale));
-    angles->outer = (uint8_t)(8 * cqi_angle(u[p - 1], axis, scale) + cqi_angle(u[q + 1], axis, scale));
+    cqi_vector axis = cqi_subtract(cqi_scale(b, r->size - steps + 2), cqi_scale(a, steps + 2));
+    angles->inner = (uint8_t)(8 * cqi_advance(u[p + 1], axis, scale) + cqi_advance(u[q - 1], axis, scale));
+    angles->outer = (uint8_t)(8 * cqi_advance(u[p - 1], axis, scale) + cqi_advance(u[q + 1], axis, scale));
     angles->between = cqi_between(r, p, q);
-    angles->known = 1;
 }
 
 /* -- The model -- */
