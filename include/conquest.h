@@ -311,14 +311,13 @@ typedef struct cq_report {
 
 /* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
  * such bits and 24 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
-#define CQI_STEP_BYTES(components) (9 + 13 * (size_t)(components))
+#define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
 #define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
-#define CQI_SCALES 16                /* classes of patch size, a context of the residuals */
 
 /* A conquest in progress: the list of patches is the queue of gates too. */
 typedef struct cqi_walk {
@@ -388,6 +387,10 @@ enum {
     CQI_WEIGHTS = CQI_END_EDGE + 16 * 2
 };
 
+/* Kinds of residuals: of base values; of splits, where a channel has no frame; along the predicted displacement, across
+ * it, and along the normal. The bits that are expected of them, in half bits, up to a limit and by parity beyond. */
+enum { CQI_OF_BASE, CQI_PLAIN, CQI_ALONG, CQI_ACROSS, CQI_NORMAL, CQI_KINDS, CQI_EXPECTED = 16 };
+
 /* Adaptive bits. Indices of tables in one array. */
 enum {
     CQI_COMPONENT = 0,                        /* base: another component follows */
@@ -398,10 +401,10 @@ enum {
     CQI_KIND_TURN = CQI_KIND_GROW + 64,       /* [faces at u] */
     CQI_KIND_CLOSE = CQI_KIND_TURN + 8,       /* [faces at w] */
     CQI_FLAG = CQI_KIND_CLOSE + 8,            /* [available ring vertices][valence] a patch is split */
-    CQI_BITS = CQI_FLAG + 4 * 12,             /* [scale][32] bits of a residual: a binary tree */
-    CQI_TOP = CQI_BITS + CQI_SCALES * 32,     /* [bits] its second highest bit */
-    CQI_SIGN = CQI_TOP + 32,
-    CQI_MODELS = CQI_SIGN + 1
+    CQI_BITS = CQI_FLAG + 4 * 12,             /* [kind][expected bits][16] bits of a residual: more, fewer, how many */
+    CQI_TOP = CQI_BITS + CQI_KINDS * CQI_EXPECTED * 16,  /* [kind][bits] its second highest bit */
+    CQI_SIGN = CQI_TOP + CQI_KINDS * 32,      /* [kind] */
+    CQI_MODELS = CQI_SIGN + CQI_KINDS
 };
 
 /* Everything that adapts. */
@@ -1573,14 +1576,6 @@ static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
     return value;
 }
 
-/* A number of `bits` bits as a binary tree of 2^bits models from number `index` on; the first is unused. */
-static int cqi_code_tree(cq_decoder *d, int index, int bits, int value)
-{
-    int node = 1, k;
-    for (k = bits; k; k--) node = node << 1 | cqi_code_bit(d, index + node, value >> (k - 1) & 1);
-    return node - (1 << bits);
-}
-
 /* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->payload_left && d->range.count > d->range.size; }
 
@@ -1637,31 +1632,72 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     30, 33, 21, 128, 128, 127, 100, 130, 144, 140, 145, 128, 0, 68, 123, 133, 145, 136, 147, 128, 128, 128,
     51, 16, 42, 123, 190, 239, 232, 221, 140, 128, 128, 128, 254, 242, 242, 249, 251, 250, 249, 247, 224, 128,
     128, 128, 86, 255, 252, 253, 253, 253, 252, 252, 241, 128, 128, 128, 125, 245, 254, 254, 254, 254, 254, 254,
-    252, 128, 0, 0, 128, 0, 128, 128, 128, 22, 128, 128, 128, 128, 128, 128, 128, 78, 24, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0, 128, 0, 128, 128, 128, 44, 128, 128,
-    128, 128, 128, 128, 128, 116, 26, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    0, 0, 128, 3, 128, 128, 128, 54, 16, 128, 128, 128, 128, 128, 128, 127, 32, 34, 115, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0, 128, 9, 128, 128, 128, 104, 1, 128, 128, 128,
-    128, 128, 128, 149, 67, 13, 104, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 0,
-    128, 31, 128, 128, 128, 134, 3, 128, 128, 128, 128, 128, 128, 155, 107, 27, 17, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 0, 0, 128, 70, 115, 128, 128, 157, 9, 115, 128, 128, 128, 128,
-    128, 156, 137, 59, 9, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 1, 128, 110,
-    1, 128, 128, 141, 32, 1, 128, 128, 128, 128, 128, 139, 155, 92, 21, 14, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 0, 5, 128, 157, 0, 128, 128, 172, 82, 1, 128, 128, 128, 128, 128, 150,
-    167, 140, 57, 13, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 25, 128, 200, 0, 128,
-    128, 172, 145, 4, 128, 128, 128, 128, 128, 144, 163, 160, 106, 30, 4, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 0, 85, 128, 227, 1, 128, 128, 178, 183, 17, 115, 128, 128, 128, 128, 131, 166, 162,
-    148, 93, 8, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 172, 128, 232, 1, 128, 128, 167,
-    202, 75, 85, 128, 128, 128, 128, 119, 193, 169, 169, 127, 50, 85, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 0, 207, 128, 224, 6, 128, 128, 187, 209, 132, 63, 128, 128, 128, 128, 115, 181, 98, 187, 153,
-    88, 63, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    252, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 0, 145,
-    128, 236, 2, 128, 128, 192, 192, 73, 42, 128, 128, 128, 128, 159, 175, 165, 150, 107, 73, 42, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 104, 105, 102, 86, 77, 76, 72, 75, 65, 48, 41, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 129,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 145, 151, 114, 77, 17, 42, 128, 128, 150, 130, 129, 119, 123, 131, 96, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 119, 85, 128, 128, 128, 128, 128, 128, 77, 128, 128,
+    128, 128, 128, 128, 128, 65, 104, 128, 128, 128, 128, 128, 128, 145, 69, 128, 128, 128, 128, 128, 128, 65,
+    72, 94, 128, 128, 128, 128, 128, 95, 25, 128, 128, 128, 128, 128, 128, 17, 59, 115, 128, 128, 128, 128,
+    128, 189, 133, 1, 128, 128, 128, 128, 128, 33, 13, 85, 128, 128, 128, 128, 128, 165, 111, 0, 128, 128,
+    128, 128, 128, 13, 5, 115, 128, 128, 128, 128, 128, 196, 134, 98, 0, 128, 128, 128, 128, 15, 7, 67,
+    115, 128, 128, 128, 128, 185, 147, 99, 0, 128, 128, 128, 128, 7, 58, 26, 128, 128, 128, 128, 128, 228,
+    174, 131, 91, 0, 128, 128, 128, 12, 16, 6, 128, 128, 128, 128, 128, 203, 158, 128, 91, 0, 128, 128,
+    128, 2, 17, 57, 128, 128, 128, 128, 128, 236, 189, 159, 137, 92, 0, 128, 128, 8, 15, 13, 104, 128,
+    128, 128, 128, 214, 180, 149, 139, 99, 0, 128, 128, 14, 16, 0, 128, 128, 128, 128, 128, 225, 193, 162,
+    145, 133, 116, 74, 128, 25, 45, 3, 47, 128, 128, 128, 128, 205, 172, 149, 141, 124, 111, 58, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 136, 77, 128, 128, 128, 128, 128, 128, 85, 128, 128, 128, 128, 128, 128, 128, 67, 104, 128,
+    128, 128, 128, 128, 128, 179, 57, 128, 128, 128, 128, 128, 128, 72, 34, 115, 128, 128, 128, 128, 128, 152,
+    10, 128, 128, 128, 128, 128, 128, 6, 85, 128, 128, 128, 128, 128, 128, 210, 84, 2, 128, 128, 128, 128,
+    128, 27, 15, 85, 128, 128, 128, 128, 128, 167, 120, 0, 128, 128, 128, 128, 128, 3, 19, 128, 128, 128,
+    128, 128, 128, 220, 149, 107, 0, 128, 128, 128, 128, 5, 12, 63, 128, 128, 128, 128, 128, 204, 148, 94,
+    0, 128, 128, 128, 128, 2, 11, 115, 128, 128, 128, 128, 128, 237, 181, 137, 93, 0, 128, 128, 128, 5,
+    11, 47, 128, 128, 128, 128, 128, 218, 172, 136, 108, 0, 128, 128, 128, 2, 11, 94, 128, 128, 128, 128,
+    128, 241, 202, 170, 144, 112, 0, 128, 128, 6, 5, 42, 128, 128, 128, 128, 128, 226, 181, 168, 143, 107,
+    0, 128, 128, 4, 14, 13, 94, 128, 128, 128, 128, 238, 204, 175, 159, 147, 130, 82, 128, 9, 20, 9,
+    69, 128, 128, 128, 128, 221, 183, 158, 151, 140, 116, 63, 128, 255, 156, 107, 26, 62, 119, 140, 78, 128,
+    128, 128, 128, 128, 128, 128, 128, 255, 188, 118, 45, 24, 34, 105, 117, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 195, 135, 67, 30, 12,
+    83, 118, 127, 0, 128, 128, 128, 128, 128, 128, 128, 123, 79, 38, 15, 22, 106, 115, 128, 93, 0, 128,
+    128, 128, 128, 128, 128, 129, 98, 51, 19, 19, 77, 116, 115, 94, 0, 128, 128, 128, 128, 128, 128, 67,
+    67, 30, 21, 51, 94, 128, 128, 142, 87, 0, 128, 128, 128, 128, 128, 96, 95, 65, 23, 20, 76, 115,
+    128, 136, 91, 0, 128, 128, 128, 128, 128, 64, 84, 29, 11, 118, 116, 115, 128, 162, 126, 88, 0, 128,
+    128, 128, 128, 82, 101, 40, 21, 26, 139, 128, 115, 149, 118, 92, 0, 128, 128, 128, 128, 61, 63, 33,
+    36, 52, 140, 115, 128, 159, 139, 116, 82, 0, 128, 128, 128, 98, 99, 53, 35, 34, 106, 115, 128, 153,
+    132, 112, 82, 0, 128, 128, 128, 73, 78, 42, 7, 128, 140, 115, 128, 160, 138, 122, 107, 74, 0, 128,
+    128, 108, 116, 69, 34, 22, 104, 128, 128, 148, 142, 129, 122, 99, 0, 128, 128, 79, 91, 35, 14, 57,
+    128, 128, 128, 166, 148, 133, 124, 127, 97, 43, 128, 113, 127, 59, 14, 21, 128, 128, 128, 161, 148, 137,
+    130, 121, 101, 45, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 116, 107, 100, 91, 83, 81, 78, 67, 66, 80, 63, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 109, 117, 106, 89, 80, 77, 80,
+    69, 63, 63, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 92, 86, 84, 86, 84, 90, 80, 72, 62, 20, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 142, 99,
 };
 static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
     0, -66, -2, 26, 44, 29, 6, -13, -17, -7, -2, 1, 0, 1, 0, 0, 0, -67, 5, 28, 36, 19,
@@ -1961,16 +1997,34 @@ static cq_result cqi_finish_base(cq_decoder *d)
 
 static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
 
-/* Sign and magnitude; bits of the magnitude in the context of a scale, its second bit in the context of their number. */
-static int32_t cqi_code_residual(cq_decoder *d, int scale, int32_t residual)
+/* How many times more, 0 .. 7: each a model, then the rest raw. */
+static int cqi_code_count(cq_decoder *d, int index, int count)
+{
+    int k = 0;
+    while (k < 7 && cqi_code_bit(d, index + k, count > k)) k++;
+    return k < 7 ? k : 7 + (int)cqi_code_raw(d, (uint32_t)(count - 7), 5);
+}
+
+/* Bits of a magnitude, 0 .. 63, by their difference from the number that is expected, in half bits. */
+static int cqi_code_bits(cq_decoder *d, int kind, int half_bits, int bits)
+{
+    const int limit = CQI_EXPECTED - 2, expected = half_bits / 2;
+    int index = CQI_BITS + 16 * (CQI_EXPECTED * kind + (half_bits < limit ? half_bits : limit + half_bits % 2));
+    if (cqi_code_bit(d, index, bits >= expected)) return expected + cqi_code_count(d, index + 1, bits - expected);
+    bits = cqi_code_count(d, index + 8, expected - 1 - bits);
+    return bits < expected ? expected - 1 - bits : 0;
+}
+
+/* Sign and magnitude. */
+static int32_t cqi_code_residual(cq_decoder *d, int kind, int half_bits, int32_t residual)
 {
     uint32_t magnitude = cqi_abs(residual);
-    int bits = cqi_code_tree(d, CQI_BITS + 32 * scale, 5, cqi_bit_length(magnitude)), negative;
+    int bits = cqi_code_bits(d, kind, half_bits, cqi_bit_length(magnitude)), negative;
     if (bits == 0) return 0;
-    negative = cqi_code_bit(d, CQI_SIGN, residual < 0);
+    negative = cqi_code_bit(d, CQI_SIGN + kind, residual < 0);
     if (bits > 26) return CQI_WILD;
     if (bits > 1) {
-        uint32_t top = (uint32_t)cqi_code_bit(d, CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
+        uint32_t top = (uint32_t)cqi_code_bit(d, CQI_TOP + 32 * kind + bits, (int)(magnitude >> (bits - 2) & 1));
         uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
         magnitude = (2 | top) << (bits - 2) | cqi_code_raw(d, low, bits - 2);
     } else {
@@ -1978,6 +2032,9 @@ static int32_t cqi_code_residual(cq_decoder *d, int scale, int32_t residual)
     }
     return negative ? -(int32_t)magnitude : (int32_t)magnitude;
 }
+
+/* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
+static int cqi_half_bits(uint32_t x) { return x < 0x8000 ? cqi_bit_length(x * x) : 2 * cqi_bit_length(x); }
 
 static int cqi_value_fits(const cq_channel *c, int32_t value) { return value >= 0 && value >> c->bits == 0; }
 
@@ -2010,7 +2067,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
             uint32_t stride = channel->components;
             int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
             if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
-            x = p + cqi_code_residual(d, CQI_SCALES - 1, x);
+            x = p + cqi_code_residual(d, CQI_OF_BASE, 2 * (channel->bits - 4), x);
             if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
             values[(size_t)v * stride] = (cq_value)x;
         }
@@ -2071,7 +2128,191 @@ static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
     return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
 }
 
-/* d->delta for a split of v at ring positions p, q. False if a value would not fit. */
+static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t channel, uint32_t component)
+{
+    cq_index b = d->plan->top[d->plan->to_input[v]];
+    return d->plan->value[channel][(size_t)b * d->shape.channel[channel].components + component];
+}
+
+/* -- Vectors of up to 26 bits -- */
+
+static cqi_vector cqi_add(cqi_vector a, cqi_vector b)
+{
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+    return a;
+}
+
+static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
+{
+    a.x *= factor;
+    a.y *= factor;
+    a.z *= factor;
+    return a;
+}
+
+static inline cqi_vector cqi_shift(cqi_vector a, int bits)
+{
+    a.x = cqi_floor_shift(a.x, bits);
+    a.y = cqi_floor_shift(a.y, bits);
+    a.z = cqi_floor_shift(a.z, bits);
+    return a;
+}
+
+static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+/* Length within 7 %, not above: no square root, and no overflow below 2^26. */
+static inline int32_t cqi_norm(cqi_vector a)
+{
+    int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
+    int32_t largest = x > y ? x : y;
+    largest = largest > z ? largest : z;
+    return (int32_t)((uint32_t)(11 * largest + 5 * (x + y + z)) >> 4);
+}
+
+/* -- Frames: residuals of positions, turned so that the normal of the patch and the predicted displacement are axes --
+ *
+ * A turn in a plane is three shears, each rounded, so it can be taken back exactly, whatever the factors are. */
+
+enum { CQI_FRAMED_BITS = 18, CQI_TURN_BITS = 10 };
+
+/* tan(angle / 2) and sin(angle), times 2^CQI_TURN_BITS, |angle| <= 90 degrees. */
+typedef struct cqi_turn {
+    int32_t tangent, sine;
+} cqi_turn;
+
+/* The length of (x, y) within 0.2 %: an estimate and one step of Newton's method. 0 <= x, y < 2^15. */
+static int32_t cqi_hypotenuse(int32_t x, int32_t y)
+{
+    int32_t estimate = x > y ? x + 3 * y / 8 : y + 3 * x / 8;
+    return estimate ? (int32_t)((x * x + y * y) / estimate + estimate) / 2 : 0;
+}
+
+/* The turn that takes (x, y) to (its length or minus that, 0), and *x there. */
+static cqi_turn cqi_find_turn(int32_t *x, int32_t y)
+{
+    cqi_turn t;
+    int32_t side = (int32_t)cqi_abs(*x), length = cqi_hypotenuse(side, (int32_t)cqi_abs(y));
+    t.tangent = t.sine = 0;
+    if (length) {
+        t.sine = -y * ((int32_t)1 << CQI_TURN_BITS) / length;
+        t.tangent = -y * ((int32_t)1 << CQI_TURN_BITS) / (length + side);
+    }
+    if (*x < 0) {
+        t.sine = -t.sine;
+        t.tangent = -t.tangent;
+        length = -length;
+    }
+    *x = length;
+    return t;
+}
+
+static int32_t cqi_shear(int32_t by, int32_t factor) { return cqi_floor_shift(by * factor, CQI_TURN_BITS); }
+
+static void cqi_turn_forth(const cqi_turn *t, int32_t *x, int32_t *y)
+{
+    *x -= cqi_shear(*y, t->tangent);
+    *y += cqi_shear(*x, t->sine);
+    *x -= cqi_shear(*y, t->tangent);
+}
+
+static void cqi_turn_back(const cqi_turn *t, int32_t *x, int32_t *y)
+{
+    *x += cqi_shear(*y, t->tangent);
+    *y -= cqi_shear(*x, t->sine);
+    *x += cqi_shear(*y, t->tangent);
+}
+
+/* Turns around z, then around y, take the normal of the patch to the z axis; one around z the displacement to x. */
+typedef struct cqi_frame {
+    cqi_turn turn[3];
+    int32_t length, flatness;    /* mean of the spokes; mean of their parts along the normal */
+} cqi_frame;
+
+static cqi_vector cqi_normal(const cqi_ring *r)
+{
+    cqi_vector n = { 0, 0, 0 };
+    cqi_vector a = cqi_subtract(r->sum[r->size], r->sum[r->size - 1]);
+    int k, shift;
+    for (k = 0; k < r->size; k++) {
+        cqi_vector b = cqi_subtract(r->sum[k + 1], r->sum[k]);
+        n.x += a.y * b.z - a.z * b.y;
+        n.y += a.z * b.x - a.x * b.z;
+        n.z += a.x * b.y - a.y * b.x;
+        a = b;
+    }
+    shift = cqi_bit_length(cqi_abs(n.x) | cqi_abs(n.y) | cqi_abs(n.z)) - 14;
+    return shift > 0 ? cqi_shift(n, shift) : n;
+}
+
+static void cqi_find_frame(const cqi_ring *r, const int32_t *predicted, cqi_frame *f)
+{
+    cqi_vector n = cqi_normal(r);
+    int32_t x = predicted[0], y = predicted[1], z = predicted[2], length, total = 0, off = 0;
+    int k, shift;
+    f->turn[0] = cqi_find_turn(&n.x, n.y);
+    length = n.z;
+    f->turn[1] = cqi_find_turn(&length, n.x);
+    cqi_turn_forth(&f->turn[0], &x, &y);
+    cqi_turn_forth(&f->turn[1], &z, &x);
+    shift = cqi_bit_length(cqi_abs(x) | cqi_abs(y)) - 14;
+    if (shift > 0) {
+        x = cqi_floor_shift(x, shift);
+        y = cqi_floor_shift(y, shift);
+    }
+    f->turn[2] = cqi_find_turn(&x, y);
+    for (k = 0; k < r->size; k++) {
+        int32_t u = r->offset[k][0], v = r->offset[k][1], w = r->offset[k][2];
+        cqi_turn_forth(&f->turn[0], &u, &v);
+        cqi_turn_forth(&f->turn[1], &w, &u);
+        off += (int32_t)cqi_abs(w);
+        total += (int32_t)(cqi_abs(u) + cqi_abs(v));
+    }
+    f->flatness = off / r->size;
+    f->length = total / r->size;
+}
+
+/* Codes the residual of a position in the frame of the patch. False if it is beyond any difference of values. */
+static int cqi_code_framed(cq_decoder *d, int p, int q, const int32_t *predicted, int32_t *residual)
+{
+    cqi_frame f;
+    int32_t x = residual[0], y = residual[1], z = residual[2];
+    const int32_t limit = (int32_t)1 << (CQI_FRAMED_BITS + 2);
+    (void)p;
+    (void)q;
+    cqi_find_frame(&d->ring, predicted, &f);
+    cqi_turn_forth(&f.turn[0], &x, &y);
+    cqi_turn_forth(&f.turn[1], &z, &x);
+    cqi_turn_forth(&f.turn[2], &x, &y);
+    x = cqi_code_residual(d, CQI_ALONG, cqi_half_bits((uint32_t)f.length), x);
+    y = cqi_code_residual(d, CQI_ACROSS, cqi_half_bits((uint32_t)f.length), y);
+    z = cqi_code_residual(d, CQI_NORMAL, cqi_half_bits((uint32_t)f.flatness), z);
+    if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
+    cqi_turn_back(&f.turn[2], &x, &y);
+    cqi_turn_back(&f.turn[1], &z, &x);
+    cqi_turn_back(&f.turn[0], &x, &y);
+    residual[0] = x;
+    residual[1] = y;
+    residual[2] = z;
+    return 1;
+}
+
+/* The residual of one component without a frame: the wider the patch, the larger. */
+static int32_t cqi_code_plain(cq_decoder *d, const cqi_fans *fans, int32_t residual)
+{
+    return cqi_code_residual(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
+}
+
+/* d->delta for a split of v at ring positions p, q, first as predicted. */
 static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 {
     uint32_t k, c, n = 0;
@@ -2079,18 +2320,20 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
     cqi_count_fans(&d->ring, p, q, &fans);
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *channel = &d->shape.channel[k];
+        const uint32_t stride = channel->components;
+        const int framed = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_FRAMED_BITS;
+        int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
         if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
-        for (c = 0; c < channel->components; c++, n++) {
-            uint32_t stride = channel->components;
-            int32_t centre = (int32_t)d->channel[k][(size_t)v * stride + c], delta = 0, predicted, low;
-            int scale;
+        for (c = 0; c < stride; c++) {
             cqi_sum_fans(&d->ring, c, p, q, &fans);
-            predicted = cqi_predict_delta(&fans, channel->bits);
-            scale = cqi_bit_length(fans.spread / (uint32_t)d->ring.size);
-            scale = scale < CQI_SCALES - 2 ? scale : CQI_SCALES - 2;
-            if (CQI_ENCODING(d)) delta = d->plan->value[k][(size_t)d->plan->top[d->plan->to_input[v]] * stride + c];
-            delta = predicted + cqi_code_residual(d, scale, delta - predicted);
-            low = centre - cqi_floor_half(delta);
+            predicted[c] = cqi_predict_delta(&fans, channel->bits);
+            residual[c] = CQI_ENCODING(d) ? cqi_plan_delta(d, v, k, c) - predicted[c] : 0;
+            if (!framed) residual[c] = cqi_code_plain(d, &fans, residual[c]);
+        }
+        if (framed && !cqi_code_framed(d, p, q, predicted, residual)) return 0;
+        for (c = 0; c < stride; c++, n++) {
+            int32_t delta = predicted[c] + residual[c];
+            int32_t low = (int32_t)d->channel[k][(size_t)v * stride + c] - cqi_floor_half(delta);
             if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, low + delta)) return 0;
             d->delta[n] = delta;
         }
@@ -2353,49 +2596,6 @@ static void cqi_read_ring(cq_decoder *d)
 }
 
 /* -- Geometry of the patch: what the positions say about where it was split -- */
-
-static cqi_vector cqi_add(cqi_vector a, cqi_vector b)
-{
-    a.x += b.x;
-    a.y += b.y;
-    a.z += b.z;
-    return a;
-}
-
-static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
-static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
-{
-    a.x *= factor;
-    a.y *= factor;
-    a.z *= factor;
-    return a;
-}
-
-static inline cqi_vector cqi_shift(cqi_vector a, int bits)
-{
-    a.x = cqi_floor_shift(a.x, bits);
-    a.y = cqi_floor_shift(a.y, bits);
-    a.z = cqi_floor_shift(a.z, bits);
-    return a;
-}
-
-static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-/* Length within 7 %, not above: no square root, and no overflow below 2^26. */
-static inline int32_t cqi_norm(cqi_vector a)
-{
-    int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
-    int32_t largest = x > y ? x : y;
-    largest = largest > z ? largest : z;
-    return (int32_t)((uint32_t)(11 * largest + 5 * (x + y + z)) >> 4);
-}
 
 /* Class of each spoke's length: quarters of the mean of the two shortest. */
 static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
@@ -3370,7 +3570,7 @@ static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
 }
 
 /* Puts the header in front of the payload, which was written behind the shortest possible one. */
-static cq_result cqi_frame(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
+static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
 {
     uint8_t header[CQ_MAX_HEADER_BYTES];
@@ -3420,7 +3620,7 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     e->replay.report = report;
     cqi_simplify_all(e, in);
     cqi_replay(e, in);
-    result = cqi_frame(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
+    result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &in->shape, *stream_size);
     if (in->map) memcpy(in->map, e->plan.to_decoded, in->shape.num_vertices * sizeof(cq_index));
     return result;
