@@ -362,6 +362,8 @@ typedef struct cqi_ring {
     int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
     int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
     uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p */
+    int shift;                                 /* scale of the next two: offsets times 2^shift have 8 bits at most */
+    int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
     int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
     cqi_vector sum[CQ_MAX_VALENCE + 1];        /* of the offsets before a vertex, the largest one with 8 bits */
@@ -463,6 +465,7 @@ typedef struct cq_decoder {
     cq_index value;                        /* base: next vertex to get its values */
     cq_index base_vertices;
     int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
+    int rate;                              /* of adaptation of the bit models */
     cq_index *patch;                       /* entry spokes of the level's patches */
     cq_index splits;                       /* patches of this level that are split */
     uint32_t level_end;                    /* vertices when the level is complete */
@@ -1493,7 +1496,7 @@ typedef struct cqi_plan {
 /* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And how far
  * under the best candidate valences make another one hopeless. The trainer has its own: it learns slowly, from all. */
 #ifndef CQ_TRAINING
-#define CQI_RATE 5
+#define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 81920
 #define CQI_HOPELESS ((int32_t)8 << CQI_UNIT)
 #define CQI_OMITTED(index) 0 /* a weight that stays 0, to measure the others */
@@ -1564,8 +1567,8 @@ static int cqi_plan_is_split(const cqi_plan *p, cq_index v)
 static int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
     cq_bit_model *model = &d->model.bit[index];
-    if (!CQI_ENCODING(d)) return cq_decode_bit(&d->range, model, CQI_RATE);
-    cq_encode_bit(&d->plan->range, model, CQI_RATE, bit);
+    if (!CQI_ENCODING(d)) return cq_decode_bit(&d->range, model, d->rate);
+    cq_encode_bit(&d->plan->range, model, d->rate, bit);
     return bit;
 }
 
@@ -1657,40 +1660,40 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 119, 85, 128, 128, 128, 128, 128, 128, 77, 128, 128,
-    128, 128, 128, 128, 128, 65, 104, 128, 128, 128, 128, 128, 128, 145, 69, 128, 128, 128, 128, 128, 128, 65,
-    72, 94, 128, 128, 128, 128, 128, 95, 25, 128, 128, 128, 128, 128, 128, 17, 59, 115, 128, 128, 128, 128,
-    128, 189, 133, 1, 128, 128, 128, 128, 128, 33, 13, 85, 128, 128, 128, 128, 128, 165, 111, 0, 128, 128,
-    128, 128, 128, 13, 5, 115, 128, 128, 128, 128, 128, 196, 134, 98, 0, 128, 128, 128, 128, 15, 7, 67,
-    115, 128, 128, 128, 128, 185, 147, 99, 0, 128, 128, 128, 128, 7, 58, 26, 128, 128, 128, 128, 128, 228,
-    174, 131, 91, 0, 128, 128, 128, 12, 16, 6, 128, 128, 128, 128, 128, 203, 158, 128, 91, 0, 128, 128,
-    128, 2, 17, 57, 128, 128, 128, 128, 128, 236, 189, 159, 137, 92, 0, 128, 128, 8, 15, 13, 104, 128,
-    128, 128, 128, 214, 180, 149, 139, 99, 0, 128, 128, 14, 16, 0, 128, 128, 128, 128, 128, 225, 193, 162,
-    145, 133, 116, 74, 128, 25, 45, 3, 47, 128, 128, 128, 128, 205, 172, 149, 141, 124, 111, 58, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 126, 77, 128, 128, 128, 128, 128, 128, 77, 128, 128,
+    128, 128, 128, 128, 128, 51, 85, 128, 128, 128, 128, 128, 128, 142, 42, 128, 128, 128, 128, 128, 128, 65,
+    57, 94, 128, 128, 128, 128, 128, 113, 12, 128, 128, 128, 128, 128, 128, 24, 18, 115, 128, 128, 128, 128,
+    128, 172, 121, 0, 128, 128, 128, 128, 128, 42, 25, 38, 128, 128, 128, 128, 128, 162, 106, 0, 128, 128,
+    128, 128, 128, 12, 5, 104, 128, 128, 128, 128, 128, 187, 132, 103, 0, 128, 128, 128, 128, 20, 8, 28,
+    128, 128, 128, 128, 128, 182, 140, 93, 0, 128, 128, 128, 128, 8, 38, 13, 128, 128, 128, 128, 128, 217,
+    162, 127, 88, 0, 128, 128, 128, 19, 10, 3, 128, 128, 128, 128, 128, 195, 154, 121, 85, 0, 128, 128,
+    128, 3, 14, 42, 115, 128, 128, 128, 128, 230, 183, 159, 144, 99, 0, 128, 128, 13, 15, 9, 94, 128,
+    128, 128, 128, 202, 170, 134, 128, 95, 0, 128, 128, 15, 19, 3, 104, 128, 128, 128, 128, 220, 184, 152,
+    141, 127, 113, 79, 128, 32, 49, 5, 15, 128, 128, 128, 128, 194, 165, 151, 143, 132, 109, 42, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 136, 77, 128, 128, 128, 128, 128, 128, 85, 128, 128, 128, 128, 128, 128, 128, 67, 104, 128,
-    128, 128, 128, 128, 128, 179, 57, 128, 128, 128, 128, 128, 128, 72, 34, 115, 128, 128, 128, 128, 128, 152,
-    10, 128, 128, 128, 128, 128, 128, 6, 85, 128, 128, 128, 128, 128, 128, 210, 84, 2, 128, 128, 128, 128,
-    128, 27, 15, 85, 128, 128, 128, 128, 128, 167, 120, 0, 128, 128, 128, 128, 128, 3, 19, 128, 128, 128,
-    128, 128, 128, 220, 149, 107, 0, 128, 128, 128, 128, 5, 12, 63, 128, 128, 128, 128, 128, 204, 148, 94,
-    0, 128, 128, 128, 128, 2, 11, 115, 128, 128, 128, 128, 128, 237, 181, 137, 93, 0, 128, 128, 128, 5,
-    11, 47, 128, 128, 128, 128, 128, 218, 172, 136, 108, 0, 128, 128, 128, 2, 11, 94, 128, 128, 128, 128,
-    128, 241, 202, 170, 144, 112, 0, 128, 128, 6, 5, 42, 128, 128, 128, 128, 128, 226, 181, 168, 143, 107,
-    0, 128, 128, 4, 14, 13, 94, 128, 128, 128, 128, 238, 204, 175, 159, 147, 130, 82, 128, 9, 20, 9,
-    69, 128, 128, 128, 128, 221, 183, 158, 151, 140, 116, 63, 128, 255, 156, 107, 26, 62, 119, 140, 78, 128,
-    128, 128, 128, 128, 128, 128, 128, 255, 188, 118, 45, 24, 34, 105, 117, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 195, 135, 67, 30, 12,
-    83, 118, 127, 0, 128, 128, 128, 128, 128, 128, 128, 123, 79, 38, 15, 22, 106, 115, 128, 93, 0, 128,
-    128, 128, 128, 128, 128, 129, 98, 51, 19, 19, 77, 116, 115, 94, 0, 128, 128, 128, 128, 128, 128, 67,
-    67, 30, 21, 51, 94, 128, 128, 142, 87, 0, 128, 128, 128, 128, 128, 96, 95, 65, 23, 20, 76, 115,
-    128, 136, 91, 0, 128, 128, 128, 128, 128, 64, 84, 29, 11, 118, 116, 115, 128, 162, 126, 88, 0, 128,
-    128, 128, 128, 82, 101, 40, 21, 26, 139, 128, 115, 149, 118, 92, 0, 128, 128, 128, 128, 61, 63, 33,
-    36, 52, 140, 115, 128, 159, 139, 116, 82, 0, 128, 128, 128, 98, 99, 53, 35, 34, 106, 115, 128, 153,
-    132, 112, 82, 0, 128, 128, 128, 73, 78, 42, 7, 128, 140, 115, 128, 160, 138, 122, 107, 74, 0, 128,
-    128, 108, 116, 69, 34, 22, 104, 128, 128, 148, 142, 129, 122, 99, 0, 128, 128, 79, 91, 35, 14, 57,
-    128, 128, 128, 166, 148, 133, 124, 127, 97, 43, 128, 113, 127, 59, 14, 21, 128, 128, 128, 161, 148, 137,
-    130, 121, 101, 45, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128,
+    128, 128, 128, 159, 100, 104, 128, 128, 128, 128, 128, 94, 128, 128, 128, 128, 128, 128, 128, 30, 104, 128,
+    128, 128, 128, 128, 128, 178, 28, 128, 128, 128, 128, 128, 128, 67, 29, 115, 128, 128, 128, 128, 128, 137,
+    6, 128, 128, 128, 128, 128, 128, 14, 55, 104, 128, 128, 128, 128, 128, 200, 101, 0, 128, 128, 128, 128,
+    128, 31, 5, 104, 128, 128, 128, 128, 128, 161, 116, 0, 128, 128, 128, 128, 128, 3, 6, 115, 128, 128,
+    128, 128, 128, 216, 150, 101, 0, 128, 128, 128, 128, 10, 10, 42, 128, 128, 128, 128, 128, 192, 139, 92,
+    0, 128, 128, 128, 128, 2, 4, 115, 128, 128, 128, 128, 128, 228, 171, 130, 94, 0, 128, 128, 128, 7,
+    9, 13, 128, 128, 128, 128, 128, 208, 165, 131, 96, 0, 128, 128, 128, 2, 5, 85, 128, 128, 128, 128,
+    128, 236, 193, 173, 149, 111, 0, 128, 128, 10, 7, 4, 128, 128, 128, 128, 128, 213, 175, 162, 139, 109,
+    0, 128, 128, 4, 13, 4, 115, 128, 128, 128, 128, 232, 194, 168, 155, 146, 128, 81, 128, 13, 22, 15,
+    23, 128, 128, 128, 128, 212, 178, 159, 150, 140, 118, 49, 128, 255, 169, 100, 30, 69, 126, 154, 75, 128,
+    128, 128, 128, 128, 128, 128, 128, 255, 194, 117, 35, 22, 37, 116, 115, 128, 128, 128, 128, 128, 128, 128,
+    128, 198, 127, 57, 26, 21, 82, 140, 115, 0, 128, 128, 128, 128, 128, 128, 128, 197, 140, 67, 31, 13,
+    43, 104, 128, 0, 128, 128, 128, 128, 128, 128, 128, 117, 79, 36, 13, 26, 97, 115, 128, 99, 0, 128,
+    128, 128, 128, 128, 128, 133, 100, 50, 17, 19, 78, 128, 115, 92, 0, 128, 128, 128, 128, 128, 128, 67,
+    68, 31, 20, 43, 94, 128, 128, 144, 89, 0, 128, 128, 128, 128, 128, 96, 93, 63, 25, 19, 90, 115,
+    128, 136, 92, 0, 128, 128, 128, 128, 128, 61, 84, 27, 14, 79, 127, 115, 128, 163, 127, 88, 0, 128,
+    128, 128, 128, 85, 101, 41, 25, 41, 128, 138, 104, 150, 117, 93, 0, 128, 128, 128, 128, 60, 63, 31,
+    31, 47, 128, 128, 128, 161, 138, 116, 79, 0, 128, 128, 128, 98, 100, 54, 33, 30, 94, 128, 128, 153,
+    131, 113, 86, 0, 128, 128, 128, 72, 78, 42, 10, 139, 128, 115, 128, 160, 138, 121, 106, 73, 0, 128,
+    128, 109, 117, 71, 35, 13, 115, 128, 128, 148, 140, 131, 120, 101, 0, 128, 128, 79, 90, 34, 15, 51,
+    128, 128, 128, 166, 146, 134, 125, 128, 97, 42, 128, 114, 128, 60, 14, 21, 128, 128, 128, 161, 148, 138,
+    128, 121, 98, 47, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 116, 107, 100, 91, 83, 81, 78, 67, 66, 80, 63, 128, 128, 128, 128, 128, 128,
@@ -2183,7 +2186,7 @@ static inline int32_t cqi_norm(cqi_vector a)
  *
  * A turn in a plane is three shears, each rounded, so it can be taken back exactly, whatever the factors are. */
 
-enum { CQI_FRAMED_BITS = 18, CQI_TURN_BITS = 10 };
+enum { CQI_TURNED_BITS = 18, CQI_TURN_BITS = 10 };
 
 /* tan(angle / 2) and sin(angle), times 2^CQI_TURN_BITS, |angle| <= 90 degrees. */
 typedef struct cqi_turn {
@@ -2232,12 +2235,14 @@ static void cqi_turn_back(const cqi_turn *t, int32_t *x, int32_t *y)
     *x += cqi_shear(*y, t->tangent);
 }
 
-/* Turns around z, then around y, take the normal of the patch to the z axis; one around z the displacement to x. */
-typedef struct cqi_frame {
+/* Turns around z and around y that take the normal of the patch to the z axis, and another around z for the predicted
+ * displacement, to the x axis. And what to expect of a residual along the surface and along the normal, in half bits. */
+typedef struct cqi_axes {
     cqi_turn turn[3];
-    int32_t length, flatness;    /* mean of the spokes; mean of their parts along the normal */
-} cqi_frame;
+    int along, normal;
+} cqi_axes;
 
+/* The normal of the patch, by the areas of its triangles, with at most 14 bits. */
 static cqi_vector cqi_normal(const cqi_ring *r)
 {
     cqi_vector n = { 0, 0, 0 };
@@ -2254,52 +2259,50 @@ static cqi_vector cqi_normal(const cqi_ring *r)
     return shift > 0 ? cqi_shift(n, shift) : n;
 }
 
-static void cqi_find_frame(const cqi_ring *r, const int32_t *predicted, cqi_frame *f)
+/* Bits to expect of a length that is an eighth of `x` in the scale of the ring, in half bits. */
+static int cqi_expect(const cqi_ring *r, int32_t x)
 {
-    cqi_vector n = cqi_normal(r);
-    int32_t x = predicted[0], y = predicted[1], z = predicted[2], length, total = 0, off = 0;
+    int half_bits = cqi_half_bits((uint32_t)x) - 2 * (3 + r->shift);
+    return half_bits < 0 ? 0 : half_bits;
+}
+
+static void cqi_find_axes(const cqi_ring *r, const int32_t *predicted, cqi_axes *axes)
+{
+    cqi_vector normal = cqi_normal(r), n = normal;
+    int32_t x = predicted[0], y = predicted[1], z = predicted[2], off = 0;
     int k, shift;
-    f->turn[0] = cqi_find_turn(&n.x, n.y);
-    length = n.z;
-    f->turn[1] = cqi_find_turn(&length, n.x);
-    cqi_turn_forth(&f->turn[0], &x, &y);
-    cqi_turn_forth(&f->turn[1], &z, &x);
+    axes->turn[0] = cqi_find_turn(&n.x, n.y);
+    axes->turn[1] = cqi_find_turn(&n.z, n.x);
+    cqi_turn_forth(&axes->turn[0], &x, &y);
+    cqi_turn_forth(&axes->turn[1], &z, &x);
     shift = cqi_bit_length(cqi_abs(x) | cqi_abs(y)) - 14;
     if (shift > 0) {
         x = cqi_floor_shift(x, shift);
         y = cqi_floor_shift(y, shift);
     }
-    f->turn[2] = cqi_find_turn(&x, y);
-    for (k = 0; k < r->size; k++) {
-        int32_t u = r->offset[k][0], v = r->offset[k][1], w = r->offset[k][2];
-        cqi_turn_forth(&f->turn[0], &u, &v);
-        cqi_turn_forth(&f->turn[1], &w, &u);
-        off += (int32_t)cqi_abs(w);
-        total += (int32_t)(cqi_abs(u) + cqi_abs(v));
-    }
-    f->flatness = off / r->size;
-    f->length = total / r->size;
+    axes->turn[2] = cqi_find_turn(&x, y);
+    for (k = 0; k < r->size; k++) off += (int32_t)cqi_abs(cqi_dot(cqi_subtract(r->sum[k + 1], r->sum[k]), normal));
+    axes->along = cqi_expect(r, 8 * r->mean_length);
+    axes->normal = cqi_expect(r, off / ((int32_t)(cqi_abs(n.z) >> 3) + 1) / r->size);
 }
 
-/* Codes the residual of a position in the frame of the patch. False if it is beyond any difference of values. */
-static int cqi_code_framed(cq_decoder *d, int p, int q, const int32_t *predicted, int32_t *residual)
+/* Codes the residual of a position along the axes of the patch. False if it is beyond any difference of values. */
+static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *residual)
 {
-    cqi_frame f;
+    const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
     int32_t x = residual[0], y = residual[1], z = residual[2];
-    const int32_t limit = (int32_t)1 << (CQI_FRAMED_BITS + 2);
-    (void)p;
-    (void)q;
-    cqi_find_frame(&d->ring, predicted, &f);
-    cqi_turn_forth(&f.turn[0], &x, &y);
-    cqi_turn_forth(&f.turn[1], &z, &x);
-    cqi_turn_forth(&f.turn[2], &x, &y);
-    x = cqi_code_residual(d, CQI_ALONG, cqi_half_bits((uint32_t)f.length), x);
-    y = cqi_code_residual(d, CQI_ACROSS, cqi_half_bits((uint32_t)f.length), y);
-    z = cqi_code_residual(d, CQI_NORMAL, cqi_half_bits((uint32_t)f.flatness), z);
+    cqi_axes axes;
+    cqi_find_axes(&d->ring, predicted, &axes);
+    cqi_turn_forth(&axes.turn[0], &x, &y);
+    cqi_turn_forth(&axes.turn[1], &z, &x);
+    cqi_turn_forth(&axes.turn[2], &x, &y);
+    x = cqi_code_residual(d, CQI_ALONG, axes.along, x);
+    y = cqi_code_residual(d, CQI_ACROSS, axes.along, y);
+    z = cqi_code_residual(d, CQI_NORMAL, axes.normal, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
-    cqi_turn_back(&f.turn[2], &x, &y);
-    cqi_turn_back(&f.turn[1], &z, &x);
-    cqi_turn_back(&f.turn[0], &x, &y);
+    cqi_turn_back(&axes.turn[2], &x, &y);
+    cqi_turn_back(&axes.turn[1], &z, &x);
+    cqi_turn_back(&axes.turn[0], &x, &y);
     residual[0] = x;
     residual[1] = y;
     residual[2] = z;
@@ -2321,16 +2324,16 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *channel = &d->shape.channel[k];
         const uint32_t stride = channel->components;
-        const int framed = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_FRAMED_BITS;
+        const int turned = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
         int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
         if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
         for (c = 0; c < stride; c++) {
             cqi_sum_fans(&d->ring, c, p, q, &fans);
             predicted[c] = cqi_predict_delta(&fans, channel->bits);
             residual[c] = CQI_ENCODING(d) ? cqi_plan_delta(d, v, k, c) - predicted[c] : 0;
-            if (!framed) residual[c] = cqi_code_plain(d, &fans, residual[c]);
+            if (!turned) residual[c] = cqi_code_plain(d, &fans, residual[c]);
         }
-        if (framed && !cqi_code_framed(d, p, q, predicted, residual)) return 0;
+        if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
         for (c = 0; c < stride; c++, n++) {
             int32_t delta = predicted[c] + residual[c];
             int32_t low = (int32_t)d->channel[k][(size_t)v * stride + c] - cqi_floor_half(delta);
@@ -2631,7 +2634,7 @@ static void cqi_prepare_steps(cqi_ring *r, const int32_t *length)
     int32_t mean = 0;
     int k, b;
     for (k = 0; k < r->size; k++) mean += length[k];
-    mean = mean / r->size + 1;
+    r->mean_length = mean = mean / r->size + 1;
     for (b = 1; b < r->size; b++) {
         int a = r->size - b, n_a = a + 2, n_b = b + 2;
         r->apart[b] = (uint8_t)(b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3));
@@ -2645,7 +2648,7 @@ static void cqi_locate_ring(cq_decoder *d, int channel)
     int32_t length[CQ_MAX_VALENCE];
     int k, shift;
     cqi_read_offsets(d, channel);
-    shift = cqi_offset_shift(r);
+    r->shift = shift = cqi_offset_shift(r);
     memset(&r->sum[0], 0, sizeof r->sum[0]);
     for (k = 0; k < r->size; k++) {
         cqi_vector x;
@@ -3049,6 +3052,7 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->level++;
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
+    d->rate = CQI_RATE(d->mesh.num_vertices);
     cqi_walk_begin(&d->mesh, &d->walk);
     d->phase = CQI_WALK;
     return CQ_OK;
@@ -3123,6 +3127,7 @@ static void cqi_start(cq_decoder *d)
     }
     d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
     d->draft = d->mesh;
+    d->rate = CQI_RATE(0);
     d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
     cqi_model_init(&d->model, cqi_position_channel(&d->shape) >= 0);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;

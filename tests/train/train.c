@@ -11,7 +11,7 @@
  * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
 static int train_rate, train_step, train_hopeless, omit_begin, omit_end;
 #define CQ_TRAINING
-#define CQI_RATE train_rate
+#define CQI_RATE(num_vertices) (train_rate ? train_rate : (num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP (train_step * 4096)
 #define CQI_HOPELESS train_hopeless
 #define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
@@ -43,7 +43,7 @@ static void cqi_model_keep(const cqi_model *m)
 static void set_product_speed(void)
 {
     keeping = 0;
-    train_rate = 5;
+    train_rate = 0;
     train_step = 20;
     train_hopeless = 8 << CQI_UNIT;
 }
