@@ -495,11 +495,18 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
+/* What a collapse is chosen for. The stream is of the same format, and decodes as fast. */
+typedef enum cq_goal {
+    CQ_BALANCED = 0,      /* by valences alone: connectivity costs least */
+    CQ_SMALLEST           /* of the neighbours with the smallest valence the nearest one: positions save more */
+} cq_goal;
+
 /* What to encode, and how. Zero-initialise, then set what you need. */
 typedef struct cq_input {
     cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] */
+    cq_goal goal;
     cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers of the vertices */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
@@ -1480,6 +1487,7 @@ size_t cq_decoder_bytes(const cq_shape *s)
 typedef struct cqi_plan {
     cq_range_encoder range;
     cq_mesh mesh;                       /* simplified step by step, in the end the base */
+    const cq_value *positions;          /* those in value, if the nearest neighbour is to be chosen; or NULL */
     cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A */
     cq_index *to_decoded, *to_input;    /* vertex numbers, virtual ones too; CQ_NONE: not yet decoded */
     cq_index *top, *below;              /* last vertex collapsed into v; the one before it */
@@ -1671,29 +1679,29 @@ static const uint8_t cqi_prior_bit[CQI_MODELS] = {
     128, 128, 128, 202, 170, 134, 128, 95, 0, 128, 128, 15, 19, 3, 104, 128, 128, 128, 128, 220, 184, 152,
     141, 127, 113, 79, 128, 32, 49, 5, 15, 128, 128, 128, 128, 194, 165, 151, 143, 132, 109, 42, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 159, 100, 104, 128, 128, 128, 128, 128, 94, 128, 128, 128, 128, 128, 128, 128, 30, 104, 128,
-    128, 128, 128, 128, 128, 178, 28, 128, 128, 128, 128, 128, 128, 67, 29, 115, 128, 128, 128, 128, 128, 137,
-    6, 128, 128, 128, 128, 128, 128, 14, 55, 104, 128, 128, 128, 128, 128, 200, 101, 0, 128, 128, 128, 128,
-    128, 31, 5, 104, 128, 128, 128, 128, 128, 161, 116, 0, 128, 128, 128, 128, 128, 3, 6, 115, 128, 128,
-    128, 128, 128, 216, 150, 101, 0, 128, 128, 128, 128, 10, 10, 42, 128, 128, 128, 128, 128, 192, 139, 92,
-    0, 128, 128, 128, 128, 2, 4, 115, 128, 128, 128, 128, 128, 228, 171, 130, 94, 0, 128, 128, 128, 7,
-    9, 13, 128, 128, 128, 128, 128, 208, 165, 131, 96, 0, 128, 128, 128, 2, 5, 85, 128, 128, 128, 128,
-    128, 236, 193, 173, 149, 111, 0, 128, 128, 10, 7, 4, 128, 128, 128, 128, 128, 213, 175, 162, 139, 109,
-    0, 128, 128, 4, 13, 4, 115, 128, 128, 128, 128, 232, 194, 168, 155, 146, 128, 81, 128, 13, 22, 15,
-    23, 128, 128, 128, 128, 212, 178, 159, 150, 140, 118, 49, 128, 255, 169, 100, 30, 69, 126, 154, 75, 128,
-    128, 128, 128, 128, 128, 128, 128, 255, 194, 117, 35, 22, 37, 116, 115, 128, 128, 128, 128, 128, 128, 128,
-    128, 198, 127, 57, 26, 21, 82, 140, 115, 0, 128, 128, 128, 128, 128, 128, 128, 197, 140, 67, 31, 13,
-    43, 104, 128, 0, 128, 128, 128, 128, 128, 128, 128, 117, 79, 36, 13, 26, 97, 115, 128, 99, 0, 128,
-    128, 128, 128, 128, 128, 133, 100, 50, 17, 19, 78, 128, 115, 92, 0, 128, 128, 128, 128, 128, 128, 67,
-    68, 31, 20, 43, 94, 128, 128, 144, 89, 0, 128, 128, 128, 128, 128, 96, 93, 63, 25, 19, 90, 115,
-    128, 136, 92, 0, 128, 128, 128, 128, 128, 61, 84, 27, 14, 79, 127, 115, 128, 163, 127, 88, 0, 128,
-    128, 128, 128, 85, 101, 41, 25, 41, 128, 138, 104, 150, 117, 93, 0, 128, 128, 128, 128, 60, 63, 31,
-    31, 47, 128, 128, 128, 161, 138, 116, 79, 0, 128, 128, 128, 98, 100, 54, 33, 30, 94, 128, 128, 153,
-    131, 113, 86, 0, 128, 128, 128, 72, 78, 42, 10, 139, 128, 115, 128, 160, 138, 121, 106, 73, 0, 128,
-    128, 109, 117, 71, 35, 13, 115, 128, 128, 148, 140, 131, 120, 101, 0, 128, 128, 79, 90, 34, 15, 51,
-    128, 128, 128, 166, 146, 134, 125, 128, 97, 42, 128, 114, 128, 60, 14, 21, 128, 128, 128, 161, 148, 138,
-    128, 121, 98, 47, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 159, 100, 104, 128, 128, 128, 128, 128, 94, 128, 128, 128, 128,
+    128, 128, 128, 103, 67, 85, 128, 128, 128, 128, 128, 9, 128, 128, 128, 128, 128, 128, 128, 67, 42, 62,
+    115, 128, 128, 128, 128, 112, 0, 128, 128, 128, 128, 128, 128, 104, 69, 6, 115, 128, 128, 128, 128, 111,
+    0, 128, 128, 128, 128, 128, 128, 47, 19, 7, 128, 128, 128, 128, 128, 157, 102, 0, 128, 128, 128, 128,
+    128, 62, 45, 9, 46, 128, 128, 128, 128, 143, 101, 0, 128, 128, 128, 128, 128, 32, 22, 0, 128, 128,
+    128, 128, 128, 175, 135, 105, 0, 128, 128, 128, 128, 55, 42, 14, 4, 115, 128, 128, 128, 177, 147, 114,
+    0, 128, 128, 128, 128, 25, 24, 5, 47, 128, 128, 128, 128, 194, 166, 139, 93, 0, 128, 128, 128, 43,
+    40, 13, 12, 94, 128, 128, 128, 183, 162, 147, 109, 0, 128, 128, 128, 19, 25, 9, 38, 128, 128, 128,
+    128, 197, 170, 151, 134, 107, 0, 128, 128, 41, 45, 24, 9, 94, 128, 128, 128, 180, 150, 141, 127, 90,
+    0, 128, 128, 23, 35, 17, 7, 115, 128, 128, 128, 188, 158, 145, 135, 122, 105, 53, 128, 50, 61, 23,
+    21, 56, 115, 128, 128, 171, 152, 138, 130, 126, 98, 56, 128, 255, 121, 65, 4, 85, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 255, 158, 93, 11, 18, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 176, 106, 27, 15, 74, 97, 115, 128, 0, 128, 128, 128, 128, 128, 128, 128, 185, 124, 56, 24, 33,
+    121, 90, 104, 0, 128, 128, 128, 128, 128, 128, 128, 105, 62, 28, 12, 83, 81, 140, 115, 98, 0, 128,
+    128, 128, 128, 128, 128, 122, 83, 34, 11, 33, 118, 139, 127, 91, 0, 128, 128, 128, 128, 128, 128, 59,
+    57, 19, 22, 64, 116, 115, 128, 146, 94, 0, 128, 128, 128, 128, 128, 87, 81, 46, 20, 14, 104, 128,
+    128, 135, 89, 0, 128, 128, 128, 128, 128, 50, 77, 19, 7, 85, 128, 128, 128, 167, 125, 86, 0, 128,
+    128, 128, 128, 82, 95, 33, 11, 28, 128, 128, 128, 150, 117, 91, 0, 128, 128, 128, 128, 58, 56, 17,
+    20, 94, 128, 128, 128, 164, 139, 116, 83, 0, 128, 128, 128, 95, 89, 43, 32, 35, 128, 115, 128, 148,
+    127, 111, 77, 0, 128, 128, 128, 67, 76, 32, 23, 96, 115, 128, 128, 157, 136, 120, 109, 83, 0, 128,
+    128, 109, 109, 68, 15, 44, 115, 128, 128, 150, 134, 132, 112, 93, 0, 128, 128, 91, 93, 31, 7, 107,
+    115, 128, 128, 158, 143, 136, 134, 127, 87, 32, 128, 122, 117, 54, 15, 21, 128, 128, 128, 149, 131, 140,
+    114, 111, 105, 44, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 116, 107, 100, 91, 83, 81, 78, 67, 66, 80, 63, 128, 128, 128, 128, 128, 128,
@@ -2297,8 +2305,8 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
     cqi_turn_forth(&axes.turn[1], &z, &x);
     cqi_turn_forth(&axes.turn[2], &x, &y);
     x = cqi_code_residual(d, CQI_ALONG, axes.along, x);
-    y = cqi_code_residual(d, CQI_ACROSS, axes.along, y);
-    z = cqi_code_residual(d, CQI_NORMAL, axes.normal, z);
+    y = cqi_code_residual(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, y);
+    z = cqi_code_residual(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
     cqi_turn_back(&axes.turn[2], &x, &y);
     cqi_turn_back(&axes.turn[1], &z, &x);
@@ -3322,9 +3330,28 @@ static int cqi_turns_gate(const cq_mesh *m, cq_index spoke, cq_index b)
     return across != CQ_NONE && cq_is_virtual(m, m->origin[cq_prev(across)]);
 }
 
-/* The neighbour B of the front vertex to collapse with, as the halfedge A -> B: the smallest valence, then the first one
+static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
+{
+    uint64_t sum = 0;
+    int c;
+    for (c = 0; c < 3; c++) {
+        int64_t x = (int64_t)positions[3 * (size_t)a + (size_t)c] - positions[3 * (size_t)b + (size_t)c];
+        sum += (uint64_t)(x * x);
+    }
+    return sum;
+}
+
+/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
+static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
+{
+    cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
+    if (valence != other || !p->positions) return valence < other;
+    return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
+}
+
+/* The neighbour B of the front vertex to collapse with, as the halfedge A -> B: the best one, of equal ones the first
  * clockwise from L. CQ_NONE: the patch is isolated. */
-static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
+static cq_index cqi_choose(const cqi_plan *p, cq_index spoke, int first)
 {
     const cq_mesh *m = &p->mesh;
     cq_index a = m->origin[spoke], h = spoke, chosen = CQ_NONE;
@@ -3334,7 +3361,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
     cqi_mark_ring(m, a, 1);
     do {
         cq_index b = cq_target(m, h);
-        if (!cqi_is_conquered(m, b) && (chosen == CQ_NONE || m->valence[b] < m->valence[cq_target(m, chosen)]) &&
+        if (!cqi_is_conquered(m, b) && (chosen == CQ_NONE || cqi_is_better(p, a, b, cq_target(m, chosen))) &&
             cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && !(first && cqi_turns_gate(m, spoke, b)))
             chosen = h;
         h = cq_clockwise(m, h);
@@ -3493,6 +3520,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
         memcpy(values, in->values[k], n * sizeof(cq_value));
         values += n;
     }
+    if (in->goal == CQ_SMALLEST && cqi_position_channel(s) >= 0) p->positions = p->value[cqi_position_channel(s)];
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;

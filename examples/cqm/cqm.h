@@ -20,6 +20,7 @@
 
 struct options {
     int connectivity, json, quiet;
+    cq_goal goal;
     uint32_t bits;                              /* per coordinate */
     uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */
     enum mesh_format format;                    /* MESH_UNKNOWN: by the name of the file */

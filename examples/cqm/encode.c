@@ -156,6 +156,7 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.shape.num_vertices = mesh->num_vertices;
     e->input.shape.num_faces = mesh->num_faces;
     e->input.indices = mesh->indices;
+    e->input.goal = options->goal;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     return e->input.map != NULL && (options->connectivity || add_positions(e, mesh, options->bits));
 }
