@@ -155,8 +155,8 @@ static void print_number(int k, int x) { printf("%s%d,", k % 22 ? " " : "\n    "
 static void print_bits(void)
 {
     int k;
-    printf("static const uint8_t cqi_prior_bit[CQI_MODELS] = {");
-    for (k = 0; k < CQI_MODELS; k++) print_number(k, model.bit[k] >> 8);
+    printf("static const uint8_t cqi_prior_bit[CQI_PRIORS] = {");
+    for (k = 0; k < CQI_PRIORS; k++) print_number(k, model.bit[k] >> 8);
     printf("\n};\n");
 }
 
