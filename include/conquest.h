@@ -591,7 +591,9 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
     return block;
 }
 
-static int cqi_aligned(const void *memory) { return (uintptr_t)memory % 4 == 0; }
+/* As the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR. */
+struct cqi_alignment { char before; uint32_t word; };
+static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
 /* Vertices with the virtual ones, faces with the virtual ones. */
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
