@@ -111,7 +111,8 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work \
+    $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
@@ -163,8 +164,8 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
 PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3 $(EMBEDDED_PACKAGES)
-EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc tcc \
-    gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
+EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
+    tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 deps: ## installs what the tests need, if missing (Debian and Ubuntu)
@@ -217,7 +218,7 @@ EMBEDDED = build/cqm build/meshgen $(HEADER) tests/memory/memory.c \
     $(wildcard examples/microcontroller/* tests/embedded/*)
 
 .PHONY: embedded figures
-embedded: deps build/cqm build/meshgen ## decodes on three devices in qemu, checks budgets of code, stack, RAM
+embedded: deps build/cqm build/meshgen ## decodes on devices in emulators, checks budgets of code, stack, RAM
 	@tests/embedded/embedded.sh check
 
 figures: deps build/cqm build/meshgen ## measures code, stack, RAM, instructions; writes README's tables

@@ -1,8 +1,9 @@
 /* board.h - what main.c asks of a board. SPDX-License-Identifier: MIT
  *
- *     cortex_m.c   Cortex-M3 and M0        riscv.c   RV32        host.c   a program for an operating system
+ *     cortex_m.c   Cortex-M3 and M0        avr.c     ATmega1284P
+ *     riscv.c      RV32                    host.c    a program for an operating system
  *
- * On bare metal runtime.c and link.ld belong to it; string.h stands for a libc that is not there. */
+ * To the first two belong runtime.c and link.ld; string.h stands for a libc that is not there. */
 #ifndef BOARD_H
 #define BOARD_H
 

@@ -1,6 +1,6 @@
 /* main.c - decodes a mesh on a microcontroller, from flash into static memory. SPDX-License-Identifier: MIT
  *
- *     make embedded        builds it for Cortex-M3, Cortex-M0 and RV32, runs it in qemu, checks hashes and budgets
+ *     make embedded        builds it for Cortex-M3, Cortex-M0, RV32 and AVR, runs it, checks hashes and budgets
  *
  * No heap, no operating system, no libc: board.h is all that it asks of the device. stream.h is made from a stream when
  * the program is built and holds `static const uint8_t stream[]`, STREAM_VERTICES and STREAM_FACES, boundary loops and
