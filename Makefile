@@ -231,8 +231,8 @@ build/log/embedded.log: $(EMBEDDED)
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
-# `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and fuzz-msan
-# run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
+# `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and
+# fuzz-msan run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
 
 FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
 FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h examples/mesh_file.*)

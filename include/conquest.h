@@ -479,11 +479,12 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes behind
  *          the end of the stream are not used. NULL: no more input will come.
- * budget   at most so many steps; a step conquers one patch or makes one split. Budget 1 stops after every split.
+ * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
+ *          gets 1024 vertices ready for a level. Budget 1 stops after every split.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error; CQ_ERROR_MEMORY
  * if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is complete the mesh has no
- * vertices. Time O(bytes + steps), and O(vertices) once for the base and for each level; no recursion. */
+ * vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
@@ -2144,14 +2145,24 @@ enum {
 
 static int cqi_is_conquered(const cq_mesh *m, cq_index v) { return (m->mark[v] & (CQI_MANY | CQI_CENTRE)) != 0; }
 
-/* Virtual vertices are conquered from the start: they are never the centre of a patch. */
-static void cqi_walk_begin(cq_mesh *m, cqi_walk *w)
+#define CQI_CLEAR_AT_ONCE 1024 /* vertices: what bounds the time of a step */
+
+static void cqi_walk_begin(cqi_walk *w)
 {
-    cq_index v;
-    for (v = 0; v < m->num_vertices; v++) m->mark[v] &= CQI_SEED;
-    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
     w->seed = w->head = w->tail = 0;
     w->spoke = CQ_NONE;
+}
+
+/* Takes the marks of the level before from the next vertices; 0 when that was done for all. Virtual vertices are
+ * conquered from the start: they are never the centre of a patch. */
+static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
+{
+    cq_index k;
+    for (k = 0; k < CQI_CLEAR_AT_ONCE && w->seed < m->num_vertices; k++) m->mark[w->seed++] &= CQI_SEED;
+    if (w->seed < m->num_vertices) return 1;
+    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
+    w->seed = 0;
+    return 0;
 }
 
 /* Takes the patch of the spoke's origin. */
@@ -2791,7 +2802,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index spoke)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
+enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_CLEAR, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
 
 /* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
@@ -2846,8 +2857,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->level++;
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
-    cqi_walk_begin(&d->mesh, &d->walk);
-    d->phase = CQI_WALK;
+    cqi_walk_begin(&d->walk);
+    d->phase = CQI_CLEAR;
     return CQ_OK;
 }
 
@@ -2898,6 +2909,9 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
     case CQI_LEVEL: return cqi_step_level(d);
+    case CQI_CLEAR:
+        if (!cqi_walk_clear(&d->mesh, &d->walk)) d->phase = CQI_WALK;
+        return CQ_OK;
     case CQI_WALK: return cqi_step_walk(d);
     default: return cqi_step_split(d);
     }
@@ -3032,7 +3046,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
             d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
         }
-        if (d->phase >= CQI_WALK) budget--;
+        budget--;
         result = cqi_step(d);
         if (result != CQ_OK) break;
     }
@@ -3206,7 +3220,8 @@ static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
     cqi_walk w;
     cq_index spoke, splits = 0;
     int first;
-    cqi_walk_begin(&p->mesh, &w);
+    cqi_walk_begin(&w);
+    while (cqi_walk_clear(&p->mesh, &w)) {}
     while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
         splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
     if (splits < CQI_MIN_SPLITS(*num_live - splits)) {

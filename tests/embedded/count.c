@@ -3,8 +3,8 @@
  *     qemu-system-arm -plugin ./libcount.so,begin=0x1234,end=0x5678 -d plugin ...
  *
  * Counts from each time that the guest reaches the address `begin` until it reaches `end`. At the end prints how
- * many such stretches there were, the instructions of the first, of all, and of the longest but the first. Exact: the same
- * in every run. The prototypes are those of qemu's plugin interface, version 1; Debian has no header for it. */
+ * many such stretches there were, the instructions of the first, of all, and of the longest but the first. Exact: the
+ * same in every run. The prototypes are those of qemu's plugin interface, version 1; Debian has no header for it. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -272,6 +272,22 @@ TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
     }
 }
 
+/* So that a frame or an interrupt bounds a base of many components too. */
+TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result = CQ_OK;
+        uint32_t calls = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        for (; result == CQ_OK && d.decoder->mesh.num_vertices == 0; calls++) result = cq_decode(d.decoder, &in, 1);
+        CHECK(calls > c.report->base_vertices + c.report->base_faces);
+        decoding_free(&d);
+    }
+}
+
 TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
@@ -817,6 +833,7 @@ int main(int argc, char **argv) {
     RUN(any_budget_gives_the_same_mesh);
     RUN(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh);
     RUN(a_budget_of_n_does_the_work_of_n_budgets_of_one);
+    RUN(a_budget_counts_the_faces_and_vertices_of_the_base);
     RUN(a_budget_of_none_changes_nothing_once_the_mesh_is_there);
     RUN(bytes_behind_the_end_of_a_stream_are_not_used);
     RUN(the_vertices_and_faces_that_there_are_keep_their_numbers);
