@@ -230,6 +230,18 @@ CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
 /* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]; returns n <= num_faces. */
 CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
+/* Marks what a decoder has changed since its mesh had `since` vertices, so that only that is uploaded to a GPU: 0 marks
+ * all. Arrays are divided into blocks of 2^shift elements, for a split touches two vertices and about eight faces
+ * anywhere in them; 1 is written for a block that has changed, other bytes stay as they are.
+ *
+ * faces     uint8_t[blocks], NULL: unwanted. Of faces that are new or have got a new vertex; face f is the indices
+ *           origin[3 * f] .. [3 * f + 2].
+ * vertices  uint8_t[blocks], NULL: unwanted. Of vertices that are new or have got new values, and of the other neighbours
+ *           of new vertices.
+ *
+ * Time O(new vertices), a few faces for each. */
+CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
+
 /* Circulators: around its face, and around its origin. */
 static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
 static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
@@ -1140,6 +1152,26 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
         n++;
     }
     return n;
+}
+
+/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: what changed is around new vertices.
+ * So is the centre that was split: its edge to B too only ever passes on to newer vertices. */
+static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces, uint8_t *vertices)
+{
+    cq_index h = m->out[v];
+    do {
+        cq_index f = (cq_index)(h / 3), w = cq_target(m, h);
+        if (faces && f < m->first_virtual_face) faces[f >> shift] = 1;
+        if (vertices && !cq_is_virtual(m, w)) vertices[w >> shift] = 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    if (vertices) vertices[v >> shift] = 1;
+}
+
+void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces, uint8_t *vertices)
+{
+    cq_index v;
+    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces, vertices);
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
