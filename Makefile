@@ -12,7 +12,9 @@ CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 .DELETE_ON_ERROR:
 .PHONY: all help clean demo deps meshes ref_data check-ref test summary
 
-all: build/cqm build/minimal_decode build/stream build/meshgen ## builds cqm, the examples and the mesh generator
+EXAMPLES = build/minimal_decode build/stream build/game_loop
+
+all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
 	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -21,7 +23,7 @@ build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples $(CQM_SOURCES) $(LDLIBS) -lm -o $@
 
-build/minimal_decode build/stream: build/%: examples/%.c $(HEADER)
+$(EXAMPLES): build/%: examples/%.c $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
@@ -179,7 +181,7 @@ build/log/ref_data.log: build/cqm build/meshgen
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
 
-build/log/examples.log: build/cqm build/minimal_decode build/stream build/tests/minimal_decode-16
+build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
 	@tests/demo/examples.sh >$@ 2>&1 || true
 	@echo "examples: $$(tail -n 1 $@)"
