@@ -170,11 +170,16 @@ EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qe
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-deps: ## installs what the tests need, if missing (Debian and Ubuntu)
-	@missing=$$(for p in $(PACKAGES); do \
+# $(call install,PACKAGES): those that are missing
+define install
+	@missing=$$(for p in $(1); do \
 	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
 	test -z "$$missing" || { $(SUDO) apt-get -q update && \
 	    DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
+endef
+
+deps: ## installs what the tests need, if missing (Debian and Ubuntu)
+	$(call install,$(PACKAGES))
 
 build/log/ref_data.log: build/cqm build/meshgen
 	@mkdir -p $(@D)
@@ -230,6 +235,33 @@ build/log/embedded.log: $(EMBEDDED)
 	@mkdir -p $(@D)
 	@tests/embedded/embedded.sh check >$@ 2>&1 || true
 	@echo "embedded: $$(tail -n 1 $@)"
+
+# -- Bench ---------------------------------------------------------------------------------------------------------
+#
+# Codecs of tests/bench from packages, on the same meshes; results in build/bench. Times depend on the machine: no test.
+
+BENCH_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev libzstd-dev libopenctm-dev python3-matplotlib \
+    $(if $(shell command -v npm),,npm)
+BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/bench/*.cpp)) build/bench/mesh_file.o
+
+.PHONY: bench deps-bench
+bench: deps-bench build/meshes build/meshgen ## compares size, speed, memory with other codecs; QUICK=1: a minute
+	@$(MAKE) --no-print-directory -s build/bench/bench
+	@tests/bench/bench.sh
+
+deps-bench:
+	$(call install,$(BENCH_PACKAGES))
+
+build/bench/bench: $(BENCH_OBJECTS)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lmeshoptimizer -lzstd -lopenctm -lm -o $@
+
+build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(HEADER)
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
+
+build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
