@@ -14,7 +14,7 @@
 
 #define FRAME 0.001               /* seconds for decoding and upload together */
 #define DECODING (0.7 * FRAME)    /* of these, until the last steps begin; the rest is for the upload */
-#define STEPS 16                  /* between two looks at the clock: 50 microseconds, a step never takes more than 10 */
+#define STEPS 16                  /* between two looks at the clock: some 50 microseconds */
 #define SHIFT 6                   /* blocks of 64 faces or vertices */
 #define MAX_FRAMES 1000000
 

@@ -4,7 +4,7 @@
 #     results.csv    a line for each mesh and codec        results.png    the same as bars
 #     targets.txt    what was to be reached                table.txt      all that was printed
 #
-# QUICK=1 leaves out the mesh of ten million vertices, which takes several minutes and 6 GB.
+# QUICK=1 leaves out the mesh of ten million vertices, which takes most of the time and several GB of memory.
 set -eu
 cd "$(dirname "$0")/../.."
 out=build/bench

@@ -4,7 +4,7 @@
 # check     builds examples/microcontroller for each device, runs it in qemu, compares what it decodes with the host and
 #           with other compilers, measures, and holds the figures against budgets.tsv and the committed figures.tsv.
 #           The last line is `N passed, N failed`.
-# figures   writes figures.tsv, and README's table of it, anew.
+# figures   writes figures.tsv and README's tables of it anew; and the table of the bench, if `make bench` has run.
 #
 # Everything measured here is exact: bytes of the files built, instructions that qemu executed. The same compilers give
 # the same figures on any machine; with others (figures.tsv names them) only the budgets are checked.
@@ -298,7 +298,10 @@ check)
 figures)
     measure_all
     cp "$out/figures.tsv" $here/figures.tsv
-    $here/readme.py README.md $here/figures.tsv $here/budgets.tsv ;;
+    bench=build/bench/results.csv
+    [ -e $bench ] || bench=
+    # shellcheck disable=SC2086 # none if it is empty
+    $here/readme.py README.md $here/figures.tsv $here/budgets.tsv $bench ;;
 *)
     echo "usage: embedded.sh check | figures" >&2
     exit 2 ;;
