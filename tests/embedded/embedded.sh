@@ -267,7 +267,14 @@ unchanged() {
     return 1
 }
 
+# README shows what figures.tsv has.
+readme_is_current() {
+    cp README.md "$out/README.md" &&
+        $here/readme.py "$out/README.md" $here/figures.tsv $here/budgets.tsv && diff README.md "$out/README.md"
+}
+
 check_figures() {
+    check "README's tables" readme_is_current
     if [ "$(head -n 1 $here/figures.tsv)" = "$(compilers)" ]; then
         check "figures as committed" unchanged
     else
