@@ -13,8 +13,8 @@
 #include <time.h>
 
 #define FRAME 0.001               /* seconds for decoding and upload together */
-#define DECODING (0.7 * FRAME)    /* of these, until the last steps begin; the rest is for the upload */
-#define STEPS 16                  /* between two looks at the clock: some 50 microseconds */
+#define STEPS 16                  /* between two looks at the clock: some 50 microseconds, */
+#define MARGIN 0.0002             /* for which, and for caches that are cold, this is kept free */
 #define SHIFT 6                   /* blocks of 64 faces or vertices */
 #define MAX_FRAMES 1000000
 
@@ -29,6 +29,13 @@ static cq_decoder dec;
 static double frame_seconds[MAX_FRAMES];
 static size_t uploaded;
 
+/* Memory that the system has really given: no frame waits for it. */
+static void *allocate(size_t size)
+{
+    void *memory = malloc(size);
+    return memory ? memset(memory, 1, size) : NULL;
+}
+
 static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
 static int make_buffer(struct buffer *b, const void *source, size_t count, size_t stride)
@@ -36,7 +43,7 @@ static int make_buffer(struct buffer *b, const void *source, size_t count, size_
     b->source = source;
     b->stride = stride;
     b->max_blocks = (count >> SHIFT) + 1;
-    b->gpu = calloc(b->max_blocks << SHIFT, stride);
+    b->gpu = allocate((b->max_blocks << SHIFT) * stride);
     b->dirty = calloc(b->max_blocks, 1);
     return b->gpu && b->dirty;
 }
@@ -72,14 +79,17 @@ static cq_result refine(cq_bytes *in, double until)
     return result;
 }
 
-/* One frame's share of the work. */
-static cq_result frame(cq_bytes *in, struct buffer *faces, struct buffer *vertices)
+/* One frame's share of the work. The upload gets half as much time again as the last one took. */
+static cq_result frame(cq_bytes *in, struct buffer *faces, struct buffer *vertices, double begin)
 {
+    static double upload_seconds;
     cq_index since = dec.mesh.num_vertices;
-    cq_result result = refine(in, seconds() + DECODING);
+    cq_result result = refine(in, begin + FRAME - MARGIN - 1.5 * upload_seconds);
+    double decoded = seconds();
     cq_mesh_changes(&dec.mesh, since, SHIFT, faces->dirty, vertices->dirty);
     upload(faces, dec.mesh.num_faces);
     upload(vertices, dec.mesh.num_vertices);
+    upload_seconds = seconds() - decoded;
     return result;
 }
 
@@ -107,7 +117,7 @@ static cq_result load(cq_bytes *in)
     cq_shape shape;
     cq_result result = cq_peek(in->data, in->size, &shape, NULL, NULL);
     size_t size = cq_decoder_bytes(&shape);
-    if (result == CQ_OK) result = cq_decoder_init(&dec, malloc(size), size);
+    if (result == CQ_OK) result = cq_decoder_init(&dec, allocate(size), size);
     if (result == CQ_OK) result = cq_decode(&dec, in, 1);
     return result == CQ_OK && dec.shape.num_channels == 0 ? CQ_ERROR_UNSUPPORTED : result;
 }
@@ -124,7 +134,7 @@ static cq_result play(cq_bytes *in)
         return CQ_ERROR_MEMORY;
     for (; result == CQ_OK && frames < MAX_FRAMES; frames++) {
         double begin = seconds();
-        result = frame(in, &faces, &vertices);
+        result = frame(in, &faces, &vertices, begin);
         frame_seconds[frames] = seconds() - begin;
         whole += dec.mesh.num_faces * faces.stride + dec.mesh.num_vertices * vertices.stride;
         /* A renderer draws here: dec.mesh.num_faces triangles. */

@@ -148,7 +148,8 @@ void print_heading(std::FILE *csv)
                 "Mv/s", "B/vertex", "draco", "draco");
     std::fprintf(csv, "mesh,vertices,faces,codec,bytes,bits_per_vertex,encode_seconds,encode_mvertices_per_second,"
                       "decode_seconds,decode_mvertices_per_second,decode_bytes_per_vertex,size_to_draco10,"
-                      "decode_speed_to_draco10,first_percent_seconds,first_percent_bytes,same_mesh\n");
+                      "decode_speed_to_draco10,first_percent_seconds,first_percent_bytes,formula_decode_bytes_per_vertex,"
+                      "formula_encode_bytes_per_vertex,same_mesh\n");
 }
 
 void print_row(const Row &r, const Row &draco, std::FILE *csv)
@@ -157,10 +158,11 @@ void print_row(const Row &r, const Row &draco, std::FILE *csv)
     std::printf("%-17s %9zu %-13s %9zu %7.2f %8.3f %8.3f %8.1f %7.2f %7.2f%s\n", r.mesh.c_str(), r.vertices,
                 r.codec.c_str(), r.bytes, 8 * per_vertex(r.bytes, r), speed(r.encode, r), speed(r.decode, r),
                 per_vertex(r.memory, r), size, fast, r.same ? "" : "  ANOTHER MESH");
-    std::fprintf(csv, "%s,%zu,%zu,%s,%zu,%.4f,%.6f,%.4f,%.6f,%.4f,%.2f,%.4f,%.4f,%.6f,%zu,%d\n", r.mesh.c_str(),
+    std::fprintf(csv, "%s,%zu,%zu,%s,%zu,%.4f,%.6f,%.4f,%.6f,%.4f,%.2f,%.4f,%.4f,%.6f,%zu,%.2f,%.2f,%d\n",
+                 r.mesh.c_str(),
                  r.vertices, r.faces, r.codec.c_str(), r.bytes, 8 * per_vertex(r.bytes, r), r.encode,
                  speed(r.encode, r), r.decode, speed(r.decode, r), per_vertex(r.memory, r), size, fast, r.first,
-                 r.first_bytes, r.same);
+                 r.first_bytes, per_vertex(r.formula, r), per_vertex(r.encoder, r), r.same);
     std::fflush(stdout);
     std::fflush(csv);
 }
@@ -185,7 +187,7 @@ void print_targets(const std::vector<Row> &ours, const std::vector<Row> &draco)
     }
 }
 
-// From the smallest mesh of at least 10 000 vertices made by the generator to the largest.
+// From the smallest mesh of the generator to the largest.
 void print_growth(const std::vector<Row> &ours)
 {
     const Row *small = nullptr, *large = nullptr;
