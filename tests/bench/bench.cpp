@@ -158,10 +158,10 @@ void print_row(const Row &r, const Row &draco, std::FILE *csv)
     std::printf("%-17s %9zu %-13s %9zu %7.2f %8.3f %8.3f %8.1f %7.2f %7.2f%s\n", r.mesh.c_str(), r.vertices,
                 r.codec.c_str(), r.bytes, 8 * per_vertex(r.bytes, r), speed(r.encode, r), speed(r.decode, r),
                 per_vertex(r.memory, r), size, fast, r.same ? "" : "  ANOTHER MESH");
-    std::fprintf(csv, "%s,%zu,%zu,%s,%zu,%.4f,%.6f,%.4f,%.6f,%.4f,%.2f,%.4f,%.4f,%.6f,%zu,%.2f,%.2f,%d\n",
-                 r.mesh.c_str(),
-                 r.vertices, r.faces, r.codec.c_str(), r.bytes, 8 * per_vertex(r.bytes, r), r.encode,
-                 speed(r.encode, r), r.decode, speed(r.decode, r), per_vertex(r.memory, r), size, fast, r.first,
+    std::fprintf(csv, "%s,%zu,%zu,%s,%zu,%.4f,%.6f,%.4f,%.6f,%.4f,", r.mesh.c_str(), r.vertices, r.faces,
+                 r.codec.c_str(), r.bytes, 8 * per_vertex(r.bytes, r), r.encode, speed(r.encode, r), r.decode,
+                 speed(r.decode, r));
+    std::fprintf(csv, "%.2f,%.4f,%.4f,%.6f,%zu,%.2f,%.2f,%d\n", per_vertex(r.memory, r), size, fast, r.first,
                  r.first_bytes, per_vertex(r.formula, r), per_vertex(r.encoder, r), r.same);
     std::fflush(stdout);
     std::fflush(csv);
