@@ -148,8 +148,8 @@ void print_heading(std::FILE *csv)
                 "Mv/s", "B/vertex", "draco", "draco");
     std::fprintf(csv, "mesh,vertices,faces,codec,bytes,bits_per_vertex,encode_seconds,encode_mvertices_per_second,"
                       "decode_seconds,decode_mvertices_per_second,decode_bytes_per_vertex,size_to_draco10,"
-                      "decode_speed_to_draco10,first_percent_seconds,first_percent_bytes,formula_decode_bytes_per_vertex,"
-                      "formula_encode_bytes_per_vertex,same_mesh\n");
+                      "decode_speed_to_draco10,first_percent_seconds,first_percent_bytes,"
+                      "formula_decode_bytes_per_vertex,formula_encode_bytes_per_vertex,same_mesh\n");
 }
 
 void print_row(const Row &r, const Row &draco, std::FILE *csv)
