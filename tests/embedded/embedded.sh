@@ -14,6 +14,7 @@ here=tests/embedded
 example=examples/microcontroller
 out=build/embedded
 cqm=build/cqm
+streams=ref_data/v$(sed -n 's/^#define CQ_STREAM_VERSION \([0-9]*\).*/\1/p' include/conquest.h)
 flags="-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -Iinclude"
 semihosting="-nographic -monitor none -serial none -semihosting-config enable=on,target=native"
 
@@ -58,7 +59,7 @@ make_stream() {
 # disc: of ref_data, 33 vertices. grid: of ref_data, with a boundary; fits the 16 KiB of a micro:bit. random: 1000
 # vertices.
 make_streams() {
-    make_stream disc ref_data/v0/disc.cqm && make_stream grid ref_data/v0/grid.cqm &&
+    make_stream disc "$streams/disc.cqm" && make_stream grid "$streams/grid.cqm" &&
         build/meshgen random 1000 1 >"$out/random.off" && "$cqm" encode --quiet "$out/random.off" "$out/random.cqm" &&
         make_stream random "$out/random.cqm"
 }
