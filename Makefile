@@ -12,7 +12,9 @@ CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 .DELETE_ON_ERROR:
 .PHONY: all help clean demo deps meshes ref_data check-ref test summary
 
-all: build/cqm build/minimal_decode build/stream build/meshgen ## builds cqm, the examples and the mesh generator
+EXAMPLES = build/minimal_decode build/stream build/game_loop
+
+all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
 	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
@@ -21,7 +23,7 @@ build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples $(CQM_SOURCES) $(LDLIBS) -lm -o $@
 
-build/minimal_decode build/stream: build/%: examples/%.c $(HEADER)
+$(EXAMPLES): build/%: examples/%.c $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
@@ -111,7 +113,8 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work \
+    $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
@@ -162,21 +165,28 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3 $(EMBEDDED_PACKAGES)
+EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
+    tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-deps: ## installs what the tests need, if missing (Debian and Ubuntu)
-	@missing=$$(for p in $(PACKAGES); do \
+# $(call install,PACKAGES): those that are missing
+define install
+	@missing=$$(for p in $(1); do \
 	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
 	test -z "$$missing" || { $(SUDO) apt-get -q update && \
 	    DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
+endef
+
+deps: ## installs what the tests need, if missing (Debian and Ubuntu)
+	$(call install,$(PACKAGES))
 
 build/log/ref_data.log: build/cqm build/meshgen
 	@mkdir -p $(@D)
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
 
-build/log/examples.log: build/cqm build/minimal_decode build/stream build/tests/minimal_decode-16
+build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
 	@tests/demo/examples.sh >$@ 2>&1 || true
 	@echo "examples: $$(tail -n 1 $@)"
@@ -207,10 +217,56 @@ build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEAD
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
 
+# -- Devices -------------------------------------------------------------------------------------------------------
+#
+# tests/embedded: examples/microcontroller for each device, in qemu, against the host; budgets and exact figures.
+
+EMBEDDED = build/cqm build/meshgen $(HEADER) tests/memory/memory.c \
+    $(wildcard examples/microcontroller/* tests/embedded/*)
+
+.PHONY: embedded figures
+embedded: deps build/cqm build/meshgen ## decodes on devices in emulators, checks budgets of code, stack, RAM
+	@tests/embedded/embedded.sh check
+
+figures: deps build/cqm build/meshgen ## measures code, stack, RAM, instructions; writes README's tables
+	@tests/embedded/embedded.sh figures
+
+build/log/embedded.log: $(EMBEDDED)
+	@mkdir -p $(@D)
+	@tests/embedded/embedded.sh check >$@ 2>&1 || true
+	@echo "embedded: $$(tail -n 1 $@)"
+
+# -- Bench ---------------------------------------------------------------------------------------------------------
+#
+# Codecs of tests/bench from packages, on the same meshes; results in build/bench. Times depend on the machine: no test.
+
+BENCH_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev libzstd-dev libopenctm-dev python3-matplotlib \
+    $(if $(shell command -v npm),,npm)
+BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/bench/*.cpp)) build/bench/mesh_file.o
+
+.PHONY: bench deps-bench
+bench: deps-bench build/meshes build/meshgen ## compares size, speed, memory with other codecs; QUICK=1: a minute
+	@$(MAKE) --no-print-directory -s build/bench/bench
+	@tests/bench/bench.sh
+
+deps-bench:
+	$(call install,$(BENCH_PACKAGES))
+
+build/bench/bench: $(BENCH_OBJECTS)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lmeshoptimizer -lzstd -lopenctm -lm -o $@
+
+build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(HEADER)
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
+
+build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
+
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
-# `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and fuzz-msan
-# run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
+# `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and
+# fuzz-msan run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
 
 FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
 FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h examples/mesh_file.*)

@@ -230,6 +230,18 @@ CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
 /* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]; returns n <= num_faces. */
 CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
+/* Marks what a decoder has changed since its mesh had `since` vertices, so that only that is uploaded to a GPU: 0 marks
+ * all. Arrays are divided into blocks of 2^shift elements, for a split touches two vertices and about eight faces
+ * anywhere in them; 1 is written for a block that has changed, other bytes stay as they are.
+ *
+ * faces     uint8_t[blocks], NULL: unwanted. Of faces that are new or have got a new vertex; face f is the indices
+ *           origin[3 * f] .. [3 * f + 2].
+ * vertices  uint8_t[blocks], NULL: unwanted. Of vertices that are new or have got new values, and of the other neighbours
+ *           of new vertices.
+ *
+ * Time O(new vertices), a few faces for each. */
+CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
+
 /* Circulators: around its face, and around its origin. */
 static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
 static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
@@ -490,11 +502,12 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes behind
  *          the end of the stream are not used. NULL: no more input will come.
- * budget   at most so many steps; a step conquers one patch or makes one split. Budget 1 stops after every split.
+ * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
+ *          gets 1024 vertices ready for a level. Budget 1 stops after every split.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error; CQ_ERROR_MEMORY
  * if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is complete the mesh has no
- * vertices. Time O(bytes + steps), and O(vertices) once for the base and for each level; no recursion. */
+ * vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
@@ -619,7 +632,9 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
     return block;
 }
 
-static int cqi_aligned(const void *memory) { return (uintptr_t)memory % 4 == 0; }
+/* As the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR. */
+struct cqi_alignment { char before; uint32_t word; };
+static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
 /* Vertices with the virtual ones, faces with the virtual ones. */
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
@@ -1165,6 +1180,26 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
         n++;
     }
     return n;
+}
+
+/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: what changed is around new vertices.
+ * So is the centre that was split: its edge to B too only ever passes on to newer vertices. */
+static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces, uint8_t *vertices)
+{
+    cq_index h = m->out[v];
+    do {
+        cq_index f = (cq_index)(h / 3), w = cq_target(m, h);
+        if (faces && f < m->first_virtual_face) faces[f >> shift] = 1;
+        if (vertices && !cq_is_virtual(m, w)) vertices[w >> shift] = 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    if (vertices) vertices[v >> shift] = 1;
+}
+
+void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces, uint8_t *vertices)
+{
+    cq_index v;
+    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces, vertices);
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -2373,14 +2408,24 @@ enum {
 
 static int cqi_is_conquered(const cq_mesh *m, cq_index v) { return (m->mark[v] & (CQI_MANY | CQI_CENTRE)) != 0; }
 
-/* Virtual vertices are conquered from the start: they are never the centre of a patch. */
-static void cqi_walk_begin(cq_mesh *m, cqi_walk *w)
+#define CQI_CLEAR_AT_ONCE 1024 /* vertices: what bounds the time of a step */
+
+static void cqi_walk_begin(cqi_walk *w)
 {
-    cq_index v;
-    for (v = 0; v < m->num_vertices; v++) m->mark[v] &= CQI_SEED;
-    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
     w->seed = w->head = w->tail = 0;
     w->spoke = CQ_NONE;
+}
+
+/* Takes the marks of the level before from the next vertices; 0 when that was done for all. Virtual vertices are
+ * conquered from the start: they are never the centre of a patch. */
+static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
+{
+    cq_index k;
+    for (k = 0; k < CQI_CLEAR_AT_ONCE && w->seed < m->num_vertices; k++) m->mark[w->seed++] &= CQI_SEED;
+    if (w->seed < m->num_vertices) return 1;
+    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
+    w->seed = 0;
+    return 0;
 }
 
 /* Takes the ring of the spoke's origin; returns how many of its vertices were available. */
@@ -2999,7 +3044,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
+enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_CLEAR, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
 
 /* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
@@ -3055,8 +3100,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
     d->rate = CQI_RATE(d->mesh.num_vertices);
-    cqi_walk_begin(&d->mesh, &d->walk);
-    d->phase = CQI_WALK;
+    cqi_walk_begin(&d->walk);
+    d->phase = CQI_CLEAR;
     return CQ_OK;
 }
 
@@ -3104,6 +3149,9 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
     case CQI_LEVEL: return cqi_step_level(d);
+    case CQI_CLEAR:
+        if (!cqi_walk_clear(&d->mesh, &d->walk)) d->phase = CQI_WALK;
+        return CQ_OK;
     case CQI_WALK: return cqi_step_walk(d);
     default: return cqi_step_split(d);
     }
@@ -3239,7 +3287,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
             d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
         }
-        if (d->phase >= CQI_WALK) budget--;
+        budget--;
         result = cqi_step(d);
         if (result != CQ_OK) break;
     }
@@ -3433,7 +3481,8 @@ static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
     cqi_walk w;
     cq_index spoke, splits = 0;
     int first;
-    cqi_walk_begin(&p->mesh, &w);
+    cqi_walk_begin(&w);
+    while (cqi_walk_clear(&p->mesh, &w)) {}
     while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
         splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
     if (splits < CQI_MIN_SPLITS(*num_live - splits)) {

@@ -53,6 +53,11 @@ stream_says_truncated() {
     [ $? -eq 1 ] && tail -n 1 "$out/stream.txt" | grep ' of .* vertices$'
 }
 
+# The game loop's GPU has all of the mesh in the end, uploaded block by block.
+game_loop_reaches_the_end() {
+    build/game_loop "$1" >"$out/game.txt" && tail -n 1 "$out/game.txt" | grep "^complete: $2 of $2 vertices\$"
+}
+
 for mesh in ref_data/*.off; do
     stream=$out/$(basename "$mesh" .off).cqm
     check build/cqm encode "$mesh" "$stream"
@@ -62,6 +67,7 @@ for mesh in ref_data/*.off; do
     check sixteen_bits_decode_the_same "$stream"
     check minimal_decode_agrees_on_a_part "$stream" $half
     check stream_reaches_the_end "$stream" "$vertices"
+    check game_loop_reaches_the_end "$stream" "$vertices"
     check stream_says_truncated "$stream" $half
 done
 echo "$passed passed, $failed failed"

@@ -272,6 +272,22 @@ TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
     }
 }
 
+/* So that a frame or an interrupt bounds a base of many components too. */
+TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in;
+        cq_result result = CQ_OK;
+        uint32_t calls = 0;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        for (; result == CQ_OK && d.decoder->mesh.num_vertices == 0; calls++) result = cq_decode(d.decoder, &in, 1);
+        CHECK(calls > c.report->base_vertices + c.report->base_faces);
+        decoding_free(&d);
+    }
+}
+
 TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
@@ -807,6 +823,141 @@ TEST(levels_are_counted_as_they_begin) {
     sample_free(&s);
 }
 
+/* -- What changed -------------------------------------------------------------------------------------------------- */
+
+/* Copies of the index buffer and of the vertex buffers, as a GPU would have them. */
+typedef struct buffers {
+    cq_index *indices;
+    cq_value *values[CQ_MAX_CHANNELS];
+    uint32_t num_vertices, num_faces;
+} buffers;
+
+static buffers buffers_make(const cq_decoder *d) {
+    buffers b;
+    uint32_t k;
+    memset(&b, 0, sizeof b);
+    b.indices = (cq_index *)calloc(3 * (size_t)d->shape.num_faces + 1, sizeof *b.indices);
+    for (k = 0; k < d->shape.num_channels; ++k)
+        b.values[k] = (cq_value *)calloc((size_t)d->shape.num_vertices * CQ_MAX_COMPONENTS + 1, sizeof(cq_value));
+    return b;
+}
+
+static void buffers_free(buffers *b) {
+    uint32_t k;
+    free(b->indices);
+    for (k = 0; k < CQ_MAX_CHANNELS; ++k) free(b->values[k]);
+}
+
+static int face_differs(const buffers *b, const cq_decoder *d, uint32_t f) {
+    return f >= b->num_faces || memcmp(b->indices + 3 * f, d->mesh.origin + 3 * f, 3 * sizeof(cq_index)) != 0;
+}
+
+static int vertex_differs(const buffers *b, const cq_decoder *d, uint32_t v) {
+    uint32_t k, differs = v >= b->num_vertices;
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        const uint32_t n = d->shape.channel[k].components;
+        differs |= memcmp(b->values[k] + n * v, d->channel[k] + n * v, n * sizeof(cq_value)) != 0;
+    }
+    return differs != 0;
+}
+
+static int is_next_to_a_new_vertex(const cq_mesh *m, uint32_t v, uint32_t since) {
+    cq_index h = m->out[v];
+    do {
+        if (!cq_is_virtual(m, cq_target(m, h)) && cq_target(m, h) >= since) return 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return v >= since;
+}
+
+static void buffers_update(buffers *b, const cq_decoder *d) {
+    uint32_t k;
+    b->num_vertices = d->mesh.num_vertices;
+    b->num_faces = d->mesh.num_faces;
+    memcpy(b->indices, d->mesh.origin, 3 * b->num_faces * sizeof(cq_index));
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        const size_t n = (size_t)b->num_vertices * d->shape.channel[k].components;
+        memcpy(b->values[k], d->channel[k], n * sizeof(cq_value));
+    }
+}
+
+/* Blocks of one element: exactly the faces that differ; the vertices that differ and nothing far from a new one. */
+static void check_changes(const buffers *b, const cq_decoder *d) {
+    const uint32_t n = d->mesh.num_vertices, f = d->mesh.num_faces;
+    uint8_t *faces = (uint8_t *)exact_alloc(f), *vertices = (uint8_t *)exact_alloc(n);
+    uint32_t k;
+    memset(faces, 0, f);
+    memset(vertices, 0, n);
+    cq_mesh_changes(&d->mesh, (cq_index)b->num_vertices, 0, faces, vertices);
+    for (k = 0; k < f; ++k) CHECK_EQ(faces[k], face_differs(b, d, k));
+    for (k = 0; k < n; ++k) {
+        if (vertex_differs(b, d, k)) CHECK_EQ(vertices[k], 1);
+        if (vertices[k]) CHECK(is_next_to_a_new_vertex(&d->mesh, k, b->num_vertices));
+    }
+    exact_free(faces);
+    exact_free(vertices);
+}
+
+static void check_changes_with_budget(const coded *c, uint32_t budget) {
+    decoding d;
+    buffers b;
+    cq_bytes in;
+    cq_result result;
+    decoding_begin(&d, c->bytes, c->size);
+    in.data = c->bytes;
+    in.size = c->size;
+    result = cq_decode(d.decoder, &in, 1);
+    b = buffers_make(d.decoder);
+    while (result == CQ_OK) {
+        result = cq_decode(d.decoder, &in, budget);
+        check_changes(&b, d.decoder);
+        buffers_update(&b, d.decoder);
+    }
+    CHECK_EQ(result, CQ_DONE);
+    buffers_free(&b);
+    decoding_free(&d);
+}
+
+TEST(the_changes_are_those_of_the_buffers) {
+    FOR_EACH_SAMPLE(s, c) {
+        check_changes_with_budget(&c, 1);
+        check_changes_with_budget(&c, 7);
+        check_changes_with_budget(&c, 100);      /* across levels */
+        check_changes_with_budget(&c, CQ_NO_LIMIT);
+    }
+}
+
+TEST(changes_in_blocks_are_those_of_their_elements) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_index since;
+        int shift;
+        uint32_t k;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        since = (cq_index)(d.decoder->mesh.num_vertices / 2);
+        for (shift = 0; shift < 16; ++shift) {
+            const uint32_t n = d.decoder->mesh.num_vertices, f = d.decoder->mesh.num_faces;
+            const uint32_t vertex_blocks = ((n - 1) >> shift) + 1, face_blocks = ((f - 1) >> shift) + 1;
+            uint8_t *fine = (uint8_t *)exact_alloc(n + f), *faces = (uint8_t *)exact_alloc(face_blocks);
+            uint8_t *vertices = (uint8_t *)exact_alloc(vertex_blocks);
+            memset(fine, 0, n + f);
+            memset(faces, 2, face_blocks);
+            memset(vertices, 2, vertex_blocks);
+            cq_mesh_changes(&d.decoder->mesh, since, 0, fine + n, fine);
+            cq_mesh_changes(&d.decoder->mesh, since, shift, faces, NULL);
+            cq_mesh_changes(&d.decoder->mesh, since, shift, NULL, vertices);
+            for (k = 0; k < n; ++k) if (fine[k]) CHECK_EQ(vertices[k >> shift], 1);
+            for (k = 0; k < f; ++k) if (fine[n + k]) CHECK_EQ(faces[k >> shift], 1);
+            for (k = 0; k < n; ++k) if (shift == 0 && !fine[k]) CHECK_EQ(vertices[k], 2);
+            exact_free(fine);
+            exact_free(faces);
+            exact_free(vertices);
+        }
+        decoding_free(&d);
+    }
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_stream_gives_back_the_mesh_and_the_values);
@@ -817,6 +968,7 @@ int main(int argc, char **argv) {
     RUN(any_budget_gives_the_same_mesh);
     RUN(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh);
     RUN(a_budget_of_n_does_the_work_of_n_budgets_of_one);
+    RUN(a_budget_counts_the_faces_and_vertices_of_the_base);
     RUN(a_budget_of_none_changes_nothing_once_the_mesh_is_there);
     RUN(bytes_behind_the_end_of_a_stream_are_not_used);
     RUN(the_vertices_and_faces_that_there_are_keep_their_numbers);
@@ -844,5 +996,7 @@ int main(int argc, char **argv) {
     RUN(a_report_counts_the_components);
     RUN(the_report_does_not_change_the_decoding);
     RUN(levels_are_counted_as_they_begin);
+    RUN(the_changes_are_those_of_the_buffers);
+    RUN(changes_in_blocks_are_those_of_their_elements);
     return TEST_END();
 }

@@ -1,0 +1,4 @@
+/* decoder.c - the library, without the encoder. SPDX-License-Identifier: MIT */
+#define CQ_NO_ENCODER
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
