@@ -2453,8 +2453,8 @@ static void cqi_conquer(cq_mesh *m, cqi_walk *w, cq_index *patch, cq_index spoke
 
 /* The next gate of the patches found so far whose front vertex is available, as the spoke front -> L; or CQ_NONE.
  *
- *        front            Ring edges of the patch clockwise from its entry spoke: x1 = L, x2 = R of the first gate. The
- *        /   \            entry edge itself is tried last. `spoke` is centre -> x1.                                  */
+ *        front            Ring edges of the patch counter-clockwise from its entry spoke, the entry edge itself first: on
+ *        /   \            from R to L, which costs fewer bits than from L to R (tests/train). `spoke` ends at the edge. */
 static cq_index cqi_next_gate(const cq_mesh *m, cqi_walk *w, const cq_index *patch)
 {
     for (; w->head < w->tail; w->head++, w->spoke = CQ_NONE) {
