@@ -56,7 +56,7 @@
 #endif
 
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that only
- * decodes carries no byte of them. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has
+ * decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has
  * promised, never what a stream contains. */
 
 #include <stddef.h>
@@ -390,20 +390,20 @@ enum {
     CQI_SIZE_B = 0,                                          /* [level class][q - p] */
     CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
     CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
-    CQI_INNER = CQI_RULE + 36,                               /* [angle of p + 1][of q - 1] to the predicted B - A */
-    CQI_OUTER = CQI_INNER + 64,                              /* [of p - 1][of q + 1] */
+    CQI_END_STATE = CQI_RULE + 36,                           /* [valence][state][p or q] */
+    CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,            /* [level class][valence][p or q] */
+    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14 * 2,           /* [valence of the ring vertex before][p or q] */
+    CQI_END_BEHIND = CQI_END_BEFORE + 14 * 2,                /* [valence of the one behind][p or q] */
+    CQI_BARE_WEIGHTS = CQI_END_BEHIND + 14 * 2,              /* from here on only with positions: */
+    CQI_END_EDGE = CQI_BARE_WEIGHTS,                         /* [length of the spoke][p or q] */
+    CQI_INNER = CQI_END_EDGE + 16 * 2,                       /* [how far B - A goes to p + 1][to q - 1] */
+    CQI_OUTER = CQI_INNER + 64,                              /* [to p - 1][to q + 1] */
     CQI_BETWEEN = CQI_OUTER + 64,                            /* [steps from p to q][angle between their spokes] */
-    CQI_END_STATE = CQI_BETWEEN + 8 * 8,                          /* [valence][state][p or q] */
-    CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,                     /* [level class][valence][p or q] */
-    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14 * 2,                   /* [valence of the ring vertex before][p or q] */
-    CQI_END_BEHIND = CQI_END_BEFORE + 14 * 2,                        /* [valence of the one behind][p or q] */
-    CQI_END_EDGE = CQI_END_BEHIND + 14 * 2,                          /* [length of the spoke][p or q] */
-    CQI_WEIGHTS = CQI_END_EDGE + 16 * 2
+    CQI_WEIGHTS = CQI_BETWEEN + 8 * 8
 };
 
-/* Kinds of residuals: of base values; of a split along the predicted displacement, across it, and along the normal; and of
- * a split where there is no frame. The last kind begins with what the second one has learned. */
-enum { CQI_OF_BASE, CQI_ALONG, CQI_ACROSS, CQI_NORMAL, CQI_PLAIN, CQI_KINDS };
+/* Expected bits of a residual that are told apart, in half bits; beyond them by parity. */
+#define CQI_EXPECTED 16
 
 /* Adaptive bits. Indices of tables in one array. */
 enum {
@@ -415,14 +415,16 @@ enum {
     CQI_KIND_TURN = CQI_KIND_GROW + 64,       /* [faces at u] */
     CQI_KIND_CLOSE = CQI_KIND_TURN + 8,       /* [faces at w] */
     CQI_FLAG = CQI_KIND_CLOSE + 8,            /* [available ring vertices][valence] a patch is split */
-    CQI_RESIDUAL = CQI_FLAG + 4 * 12,         /* [kind] of: */
-    CQI_BITS = 0,                             /* [expected half bits][16] its bits: fewer?, how many more, how many less */
-    CQI_EXPECTED = 16,                        /* half bits that are told apart; beyond them by parity */
-    CQI_TOP = CQI_BITS + 16 * CQI_EXPECTED,   /* [bits] its second highest bit */
-    CQI_SIGN = CQI_TOP + 27,
-    CQI_RESIDUAL_SIZE = CQI_SIGN + 1,
-    CQI_PRIORS = CQI_RESIDUAL + CQI_PLAIN * CQI_RESIDUAL_SIZE,
-    CQI_MODELS = CQI_PRIORS + CQI_RESIDUAL_SIZE
+    CQI_OF_BASE = CQI_FLAG + 4 * 12,          /* residuals of base values */
+    CQI_ALONG = CQI_OF_BASE + 44,             /* of splits, along the predicted displacement, */
+    CQI_ACROSS = CQI_ALONG + 28 + 16 * CQI_EXPECTED,    /* across it, */
+    CQI_NORMAL = CQI_ACROSS + 28 + 16 * CQI_EXPECTED,   /* along the normal, */
+    CQI_PRIORS = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,
+    CQI_PLAIN = CQI_PRIORS,                             /* and of one component alone; these begin as CQI_ALONG */
+    CQI_MODELS = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,
+    CQI_SIGN = 0,                             /* tables for each of these: */
+    CQI_TOP = 1,                              /* [bits] the second highest bit */
+    CQI_BITS = 28                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
 
 /* Everything that adapts. */
@@ -1360,7 +1362,7 @@ size_t cq_range_encoder_finish(cq_range_encoder *e)
 /* -- Header -------------------------------------------------------------------------------------------------------- */
 
 typedef struct cqi_header {
-    cq_shape shape;
+    cq_shape *shape;
     size_t header_size, payload_size;
     uint32_t payload_crc;
 } cqi_header;
@@ -1453,7 +1455,7 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
-    cq_shape *s = &h->shape;
+    cq_shape *s = h->shape;
     cq_result result = cqi_read_counts(r, s);
     uint32_t k;
     if (result != CQ_OK) return result;
@@ -1476,7 +1478,8 @@ static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h
     cqi_reader r;
     cq_result result;
     size_t k;
-    memset(h, 0, sizeof *h);
+    memset(h->shape, 0, sizeof *h->shape);
+    h->header_size = h->payload_size = 0;
     for (k = 0; k < size && k < 3; k++)
         if (data[k] != magic[k]) return k < 2 ? CQ_ERROR_FORMAT : CQ_ERROR_VERSION;
     if (size < 3) return CQ_NEED_INPUT;
@@ -1497,8 +1500,8 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
     cqi_header h;
     cq_result result;
     if (!shape || (size && !data)) return CQ_ERROR_ARGUMENT;
+    h.shape = shape;
     result = cqi_read_header(data, size, &h);
-    *shape = h.shape;
     if (header_bytes) *header_bytes = h.header_size;
     if (stream_bytes) *stream_bytes = h.header_size + h.payload_size;
     return result;
@@ -1522,6 +1525,12 @@ size_t cq_decoder_bytes(const cq_shape *s)
 #define CQI_ENCODING(d) ((d)->plan != NULL)
 #endif
 
+#ifdef CQ_NO_REPORTS
+#define CQI_REPORTING(d) 0
+#else
+#define CQI_REPORTING(d) ((d)->report != NULL)
+#endif
+
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
@@ -1541,11 +1550,11 @@ typedef struct cqi_plan {
 } cqi_plan;
 
 /* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And how far
- * under the best candidate valences make another one hopeless. The trainer has its own: it learns slowly, from all. */
+ * under the best candidate positions are not asked about another one. The trainer has its own: it learns slowly. */
 #ifndef CQ_TRAINING
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 81920
-#define CQI_HOPELESS ((int32_t)8 << CQI_UNIT)
+#define CQI_SETTLED ((int32_t)7 << CQI_UNIT)
 #define CQI_OMITTED(index) 0 /* a weight that stays 0, to measure the others */
 #endif
 
@@ -1663,7 +1672,7 @@ static cq_level *cqi_level_report(cq_decoder *d) { return &d->report->level[(d->
 static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 {
     cq_report *r = d->report;
-    if (!r) return;
+    if (!CQI_REPORTING(d)) return;
     cqi_charge(d, d->shape.channel[channel].kind == CQ_POSITION ? &r->positions : &r->channels,
                d->level ? &cqi_level_report(d)->values : NULL);
 }
@@ -1671,8 +1680,8 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 /* -- Priors: what the models know before the first symbol --
  *
  * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written by it
- * between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave; [0] for connectivity alone, [1] with
- * positions. They are part of the format: another table is another stream version. */
+ * between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave, for bare connectivity
+ * and with positions. They are part of the format: another table is another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
@@ -1682,134 +1691,115 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     30, 33, 21, 128, 128, 127, 100, 130, 144, 140, 145, 128, 0, 68, 123, 133, 145, 136, 147, 128, 128, 128,
     51, 16, 42, 123, 190, 239, 232, 221, 140, 128, 128, 128, 254, 242, 242, 249, 251, 250, 249, 247, 224, 128,
     128, 128, 86, 255, 252, 253, 253, 253, 252, 252, 241, 128, 128, 128, 125, 245, 254, 254, 254, 254, 254, 254,
-    252, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 145, 151, 114, 77, 17, 42, 128, 128, 150, 130, 129, 119, 123, 131, 96, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 164, 115, 121, 111, 123,
-    113, 104, 95, 80, 71, 87, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 198,
-    127, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 241, 137, 95, 85, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 76, 89, 94, 128, 128, 128, 128, 19, 128, 128, 128, 128,
-    128, 128, 128, 180, 132, 69, 25, 115, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 113, 85, 28,
-    46, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 160, 114, 39, 7, 104, 128, 128, 128, 99,
-    0, 128, 128, 128, 128, 128, 128, 84, 57, 6, 51, 128, 128, 128, 128, 138, 95, 0, 128, 128, 128, 128,
-    128, 113, 80, 30, 44, 19, 128, 128, 128, 131, 88, 0, 128, 128, 128, 128, 128, 65, 44, 13, 6, 128,
-    128, 128, 128, 153, 121, 89, 0, 128, 128, 128, 128, 86, 66, 14, 11, 52, 128, 128, 128, 160, 142, 93,
-    0, 128, 128, 128, 128, 57, 35, 14, 10, 104, 128, 128, 128, 175, 150, 139, 104, 0, 128, 128, 128, 94,
-    69, 23, 9, 47, 128, 128, 128, 143, 129, 111, 90, 0, 128, 128, 128, 60, 55, 17, 14, 77, 128, 128,
-    128, 166, 150, 137, 125, 103, 0, 128, 128, 99, 95, 40, 16, 15, 128, 128, 128, 156, 149, 148, 143, 118,
-    0, 128, 128, 90, 91, 58, 3, 57, 128, 128, 128, 160, 141, 141, 127, 121, 110, 18, 128, 125, 127, 76,
-    22, 2, 115, 128, 128, 143, 134, 128, 119, 108, 105, 23, 128, 128, 128, 116, 107, 100, 91, 83, 81, 78,
-    67, 66, 80, 63, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 234, 112, 109,
-    94, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 131, 101, 38, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 187, 93, 55, 68, 115, 128, 128, 128, 3, 128, 128, 128, 128, 128, 128,
-    128, 188, 148, 68, 7, 104, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 123, 98, 22, 1, 128,
-    128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 152, 111, 44, 8, 63, 128, 128, 128, 96, 0, 128,
-    128, 128, 128, 128, 128, 92, 83, 27, 8, 74, 115, 128, 128, 150, 126, 0, 128, 128, 128, 128, 128, 113,
-    127, 48, 14, 3, 115, 128, 128, 148, 113, 0, 128, 128, 128, 128, 128, 80, 68, 20, 5, 57, 128, 128,
-    128, 164, 139, 96, 0, 128, 128, 128, 128, 101, 110, 46, 15, 13, 77, 128, 128, 161, 143, 104, 0, 128,
-    128, 128, 128, 75, 71, 26, 11, 35, 115, 128, 128, 163, 148, 133, 100, 0, 128, 128, 128, 111, 111, 46,
-    24, 13, 85, 128, 128, 148, 137, 124, 91, 0, 128, 128, 128, 84, 76, 41, 24, 28, 104, 128, 128, 155,
-    144, 139, 116, 102, 0, 128, 128, 124, 117, 62, 33, 21, 73, 115, 128, 146, 136, 127, 124, 80, 0, 128,
-    128, 93, 91, 45, 18, 5, 128, 128, 128, 157, 143, 131, 132, 116, 92, 39, 128, 128, 128, 67, 18, 11,
-    104, 128, 128, 155, 136, 129, 129, 107, 105, 5, 128, 128, 128, 109, 117, 106, 89, 80, 77, 80, 69, 63,
-    63, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 142, 255, 121, 65, 4, 85,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 158, 93, 11, 18, 77, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 176, 106, 27, 15, 74, 97, 115, 128, 0, 128, 128, 128, 128, 128, 128, 128, 185,
-    124, 56, 24, 33, 121, 90, 104, 0, 128, 128, 128, 128, 128, 128, 128, 105, 62, 28, 12, 83, 81, 140,
-    115, 98, 0, 128, 128, 128, 128, 128, 128, 122, 83, 34, 11, 33, 118, 139, 127, 91, 0, 128, 128, 128,
-    128, 128, 128, 59, 57, 19, 22, 64, 116, 115, 128, 146, 94, 0, 128, 128, 128, 128, 128, 87, 81, 46,
-    20, 14, 104, 128, 128, 135, 89, 0, 128, 128, 128, 128, 128, 50, 77, 19, 7, 85, 128, 128, 128, 167,
-    125, 86, 0, 128, 128, 128, 128, 82, 95, 33, 11, 28, 128, 128, 128, 150, 117, 91, 0, 128, 128, 128,
-    128, 58, 56, 17, 20, 94, 128, 128, 128, 164, 139, 116, 83, 0, 128, 128, 128, 95, 89, 43, 32, 35,
-    128, 115, 128, 148, 127, 111, 77, 0, 128, 128, 128, 67, 76, 32, 23, 96, 115, 128, 128, 157, 136, 120,
-    109, 83, 0, 128, 128, 109, 109, 68, 15, 44, 115, 128, 128, 150, 134, 132, 112, 93, 0, 128, 128, 91,
-    93, 31, 7, 107, 115, 128, 128, 158, 143, 136, 134, 127, 87, 32, 128, 122, 117, 54, 15, 21, 128, 128,
-    128, 149, 131, 140, 114, 111, 105, 44, 128, 128, 128, 92, 86, 84, 86, 84, 90, 80, 72, 62, 20, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 99,
+    252, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 145, 151, 114, 77, 17, 42, 128, 128, 150, 130, 129, 119, 123, 131, 96,
+    128, 120, 128, 128, 116, 107, 100, 91, 83, 81, 78, 67, 66, 80, 63, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 198, 127, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 241, 137, 95, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 76, 89, 94, 128,
+    128, 128, 128, 19, 128, 128, 128, 128, 128, 128, 128, 180, 132, 69, 25, 115, 128, 128, 128, 0, 128, 128,
+    128, 128, 128, 128, 128, 113, 85, 28, 46, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 160,
+    114, 39, 7, 104, 128, 128, 128, 99, 0, 128, 128, 128, 128, 128, 128, 84, 57, 6, 51, 128, 128, 128,
+    128, 138, 95, 0, 128, 128, 128, 128, 128, 113, 80, 30, 44, 19, 128, 128, 128, 131, 88, 0, 128, 128,
+    128, 128, 128, 65, 44, 13, 6, 128, 128, 128, 128, 153, 121, 89, 0, 128, 128, 128, 128, 86, 66, 14,
+    11, 52, 128, 128, 128, 160, 142, 93, 0, 128, 128, 128, 128, 57, 35, 14, 10, 104, 128, 128, 128, 175,
+    150, 139, 104, 0, 128, 128, 128, 94, 69, 23, 9, 47, 128, 128, 128, 143, 129, 111, 90, 0, 128, 128,
+    128, 60, 55, 17, 14, 77, 128, 128, 128, 166, 150, 137, 125, 103, 0, 128, 128, 99, 95, 40, 16, 15,
+    128, 128, 128, 156, 149, 148, 143, 118, 0, 128, 128, 90, 91, 58, 3, 57, 128, 128, 128, 160, 141, 141,
+    127, 121, 110, 18, 128, 125, 127, 76, 22, 2, 115, 128, 128, 143, 134, 128, 119, 108, 105, 23, 128, 142,
+    128, 128, 109, 117, 106, 89, 80, 77, 80, 69, 63, 63, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 234, 112, 109, 94, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255,
+    131, 101, 38, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 187, 93, 55, 68, 115, 128, 128,
+    128, 3, 128, 128, 128, 128, 128, 128, 128, 188, 148, 68, 7, 104, 128, 128, 128, 0, 128, 128, 128, 128,
+    128, 128, 128, 123, 98, 22, 1, 128, 128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 152, 111, 44,
+    8, 63, 128, 128, 128, 96, 0, 128, 128, 128, 128, 128, 128, 92, 83, 27, 8, 74, 115, 128, 128, 150,
+    126, 0, 128, 128, 128, 128, 128, 113, 127, 48, 14, 3, 115, 128, 128, 148, 113, 0, 128, 128, 128, 128,
+    128, 80, 68, 20, 5, 57, 128, 128, 128, 164, 139, 96, 0, 128, 128, 128, 128, 101, 110, 46, 15, 13,
+    77, 128, 128, 161, 143, 104, 0, 128, 128, 128, 128, 75, 71, 26, 11, 35, 115, 128, 128, 163, 148, 133,
+    100, 0, 128, 128, 128, 111, 111, 46, 24, 13, 85, 128, 128, 148, 137, 124, 91, 0, 128, 128, 128, 84,
+    76, 41, 24, 28, 104, 128, 128, 155, 144, 139, 116, 102, 0, 128, 128, 124, 117, 62, 33, 21, 73, 115,
+    128, 146, 136, 127, 124, 80, 0, 128, 128, 93, 91, 45, 18, 5, 128, 128, 128, 157, 143, 131, 132, 116,
+    92, 39, 128, 128, 128, 67, 18, 11, 104, 128, 128, 155, 136, 129, 129, 107, 105, 5, 128, 99, 128, 128,
+    92, 86, 84, 86, 84, 90, 80, 72, 62, 20, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 255, 121, 65, 4, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 158, 93,
+    11, 18, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 176, 106, 27, 15, 74, 97, 115, 128, 0,
+    128, 128, 128, 128, 128, 128, 128, 185, 124, 56, 24, 33, 121, 90, 104, 0, 128, 128, 128, 128, 128, 128,
+    128, 105, 62, 28, 12, 83, 81, 140, 115, 98, 0, 128, 128, 128, 128, 128, 128, 122, 83, 34, 11, 33,
+    118, 139, 127, 91, 0, 128, 128, 128, 128, 128, 128, 59, 57, 19, 22, 64, 116, 115, 128, 146, 94, 0,
+    128, 128, 128, 128, 128, 87, 81, 46, 20, 14, 104, 128, 128, 135, 89, 0, 128, 128, 128, 128, 128, 50,
+    77, 19, 7, 85, 128, 128, 128, 167, 125, 86, 0, 128, 128, 128, 128, 82, 95, 33, 11, 28, 128, 128,
+    128, 150, 117, 91, 0, 128, 128, 128, 128, 58, 56, 17, 20, 94, 128, 128, 128, 164, 139, 116, 83, 0,
+    128, 128, 128, 95, 89, 43, 32, 35, 128, 115, 128, 148, 127, 111, 77, 0, 128, 128, 128, 67, 76, 32,
+    23, 96, 115, 128, 128, 157, 136, 120, 109, 83, 0, 128, 128, 109, 109, 68, 15, 44, 115, 128, 128, 150,
+    134, 132, 112, 93, 0, 128, 128, 91, 93, 31, 7, 107, 115, 128, 128, 158, 143, 136, 134, 127, 87, 32,
+    128, 122, 117, 54, 15, 21, 128, 128, 128, 149, 131, 140, 114, 111, 105, 44, 128,
 };
-static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {
+static const int8_t cqi_prior_bare[CQI_BARE_WEIGHTS] = {
     0, -66, -2, 26, 44, 29, 6, -13, -17, -7, -2, 1, 0, 1, 0, 0, 0, -67, 5, 28, 36, 19,
     17, -8, -22, -8, -1, -1, 1, 0, 1, 0, 0, -96, -13, 16, 32, 31, 31, 23, 11, -2, -5, -9,
     -4, -2, -6, -7, 0, -63, 6, 34, 49, 31, 8, -17, -25, -18, -5, -1, 0, -2, 1, 2, 0, -66,
     10, 35, 43, 22, 19, -10, -30, -20, -3, -3, 1, -2, 3, 0, 0, -87, -4, 25, 37, 33, 31, 20,
     13, -1, -7, -11, -7, -11, -13, -18, -23, -29, -23, -10, -13, -51, -30, -34, -22, -22, -22, -53, -33, -41,
     -24, -26, -21, -47, -22, -27, 68, 63, 61, 58, -11, -30, 67, 61, 58, 57, -56, -57, 64, 58, 58, 54,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 32, 44, 0, 0, 0, 0,
-    0, 0, 0, 0, 3, 2, 1, 2, 4, 6, 22, 17, 0, 0, 0, 0, 10, 18, -1, -5, 2, 2,
-    3, 2, 0, 0, 0, 0, 14, 23, -8, -9, -4, -6, -4, -6, -2, -2, -4, -8, 6, 9, -6, -7,
-    -6, -2, -10, -10, -6, -8, -10, -11, 21, 14, -6, -9, -11, -14, -14, -15, -12, -15, -16, -15, 15, 22,
-    0, -4, -14, -14, -7, -8, -12, -17, -13, -18, 11, 22, 2, -1, -13, -15, -1, -2, -11, -12, -15, -14,
-    16, 18, 0, 0, -12, -15, 7, 6, -4, 1, -4, -9, 14, 12, 3, 0, -10, -12, 5, 4, -2, 1,
-    -3, -4, 8, 11, -1, 0, -3, -6, 6, -1, 8, -3, -2, 0, 6, 12, 0, 0, -2, -7, 2, -1,
-    2, 12, -1, 0, 9, 8, 0, 0, -5, 0, -1, 0, 3, -4, 2, -1, 8, 6, -1, 0, -8, 5,
-    0, 1, -1, 8, 5, 4, 18, 19, 6, 17, 18, 17, 13, 14, -10, -13, -18, -25, -20, -27, -15, -18,
-    -5, -6, 3, 2, 0, 0, 8, 0, -2, 4, 7, 0, 14, 36, 7, 7, 11, 18, 3, 6, -5, -6,
-    4, 7, -16, -12, -11, -11, -10, -13, 3, -5, 3, 0, 5, 0, 9, 3, -2, 0, -2, 5, 22, 22,
-    6, 9, 2, 2, -2, -3, -3, -6, -8, -7, -9, -9, -8, -7, -4, -3, -3, 0, 1, 1, 3, 5,
-    1, 0, 1, -4, 4, 10, 6, -5, 8, -3, 6, -1, 0, -2, -2, -2, -4, -1, -5, -3, -2, 1,
-    -5, 4, -5, -5, -3, 0, -5, 3, 7, 3, 10, 19, -3, 6, -3, 4, -2, 3, 0, -2, -2, -4,
-    0, -6, 0, -7, 1, -3, -4, -6, 4, -1, 0, -3, -5, -4, 5, 5, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0,
-}, {
+    32, 44, 0, 0, 0, 0, 0, 0, 0, 0, 3, 2, 1, 2, 4, 6, 22, 17, 0, 0, 0, 0,
+    10, 18, -1, -5, 2, 2, 3, 2, 0, 0, 0, 0, 14, 23, -8, -9, -4, -6, -4, -6, -2, -2,
+    -4, -8, 6, 9, -6, -7, -6, -2, -10, -10, -6, -8, -10, -11, 21, 14, -6, -9, -11, -14, -14, -15,
+    -12, -15, -16, -15, 15, 22, 0, -4, -14, -14, -7, -8, -12, -17, -13, -18, 11, 22, 2, -1, -13, -15,
+    -1, -2, -11, -12, -15, -14, 16, 18, 0, 0, -12, -15, 7, 6, -4, 1, -4, -9, 14, 12, 3, 0,
+    -10, -12, 5, 4, -2, 1, -3, -4, 8, 11, -1, 0, -3, -6, 6, -1, 8, -3, -2, 0, 6, 12,
+    0, 0, -2, -7, 2, -1, 2, 12, -1, 0, 9, 8, 0, 0, -5, 0, -1, 0, 3, -4, 2, -1,
+    8, 6, -1, 0, -8, 5, 0, 1, -1, 8, 5, 4, 18, 19, 6, 17, 18, 17, 13, 14, -10, -13,
+    -18, -25, -20, -27, -15, -18, -5, -6, 3, 2, 0, 0, 8, 0, -2, 4, 7, 0, 14, 36, 7, 7,
+    11, 18, 3, 6, -5, -6, 4, 7, -16, -12, -11, -11, -10, -13, 3, -5, 3, 0, 5, 0, 9, 3,
+    -2, 0, -2, 5, 22, 22, 6, 9, 2, 2, -2, -3, -3, -6, -8, -7, -9, -9, -8, -7, -4, -3,
+    -3, 0, 1, 1, 3, 5, 1, 0, 1, -4, 4, 10, 6, -5, 8, -3, 6, -1, 0, -2, -2, -2,
+    -4, -1, -5, -3, -2, 1, -5, 4, -5, -5, -3, 0, -5, 3, 7, 3, 10, 19, -3, 6, -3, 4,
+    -2, 3, 0, -2, -2, -4, 0, -6, 0, -7, 1, -3, -4, -6, 4, -1, 0, -3, -5, -4, 5, 5,
+};
+static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     0, -34, -5, 17, 30, 19, 3, -12, -11, -4, -2, 1, 0, 0, 0, 0, 0, -37, 2, 19, 22, 7,
     11, -7, -14, -3, -1, -1, 0, 0, 1, -1, 0, -60, -13, 12, 20, 19, 22, 18, 9, -3, -4, -9,
     -4, 0, -5, -2, 0, -37, 3, 16, 28, 18, 5, -9, -11, -9, -5, -1, 0, -1, 1, 3, 0, -40,
     8, 19, 25, 10, 14, -6, -17, -13, -1, -3, 2, -1, 3, 0, 0, -53, -2, 12, 21, 20, 23, 16,
     11, -2, -6, -10, -5, -7, -9, -10, -19, -22, -17, -6, -12, -49, -27, -30, -16, -18, -19, -54, -29, -40,
     -24, -26, -21, -50, -19, -28, 61, 58, 58, 54, -10, -33, 60, 58, 56, 53, -52, -59, 59, 55, 55, 52,
-    -8, -3, -7, -5, -10, -10, -10, -5, -4, -11, -8, -6, -11, -16, -2, 6, -5, -11, -10, -11, -7, 8,
-    3, 5, -7, -17, -10, 1, 8, 10, 9, 8, -3, -16, -8, 6, 10, 16, 13, 8, -10, -16, -2, 10,
-    12, 9, 14, 14, -13, -10, 1, 6, 10, 13, 8, 15, -12, 0, 5, 7, 11, 12, 14, 10, 19, 24,
-    20, 17, 14, 11, 5, -3, 24, 20, 19, 17, 12, 4, -7, -18, 22, 19, 17, 16, 9, -1, -16, -23,
-    17, 15, 15, 15, 3, -12, -24, -16, 15, 11, 10, 2, 0, -12, -21, -9, 12, 4, -4, -9, -13, -14,
-    -22, -10, 6, -8, -16, -17, -17, -23, -15, -14, -2, -10, -11, -8, -11, -11, -9, -9, 0, 0, 0, 0,
-    0, 0, 0, 0, -3, -8, -16, -17, -10, -23, -29, -26, 36, 25, 17, 11, 2, -3, 0, 0, 22, 9,
-    2, -2, -3, -5, -3, -1, 14, 2, 1, 5, 8, 13, 17, 12, -6, -11, -12, -10, -8, -26, -26, -30,
-    21, 15, 8, 1, -4, -9, -4, 4, 22, 8, 2, 1, 5, 4, 5, 4, 23, 31, 0, 0, 0, 0,
-    0, 0, 0, 0, -2, -4, 1, 0, 0, 2, 16, 13, 0, 0, 0, 0, 6, 14, -2, -5, -1, 0,
-    1, 1, 0, 0, 0, 0, 11, 19, -7, -8, -5, -6, -4, -4, -3, -3, -2, -5, -2, 0, -2, -4,
-    -4, 0, -8, -6, -5, -6, -8, -7, 12, 5, 0, -3, -8, -9, -11, -10, -9, -11, -13, -10, 7, 8,
-    0, -3, -8, -7, -1, -2, -7, -13, -7, -11, -1, 9, 2, 0, -7, -7, 3, 0, -6, -3, -5, -7,
-    4, 4, 0, 0, -12, -10, 9, 8, 1, 4, 3, 1, 4, -1, 2, 0, -8, -7, 5, 4, 2, 5,
-    4, 5, 0, -3, -1, -1, 2, -2, 6, 0, 14, 0, 1, 6, -2, 1, 0, 0, 0, -5, 1, 0,
-    4, 14, 5, 8, 3, -6, 0, 0, -2, 4, -1, 0, 3, 1, 7, 2, -2, -4, -1, 0, -7, 8,
-    1, 1, 2, 12, 13, 11, -4, -5, 0, 5, 13, 7, 9, 10, -13, -15, -16, -22, -14, -20, -9, -10,
-    1, 4, 4, 4, 2, 1, 8, 1, -2, 3, 7, 1, 8, 30, 2, 0, 7, 15, 1, 4, -6, -6,
-    6, 9, -13, -9, -5, -8, -5, -10, 3, -1, 3, 0, 7, 1, 9, 2, -4, 2, -5, 1, 19, 22,
-    3, 7, -1, 0, -4, -4, -4, -6, -7, -7, -9, -9, -7, -7, -3, -3, -2, 2, 6, 1, 5, 6,
-    3, 0, 1, -3, 4, 11, 10, 4, 11, 4, 9, 4, 2, 1, 0, 1, -3, 0, -4, -3, -4, 0,
-    -4, 2, -6, -8, -7, -5, -8, 0, 0, -11, 12, 17, 5, 10, 4, 9, 2, 6, 2, 0, 0, -2,
-    0, -5, 1, -4, 0, 0, -7, -10, -1, -4, -4, -9, -5, -6, -9, -3, 42, 43, 27, 28, 12, 13,
-    2, 2, -4, -4, -8, -9, -10, -12, -13, -13, -15, -17, -14, -12, -14, -13, -13, -13, -17, -17, 0, -1,
-    -10, -9, 35, 36,
-} };
+    23, 31, 0, 0, 0, 0, 0, 0, 0, 0, -2, -4, 1, 0, 0, 2, 16, 13, 0, 0, 0, 0,
+    6, 14, -2, -5, -1, 0, 1, 1, 0, 0, 0, 0, 11, 19, -7, -8, -5, -6, -4, -4, -3, -3,
+    -2, -5, -2, 0, -2, -4, -4, 0, -8, -6, -5, -6, -8, -7, 12, 5, 0, -3, -8, -9, -11, -10,
+    -9, -11, -13, -10, 7, 8, 0, -3, -8, -7, -1, -2, -7, -13, -7, -11, -1, 9, 2, 0, -7, -7,
+    3, 0, -6, -3, -5, -7, 4, 4, 0, 0, -12, -10, 9, 8, 1, 4, 3, 1, 4, -1, 2, 0,
+    -8, -7, 5, 4, 2, 5, 4, 5, 0, -3, -1, -1, 2, -2, 6, 0, 14, 0, 1, 6, -2, 1,
+    0, 0, 0, -5, 1, 0, 4, 14, 5, 8, 3, -6, 0, 0, -2, 4, -1, 0, 3, 1, 7, 2,
+    -2, -4, -1, 0, -7, 8, 1, 1, 2, 12, 13, 11, -4, -5, 0, 5, 13, 7, 9, 10, -13, -15,
+    -16, -22, -14, -20, -9, -10, 1, 4, 4, 4, 2, 1, 8, 1, -2, 3, 7, 1, 8, 30, 2, 0,
+    7, 15, 1, 4, -6, -6, 6, 9, -13, -9, -5, -8, -5, -10, 3, -1, 3, 0, 7, 1, 9, 2,
+    -4, 2, -5, 1, 19, 22, 3, 7, -1, 0, -4, -4, -4, -6, -7, -7, -9, -9, -7, -7, -3, -3,
+    -2, 2, 6, 1, 5, 6, 3, 0, 1, -3, 4, 11, 10, 4, 11, 4, 9, 4, 2, 1, 0, 1,
+    -3, 0, -4, -3, -4, 0, -4, 2, -6, -8, -7, -5, -8, 0, 0, -11, 12, 17, 5, 10, 4, 9,
+    2, 6, 2, 0, 0, -2, 0, -5, 1, -4, 0, 0, -7, -10, -1, -4, -4, -9, -5, -6, -9, -3,
+    42, 43, 27, 28, 12, 13, 2, 2, -4, -4, -8, -9, -10, -12, -13, -13, -15, -17, -14, -12, -14, -13,
+    -13, -13, -17, -17, 0, -1, -10, -9, 35, 36, -8, -3, -7, -5, -10, -10, -10, -5, -4, -11, -8, -6,
+    -11, -16, -2, 6, -5, -11, -10, -11, -7, 8, 3, 5, -7, -17, -10, 1, 8, 10, 9, 8, -3, -16,
+    -8, 6, 10, 16, 13, 8, -10, -16, -2, 10, 12, 9, 14, 14, -13, -10, 1, 6, 10, 13, 8, 15,
+    -12, 0, 5, 7, 11, 12, 14, 10, 19, 24, 20, 17, 14, 11, 5, -3, 24, 20, 19, 17, 12, 4,
+    -7, -18, 22, 19, 17, 16, 9, -1, -16, -23, 17, 15, 15, 15, 3, -12, -24, -16, 15, 11, 10, 2,
+    0, -12, -21, -9, 12, 4, -4, -9, -13, -14, -22, -10, 6, -8, -16, -17, -17, -23, -15, -14, -2, -10,
+    -11, -8, -11, -11, -9, -9, 0, 0, 0, 0, 0, 0, 0, 0, -3, -8, -16, -17, -10, -23, -29, -26,
+    36, 25, 17, 11, 2, -3, 0, 0, 22, 9, 2, -2, -3, -5, -3, -1, 14, 2, 1, 5, 8, 13,
+    17, 12, -6, -11, -12, -10, -8, -26, -26, -30, 21, 15, 8, 1, -4, -9, -4, 4, 22, 8, 2, 1,
+    5, 4, 5, 4,
+};
 /* priors end */
 
 static void cqi_model_init(cqi_model *m, int located)
 {
+    const int8_t *prior = located ? cqi_prior_located : cqi_prior_bare;
     int k;
     for (k = 0; k < CQI_MODELS; k++) {
-        int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG) * CQI_RESIDUAL_SIZE;
+        int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
         m->bit[k] = (cq_bit_model)(256 * cqi_prior_bit[from] + 128);
     }
-    for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = cqi_prior_weight[located][k] * ((int32_t)1 << (CQI_UNIT - 4));
+    memset(m->weight, 0, sizeof m->weight);
+    for (k = 0; k < (located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS); k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
 #else
 static void cqi_model_init(cqi_model *m, int located); /* the trainer's: both */
@@ -2044,33 +2034,37 @@ static int cqi_code_count(cq_decoder *d, int index, int count)
     return k < 7 ? k : 7 + (int)cqi_code_raw(d, (uint32_t)(count - 7), 5);
 }
 
-/* Bits of a magnitude, by their difference from the number that is expected, in half bits. */
-static int cqi_code_bits(cq_decoder *d, int index, int half_bits, int bits)
+/* Bits of a magnitude, by their difference from the number that is expected. */
+static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 {
-    const int limit = CQI_EXPECTED - 2, expected = half_bits / 2;
     int less;
-    index += 16 * (half_bits < limit ? half_bits : limit + half_bits % 2);
     if (cqi_code_bit(d, index, bits >= expected)) return expected + cqi_code_count(d, index + 1, bits - expected);
     less = 1 + cqi_code_count(d, index + 8, expected - 1 - bits);
     return less < expected ? expected - less : 0;
 }
 
-/* Sign and magnitude. */
-static int32_t cqi_code_residual(cq_decoder *d, int kind, int half_bits, int32_t residual)
+/* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
+static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int32_t residual)
 {
-    const int index = CQI_RESIDUAL + CQI_RESIDUAL_SIZE * kind;
     uint32_t magnitude = cqi_abs(residual);
-    int bits = cqi_code_bits(d, index + CQI_BITS, half_bits, cqi_bit_length(magnitude));
+    int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
     if (bits > 26) return CQI_WILD;
     if (bits > 1) {
         uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
-        magnitude = 2 | (uint32_t)cqi_code_bit(d, index + CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
+        magnitude = 2 | (uint32_t)cqi_code_bit(d, kind + CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
         magnitude = magnitude << (bits - 2) | cqi_code_raw(d, low, bits - 2);
     } else {
         magnitude = 1;
     }
-    return cqi_code_bit(d, index + CQI_SIGN, residual < 0) ? -(int32_t)magnitude : (int32_t)magnitude;
+    return cqi_code_bit(d, kind + CQI_SIGN, residual < 0) ? -(int32_t)magnitude : (int32_t)magnitude;
+}
+
+/* The residual of a split, of which half_bits / 2 bits are expected. */
+static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int32_t residual)
+{
+    const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
+    return cqi_code_residual(d, kind, row, half_bits / 2, residual);
 }
 
 /* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
@@ -2107,7 +2101,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
             uint32_t stride = channel->components;
             int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
             if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
-            x = p + cqi_code_residual(d, CQI_OF_BASE, 2 * (channel->bits - 4), x);
+            x = p + cqi_code_residual(d, CQI_OF_BASE, 0, channel->bits < 4 ? 0 : channel->bits - 4, x);
             if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
             values[(size_t)v * stride] = (cq_value)x;
         }
@@ -2333,9 +2327,9 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
     cqi_turn_forth(&axes.turn[0], &x, &y);
     cqi_turn_forth(&axes.turn[1], &z, &x);
     cqi_turn_forth(&axes.turn[2], &x, &y);
-    x = cqi_code_residual(d, CQI_ALONG, axes.along, x);
-    y = cqi_code_residual(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, y);
-    z = cqi_code_residual(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, z);
+    x = cqi_code_expected(d, CQI_ALONG, axes.along, x);
+    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, y);
+    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
     cqi_turn_back(&axes.turn[2], &x, &y);
     cqi_turn_back(&axes.turn[1], &z, &x);
@@ -2349,7 +2343,7 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
 /* The residual of one component without a frame: the wider the patch, the larger. */
 static int32_t cqi_code_plain(cq_decoder *d, const cqi_fans *fans, int32_t residual)
 {
-    return cqi_code_residual(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
+    return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
 }
 
 /* d->delta for a split of v at ring positions p, q, first as predicted. */
@@ -2648,7 +2642,7 @@ static void cqi_read_ring(cq_decoder *d)
 /* -- Geometry of the patch: what the positions say about where it was split -- */
 
 /* Class of each spoke's length: quarters of the mean of the two shortest. */
-static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
+static void cqi_classify_edges(cqi_ring *r, const int16_t *length)
 {
     int32_t shortest = 0x7fff, second = shortest, scale;
     int k;
@@ -2676,7 +2670,7 @@ static int cqi_offset_shift(const cqi_ring *r)
 
 /* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5 .. 7:
  * 1 .. 3 through A's. And 2^19 over the denominator of cqi_predict_delta times the mean length of the spokes. */
-static void cqi_prepare_steps(cqi_ring *r, const int32_t *length)
+static void cqi_prepare_steps(cqi_ring *r, const int16_t *length)
 {
     int32_t mean = 0;
     int k, b;
@@ -2692,7 +2686,7 @@ static void cqi_prepare_steps(cqi_ring *r, const int32_t *length)
 static void cqi_locate_ring(cq_decoder *d, int channel)
 {
     cqi_ring *r = &d->ring;
-    int32_t length[CQ_MAX_VALENCE];
+    int16_t length[CQ_MAX_VALENCE];
     int k, shift;
     cqi_read_offsets(d, channel);
     r->shift = shift = cqi_offset_shift(r);
@@ -2704,7 +2698,7 @@ static void cqi_locate_ring(cq_decoder *d, int channel)
         x.z = r->offset[k][2];
         x = shift < 0 ? cqi_shift(x, -shift) : cqi_scale(x, (int32_t)1 << shift);
         r->sum[k + 1] = cqi_add(r->sum[k], x);
-        length[k] = cqi_norm(x) + 1;
+        length[k] = (int16_t)(cqi_norm(x) + 1);
         r->direction[k + 1] = cqi_shift(cqi_scale(x, ((int32_t)1 << 16) / length[k]), 10);
     }
     r->direction[0] = r->direction[r->size];
@@ -2828,7 +2822,7 @@ static int32_t cqi_score_candidates(cq_decoder *d)
     return best;
 }
 
-/* Adds to the scores what the positions say, where valences have not said enough. Returns the best one. */
+/* Adds to the scores what the positions say, but for candidates that valences have settled. Returns the best one. */
 static int32_t cqi_locate_candidates(cq_decoder *d, int32_t enough)
 {
     const cqi_ring *r = &d->ring;
@@ -2846,11 +2840,9 @@ static int32_t cqi_locate_candidates(cq_decoder *d, int32_t enough)
                 cqi_locate_candidate(r, p, q, angles);
                 score += weight[CQI_INNER + angles->inner] + weight[CQI_OUTER + angles->outer] +
                          weight[CQI_BETWEEN + angles->between];
-                best = score > best ? score : best;
-            } else {
-                score = CQI_WORST;
+                d->score[row + q] = score;
             }
-            d->score[row + q] = score;
+            best = score > best ? score : best;
         }
     }
     return best;
@@ -2919,7 +2911,7 @@ static inline void cqi_learn_pair(cq_decoder *d, int p, int q, const cqi_angles 
     d->gradient.of_q[q] += gradient;
     d->gradient.of_length[q - p] += gradient;
     cqi_learn(&d->model, CQI_RULE + cqi_rule(r->best_before[p], r->best_after[q], q - p), gradient);
-    if (!cqi_is_located(r)) return;
+    if (!cqi_is_located(r) || !angles->known) return;
     cqi_learn(&d->model, CQI_INNER + angles->inner, gradient);
     cqi_learn(&d->model, CQI_OUTER + angles->outer, gradient);
     cqi_learn(&d->model, CQI_BETWEEN + angles->between, gradient);
@@ -2989,12 +2981,11 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_score_ring(d);
     count = cqi_pair_number(r, cqi_p_end(r) - 1, r->size - 1) + 1;
     best = cqi_score_candidates(d);
-    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_HOPELESS);
+    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_SETTLED);
     total = cqi_share_range(d->score, count, best);
     if (CQI_ENCODING(d)) chosen = cqi_pair_number(r, *p, *q);
     chosen = cqi_code_share(d, d->score, total, chosen);
     cqi_pair_of_number(r, chosen, p, q);
-    if (cqi_is_located(r) && !d->angles[chosen].known) cqi_locate_candidate(r, *p, *q, &d->angles[chosen]);
     cqi_learn_split(d, total, chosen, *p, *q);
 }
 
@@ -3026,14 +3017,14 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
     cqi_read_ring(d);
     if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
     cqi_code_pair(d, &p, &q);
-    if (d->report) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_deltas(d, centre, p, q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     if (cqi_starved(d)) return CQ_TRUNCATED;
     b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
     if (b == CQ_NONE) return CQ_ERROR_CORRUPT;
     d->mesh.mark[b] = 0;
     cqi_apply_deltas(d, centre, b);
-    if (d->report) cqi_report_split(d, p, q);
+    if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
     if (CQI_ENCODING(d)) {
         cq_index input = d->plan->to_input[centre], removed = d->plan->top[input];
         d->plan->top[input] = d->plan->below[removed];
@@ -3057,7 +3048,7 @@ static cq_result cqi_end_component(cq_decoder *d)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (more) return cqi_start_component(d);
     result = cqi_finish_base(d);
-    if (d->report) cqi_charge(d, &d->report->base, NULL);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
     d->phase = CQI_BASE_VALUES;
     return result;
 }
@@ -3072,7 +3063,7 @@ static cq_result cqi_step_base(cq_decoder *d)
 static cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
-    if (d->report) {
+    if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->draft.num_vertices;
         d->report->base_faces = d->draft.num_faces;
@@ -3122,7 +3113,7 @@ static cq_result cqi_step_walk(cq_decoder *d)
     if (result != CQ_DONE) return result;
     if (d->splits < CQI_MIN_SPLITS(d->mesh.num_vertices)) return CQ_ERROR_CORRUPT;
     if (d->splits > d->shape.num_vertices - d->mesh.num_vertices) return CQ_ERROR_CORRUPT;
-    if (d->report) cqi_report_walk(d);
+    if (CQI_REPORTING(d)) cqi_report_walk(d);
     d->level_end = d->mesh.num_vertices + d->splits;
     d->phase = CQI_SPLITS;
     return CQ_OK;
@@ -3203,13 +3194,12 @@ static cq_result cqi_fits_build(const cq_shape *s)
 static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
 {
     cq_result result;
-    d->shape = h->shape;
     result = cqi_fits_build(&d->shape);
     if (result != CQ_OK) return result;
     if (!cqi_aligned(d->memory) || d->memory_size < cq_decoder_bytes(&d->shape)) return CQ_ERROR_MEMORY;
     d->payload_left = d->payload_size = h->payload_size;
     d->expected_crc = h->payload_crc;
-    if (d->report) {
+    if (CQI_REPORTING(d)) {
         memset(d->report, 0, sizeof *d->report);
         d->report->shape = d->shape;
         d->report->bytes = h->header_size + h->payload_size;
@@ -3224,6 +3214,7 @@ static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 {
     cqi_header h;
     cq_result result = CQ_NEED_INPUT;
+    h.shape = &d->shape;
     while (result == CQ_NEED_INPUT && in && in->size) {
         d->buffer[d->range.size++] = *in->data++;
         in->size--;
@@ -3270,7 +3261,7 @@ static int cqi_is_ready(const cq_decoder *d)
 static cq_result cqi_finish_stream(cq_decoder *d)
 {
     if (d->crc != d->expected_crc) return CQ_ERROR_CHECKSUM;
-    if (d->report) {
+    if (CQI_REPORTING(d)) {
         cq_report *r = d->report;
         r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
     }
@@ -3285,7 +3276,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         if (!cqi_is_ready(d)) return CQ_NEED_INPUT;
         if (!d->range.data) {
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
-            d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
         }
         budget--;
         result = cqi_step(d);

@@ -1,4 +1,5 @@
 /* decoder.c - the library, without the encoder. SPDX-License-Identifier: MIT */
 #define CQ_NO_ENCODER
+#define CQ_NO_REPORTS
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"

@@ -9,11 +9,11 @@
  * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
  * it has learned as C tables: first with 12-bit positions, then connectivity alone. Deterministic: the same meshes in
  * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
-static int train_rate, train_step, train_hopeless, omit_begin, omit_end;
+static int train_rate, train_step, train_settled, omit_begin, omit_end;
 #define CQ_TRAINING
 #define CQI_RATE(num_vertices) (train_rate ? train_rate : (num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP (train_step * 4096)
-#define CQI_HOPELESS train_hopeless
+#define CQI_SETTLED train_settled
 #define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
@@ -45,7 +45,7 @@ static void set_product_speed(void)
     keeping = 0;
     train_rate = 0;
     train_step = 20;
-    train_hopeless = 8 << CQI_UNIT;
+    train_settled = 7 << CQI_UNIT;
 }
 
 static void set_training_speed(int pass)
@@ -53,7 +53,7 @@ static void set_training_speed(int pass)
     keeping = 1;
     train_rate = rates[pass];
     train_step = steps[pass];
-    train_hopeless = 250 << CQI_UNIT;
+    train_settled = 250 << CQI_UNIT;
 }
 
 /* The mean of the models after each mesh: no mesh has the last word. */
@@ -160,12 +160,12 @@ static void print_bits(void)
     printf("\n};\n");
 }
 
-static void print_weights(const cqi_model *m, const char *begin, const char *end)
+static void print_weights(const char *name, const char *size, const cqi_model *m, int count)
 {
     int k;
-    printf("%s", begin);
-    for (k = 0; k < CQI_WEIGHTS; k++) print_number(k, rounded_weight(m->weight[k]));
-    printf("%s", end);
+    printf("static const int8_t %s[%s] = {", name, size);
+    for (k = 0; k < count; k++) print_number(k, rounded_weight(m->weight[k]));
+    printf("\n};\n");
 }
 
 /* Loads what can be encoded; returns how many. */
@@ -227,15 +227,15 @@ static const struct part parts[] = {
     { "nothing", 0, 0 },
     { "valence of B, by distance from the finest level", CQI_SIZE_B, CQI_SIZE_A },
     { "valence of A, by distance from the finest level", CQI_SIZE_A, CQI_RULE },
-    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_INNER },
-    { "angles to the predicted B - A of the vertices beside p, q, on B's side", CQI_INNER, CQI_OUTER },
-    { "the same on A's side", CQI_OUTER, CQI_BETWEEN },
-    { "angle between the common neighbours", CQI_BETWEEN, CQI_END_STATE },
+    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_END_STATE },
     { "valences and states of the common neighbours", CQI_END_STATE, CQI_END_VALENCE },
     { "their valences, by distance from the finest level", CQI_END_VALENCE, CQI_END_BEFORE },
     { "valences of the vertices before them", CQI_END_BEFORE, CQI_END_BEHIND },
-    { "valences of the vertices behind them", CQI_END_BEHIND, CQI_END_EDGE },
-    { "lengths of their spokes", CQI_END_EDGE, CQI_WEIGHTS },
+    { "valences of the vertices behind them", CQI_END_BEHIND, CQI_BARE_WEIGHTS },
+    { "lengths of their spokes", CQI_END_EDGE, CQI_INNER },
+    { "how far B - A goes to the vertices beside them, on B's side", CQI_INNER, CQI_OUTER },
+    { "the same on A's side", CQI_OUTER, CQI_BETWEEN },
+    { "angle between the common neighbours", CQI_BETWEEN, CQI_WEIGHTS },
     { "all features", 0, CQI_WEIGHTS }
 };
 
@@ -287,8 +287,8 @@ static int run_training(struct sample *samples, int argc, char **argv)
     with_positions = model;
     print_bits();
     train(samples, n, 1);
-    print_weights(&model, "static const int8_t cqi_prior_weight[2][CQI_WEIGHTS] = { {", "\n}, {");
-    print_weights(&with_positions, "", "\n} };\n");
+    print_weights("cqi_prior_bare", "CQI_BARE_WEIGHTS", &model, CQI_BARE_WEIGHTS);
+    print_weights("cqi_prior_located", "CQI_WEIGHTS", &with_positions, CQI_WEIGHTS);
     return 0;
 }
 
