@@ -107,12 +107,15 @@ static inline stream frame(const cq_shape *shape, const uint8_t *payload, size_t
 
 /* Puts the right check values into whatever can be read as a header with a payload. */
 static inline void repair(stream *s) {
+    cq_shape shape;
     cqi_header header;
     cqi_reader r = { s->data, s->size, 3, CQ_OK };
     size_t at, left, k;
     uint32_t crc;
     if (s->size < 3) return;
-    memset(&header, 0, sizeof header);
+    memset(&shape, 0, sizeof shape);
+    header.shape = &shape;
+    header.payload_size = 0;
     if (cqi_read_body(&r, &header) != CQ_OK || s->size - r.at < 2) return;
     at = r.at;
     left = s->size - at - 2;

@@ -1692,10 +1692,10 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     51, 16, 42, 123, 190, 239, 232, 221, 140, 128, 128, 128, 254, 242, 242, 249, 251, 250, 249, 247, 224, 128,
     128, 128, 86, 255, 252, 253, 253, 253, 252, 252, 241, 128, 128, 128, 125, 245, 254, 254, 254, 254, 254, 254,
     252, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 145, 151, 114, 77, 17, 42, 128, 128, 150, 130, 129, 119, 123, 131, 96,
+    128, 128, 128, 128, 128, 128, 128, 141, 149, 108, 110, 163, 212, 238, 248, 137, 133, 124, 129, 115, 120, 101,
     128, 120, 128, 128, 116, 107, 100, 91, 83, 81, 78, 67, 66, 80, 63, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 198, 127, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 241, 137, 95, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 76, 89, 94, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 127, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 137, 95, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 76, 89, 94, 128,
     128, 128, 128, 19, 128, 128, 128, 128, 128, 128, 128, 180, 132, 69, 25, 115, 128, 128, 128, 0, 128, 128,
     128, 128, 128, 128, 128, 113, 85, 28, 46, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 160,
     114, 39, 7, 104, 128, 128, 128, 99, 0, 128, 128, 128, 128, 128, 128, 84, 57, 6, 51, 128, 128, 128,
@@ -1707,7 +1707,7 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     128, 128, 128, 156, 149, 148, 143, 118, 0, 128, 128, 90, 91, 58, 3, 57, 128, 128, 128, 160, 141, 141,
     127, 121, 110, 18, 128, 125, 127, 76, 22, 2, 115, 128, 128, 143, 134, 128, 119, 108, 105, 23, 128, 142,
     128, 128, 109, 117, 106, 89, 80, 77, 80, 69, 63, 63, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 234, 112, 109, 94, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255,
+    128, 128, 128, 128, 128, 128, 112, 109, 94, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     131, 101, 38, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 187, 93, 55, 68, 115, 128, 128,
     128, 3, 128, 128, 128, 128, 128, 128, 128, 188, 148, 68, 7, 104, 128, 128, 128, 0, 128, 128, 128, 128,
     128, 128, 128, 123, 98, 22, 1, 128, 128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 152, 111, 44,
@@ -1720,7 +1720,7 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     128, 146, 136, 127, 124, 80, 0, 128, 128, 93, 91, 45, 18, 5, 128, 128, 128, 157, 143, 131, 132, 116,
     92, 39, 128, 128, 128, 67, 18, 11, 104, 128, 128, 155, 136, 129, 129, 107, 105, 5, 128, 99, 128, 128,
     92, 86, 84, 86, 84, 90, 80, 72, 62, 20, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 255, 121, 65, 4, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 158, 93,
+    128, 128, 128, 128, 121, 65, 4, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 158, 93,
     11, 18, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 176, 106, 27, 15, 74, 97, 115, 128, 0,
     128, 128, 128, 128, 128, 128, 128, 185, 124, 56, 24, 33, 121, 90, 104, 0, 128, 128, 128, 128, 128, 128,
     128, 105, 62, 28, 12, 83, 81, 140, 115, 98, 0, 128, 128, 128, 128, 128, 128, 122, 83, 34, 11, 33,
@@ -2038,7 +2038,7 @@ static int cqi_code_count(cq_decoder *d, int index, int count)
 static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 {
     int less;
-    if (cqi_code_bit(d, index, bits >= expected)) return expected + cqi_code_count(d, index + 1, bits - expected);
+    if (!expected || cqi_code_bit(d, index, bits >= expected)) return expected + cqi_code_count(d, index + 1, bits - expected);
     less = 1 + cqi_code_count(d, index + 8, expected - 1 - bits);
     return less < expected ? expected - less : 0;
 }
@@ -2092,16 +2092,18 @@ static int32_t cqi_predict_base(const cq_decoder *d, const cq_value *values, uin
 /* All channels of base vertex d->value. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
-    uint32_t k, c;
+    uint32_t k, c, n = 0;
     cq_index v = d->value++;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *channel = &d->shape.channel[k];
-        for (c = 0; c < channel->components; c++) {
+        for (c = 0; c < channel->components; c++, n++) {
             cq_value *values = d->channel[k] + c;
             uint32_t stride = channel->components;
             int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
             if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
-            x = p + cqi_code_residual(d, CQI_OF_BASE, 0, channel->bits < 4 ? 0 : channel->bits - 4, x);
+            x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)d->delta[n]), x);
+            d->delta[n] = (3 * d->delta[n] + (int32_t)cqi_abs(x)) / 4;
+            x += p;
             if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
             values[(size_t)v * stride] = (cq_value)x;
         }
@@ -3169,6 +3171,7 @@ static void cqi_start(cq_decoder *d)
     d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
     d->draft = d->mesh;
     d->rate = CQI_RATE(0);
+    memset(d->delta, 0, sizeof d->delta);
     d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
     cqi_model_init(&d->model, cqi_position_channel(&d->shape) >= 0);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
