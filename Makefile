@@ -10,7 +10,7 @@ HEADER = include/conquest.h
 CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 
 .DELETE_ON_ERROR:
-.PHONY: all help clean demo deps meshes ref_data check-ref test summary
+.PHONY: all help clean demo deps meshes ref_data check-ref test run summary
 
 all: build/cqm build/minimal_decode build/stream build/meshgen ## builds cqm, the examples and the mesh generator
 
@@ -111,11 +111,29 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/payloads exhaustive/payloads-3
+TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(EXHAUSTIVE) \
+    $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
 	@rm -rf build/log
+	@$(MAKE) --no-print-directory run
+
+# What takes longer than a test may: make verify.
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits
+VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
+
+.PHONY: exhaustive verify
+exhaustive: deps ## all small spheres, tori and discs with every first gate, all their splits, all small payloads
+	@$(MAKE) --no-print-directory run LOGS='$(EXHAUSTIVE:%=build/log/%.log)'
+
+verify: deps build/meshes ## runs what takes longer than a test may: all spheres of 11 and 12 vertices, ...
+	@$(MAKE) --no-print-directory run LOGS='$(VERIFY_LOGS)'
+
+# Runs the tests of $(LOGS), whatever ran before.
+run:
+	@rm -f $(LOGS)
 	@$(MAKE) --no-print-directory -k $(if $(findstring -j,$(MAKEFLAGS)),,-j$(JOBS)) $(LOGS) || true
 	@$(MAKE) --no-print-directory -s summary
 
@@ -206,6 +224,33 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
+
+# -- Proof by cases ------------------------------------------------------------------------------------------------
+#
+# tests/exhaustive: everything that is small. Optimised, with assertions; payloads also counts basic blocks.
+
+EXHAUSTIVE_DEPENDS = $(TEST_DEPENDS) $(wildcard tests/exhaustive/*.hpp)
+OPTIMISED = -std=c++17 $(TEST_FLAGS) -O2 $(ASSERTIONS)
+TEST_NAME = $(@:build/log/%.log=%)
+RUN_TO_LOG = @mkdir -p $(@D); $(1) >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
+
+build/tests/exhaustive/%: tests/exhaustive/%.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/tests/exhaustive/payloads: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) -DCOUNT_WORK -fsanitize-coverage=trace-pc $< -o $@
+
+build/tests/exhaustive/payloads-3: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
+	$(call RUN_TO_LOG,$< 3)
+
+build/log/verify/exhaustive-%.log: build/tests/exhaustive/%
+	$(call RUN_TO_LOG,$< all)
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
