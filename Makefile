@@ -112,7 +112,8 @@ build/generated/torus_270x135.off: build/meshgen
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/payloads exhaustive/payloads-3
-TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(EXHAUSTIVE) \
+CGAL = cgal/splits
+TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
@@ -121,10 +122,13 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 	@$(MAKE) --no-print-directory run
 
 # What takes longer than a test may: make verify.
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/cgal-splits
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
-.PHONY: exhaustive verify
+.PHONY: cgal exhaustive verify
+cgal: deps build/meshes ## compares each split of real and random meshes with CGAL
+	@$(MAKE) --no-print-directory run LOGS='$(CGAL:%=build/log/%.log)'
+
 exhaustive: deps ## all small spheres, tori and discs with every first gate, all their splits, all small payloads
 	@$(MAKE) --no-print-directory run LOGS='$(EXHAUSTIVE:%=build/log/%.log)'
 
@@ -180,7 +184,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 deps: ## installs what the tests need, if missing (Debian and Ubuntu)
@@ -227,7 +231,8 @@ build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEAD
 
 # -- Proof by cases ------------------------------------------------------------------------------------------------
 #
-# tests/exhaustive: everything that is small. Optimised, with assertions; payloads also counts basic blocks.
+# tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
+# does the same. Optimised, with assertions.
 
 EXHAUSTIVE_DEPENDS = $(TEST_DEPENDS) $(wildcard tests/exhaustive/*.hpp)
 OPTIMISED = -std=c++17 $(TEST_FLAGS) -O2 $(ASSERTIONS)
@@ -251,6 +256,18 @@ build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
 
 build/log/verify/exhaustive-%.log: build/tests/exhaustive/%
 	$(call RUN_TO_LOG,$< all)
+
+OFF_MANIFOLDS = $(shell awk '/^build.meshes.*[.]off\t/ && $$2 == "ok" { print $$1 }' tests/meshes/expected.tsv)
+
+build/tests/cgal/%: tests/cgal/%.cpp $(TEST_DEPENDS)
+	@mkdir -p $(@D)
+	g++ $(OPTIMISED) $< -o $@
+
+build/log/cgal/splits.log: build/tests/cgal/splits build/meshes
+	$(call RUN_TO_LOG,$< 250 $(OFF_MANIFOLDS))
+
+build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
+	$(call RUN_TO_LOG,$< 1000 $(OFF_MANIFOLDS))
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
