@@ -111,7 +111,7 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/payloads exhaustive/payloads-3
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
 TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
@@ -122,7 +122,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 	@$(MAKE) --no-print-directory run
 
 # What takes longer than a test may: make verify.
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/cgal-splits
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify

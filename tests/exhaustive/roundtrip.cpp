@@ -10,113 +10,16 @@
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
-#include "../support/codec.h"
 #include "../support/report.hpp"
-#include "../support/triangles.h"
-#include "families.hpp"
+#include "comparison.hpp"
 
 namespace {
 
-struct Tally {
-    size_t gates = 0, streams = 0, splits = 0, levels = 0;
-};
-
-// A closed triangulation; its vertices from num_real on are cones over boundaries. u -> v has a real face on the left.
-struct Case {
-    const Triangulation &t;
-    int num_real, euler;
-    int u, v;
-    bool located;
-};
-
-std::string name(const Case &c, const char *what) {
-    std::string text = std::string(what) + ": gate " + std::to_string(c.u) + " " + std::to_string(c.v)
-                     + (c.located ? ", with positions, faces" : ", faces");
-    for (Triangle f : c.t.triangles())
-        text += " " + std::to_string(f[0]) + "-" + std::to_string(f[1]) + "-" + std::to_string(f[2]);
-    return text;
-}
-
-// No two vertices have the same: the low bits of z are the number.
-std::vector<cq_value> positions(int num_vertices, uint64_t seed) {
-    std::vector<cq_value> values;
-    for (int v = 0; v < num_vertices; ++v) {
-        values.push_back(static_cast<cq_value>(next_random(&seed) % 1024));
-        values.push_back(static_cast<cq_value>(next_random(&seed) % 1024));
-        values.push_back(static_cast<cq_value>(next_random(&seed) % 64 * 16 + static_cast<uint64_t>(v)));
-    }
-    return values;
-}
-
-// After each split a closed triangulation, one vertex larger.
-bool decodes_through_surfaces(decoding &d, const coded &coded, const Case &c, Tally &tally) {
-    cq_bytes in = {coded.bytes, coded.size};
-    int before = 0;
-    do {
-        d.result = cq_decode(d.decoder, &in, 1);
-        const cq_mesh &m = d.decoder->mesh;
-        int now = static_cast<int>(m.num_vertices + m.num_virtual);
-        if (m.num_vertices == 0 || now == before) continue;
-        if (before > 0 && now != before + 1) return false;
-        tally.splits += before > 0;
-        before = now;
-        Triangulation t = triangulation_of(m, identity(now));
-        if (t.n != now || !t.is_closed_surface() || t.euler() != c.euler) return false;
-    } while (d.result == CQ_OK);
-    return d.result == CQ_DONE && in.size == 0;
-}
-
-bool is_permutation(const coded &coded) {
-    std::vector<bool> seen(coded.num_vertices);
-    for (uint32_t v = 0; v < coded.num_vertices; ++v) {
-        if (coded.map[v] >= coded.num_vertices || seen[coded.map[v]]) return false;
-        seen[coded.map[v]] = true;
-    }
-    return true;
-}
-
-// Isomorphic through the map; cones have no number of their own, but there is only one.
-bool is_same(const Case &c, const coded &coded, const decoding &d, const std::vector<cq_value> &values) {
-    std::vector<int> number = identity(c.t.n);
-    for (int v = 0; v < c.num_real; ++v) number[coded.map[v]] = v;
-    if (!(triangulation_of(d.decoder->mesh, number) == c.t)) return false;
-    for (int v = 0; c.located && v < c.num_real; ++v)
-        if (std::memcmp(d.decoder->channel[0] + 3 * coded.map[v], &values[3 * size_t(v)], 3 * sizeof(cq_value)) != 0)
-            return false;
-    return true;
-}
-
-const char *compare(const Case &c, const coded &coded, const std::vector<cq_value> &values, Tally &tally) {
-    if (coded.result != CQ_OK) return "not encoded";
-    if (!is_permutation(coded)) return "the map is no permutation";
-    if (coded.map[c.u] != 0 || coded.map[c.v] != 1) return "another first gate";
-    decoding d;
-    decoding_begin(&d, coded.bytes, coded.size);
-    const char *error = nullptr;
-    if (!decodes_through_surfaces(d, coded, c, tally)) error = "not decoded through surfaces";
-    else if (cq_mesh_check(&d.decoder->mesh, nullptr) != CQ_OK) error = "not valid";
-    else if (!is_same(c, coded, d, values)) error = "not the same";
-    decoding_free(&d);
-    tally.streams++;
-    tally.levels += coded.report->num_levels;
-    return error;
-}
-
 void round_trip(const Case &c, Tally &tally, Report &report) {
-    std::vector<cq_index> indices = index_buffer(c.t, c.num_real, {c.u, c.v, c.t.apex(c.u, c.v)});
-    std::vector<cq_value> values = positions(c.num_real, tally.streams);
-    cq_input in = {};
-    in.shape.num_vertices = static_cast<uint32_t>(c.num_real);
-    in.shape.num_faces = static_cast<uint32_t>(indices.size() / 3);
-    in.indices = indices.data();
-    in.shape.num_channels = c.located;
-    in.shape.channel[0].kind = CQ_POSITION;
-    in.shape.channel[0].components = 3;
-    in.shape.channel[0].bits = 10;
-    in.values[0] = values.data();
+    CaseInput input(c, tally.streams);
     coded coded;
-    code(&coded, &in);
-    if (const char *error = compare(c, coded, values, tally)) report.fail(name(c, error));
+    code(&coded, &input.in);
+    if (const char *error = compare(c, coded, input.located(), tally)) report.fail(name(c, error));
     uncode(&coded);
 }
 
