@@ -338,6 +338,7 @@ void run(const std::string &what, const Input &input, Tally &tally, Report &repo
     in.shape.channel[0].components = 3;
     in.shape.channel[0].bits = 12;
     coded coded;
+    Report::watch();
     code(&coded, &in);
     const char *error = coded.result == CQ_OK ? follow(input, coded, tally) : cq_result_string(coded.result);
     if (error) report.fail(what + ": " + error);

@@ -128,6 +128,7 @@ public:
     void all(size_t size) {
         for (uint32_t bytes = 0; bytes < uint32_t(1) << (8 * size); ++bytes) {
             uint8_t payload[4] = {uint8_t(bytes), uint8_t(bytes >> 8), uint8_t(bytes >> 16), 0};
+            if (bytes % 65536 == 0) Report::watch();
             size_t header = write_stream(payload, size);
             if (const char *error = decode(header + size, true)) fail(error, bytes, size);
             tally.payloads++;

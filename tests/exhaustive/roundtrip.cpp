@@ -18,6 +18,7 @@ namespace {
 void round_trip(const Case &c, Tally &tally, Report &report) {
     CaseInput input(c, tally.streams);
     coded coded;
+    Report::watch();
     code(&coded, &input.in);
     if (const char *error = compare(c, coded, input.located(), tally)) report.fail(name(c, error));
     uncode(&coded);

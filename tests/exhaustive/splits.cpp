@@ -140,6 +140,7 @@ const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_rea
 
 size_t all_splits(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report) {
     size_t expected = 0;
+    Report::watch();
     for (int a = 0; a < num_real; ++a) {
         expected += size_t(t.degree(a)) * (size_t(t.degree(a)) - 1);
         for_each_split(t, a, [&](int p, int q) {

@@ -130,6 +130,7 @@ private:
         int num_cones = c.t.n - c.num_real;
         CaseInput input(c, tally.streams);
         coded coded;
+        Report::watch();
         code_collapse(&coded, input.in, s, num_real, num_cones, num_cones > 0 ? c.t.degree(c.t.n - 1) : 0);
         const char *error = compare(c, coded, input.located(), tally);
         if (!error && coded.report->level[0].num_splits != 1) error = "not one split";

@@ -6,8 +6,15 @@
 #include <cstdio>
 #include <string>
 
+#include <unistd.h>
+
 class Report {
 public:
+    Report() { watch(); }
+
+    // What follows must end in time: a case that hangs is a failure, not a test that never ends.
+    static void watch() { alarm(MOST_SECONDS); }
+
     // Notes a failure of the sentence that is being checked, and where.
     void fail(const std::string &what) {
         if (failures++ < MOST_LINES) std::printf("  %s\n", what.c_str());
@@ -24,6 +31,7 @@ public:
         std::printf("%s  %s\n", failures == 0 ? "ok  " : "FAIL", sentence.c_str());
         std::fflush(stdout);
         failures = 0;
+        watch();
     }
 
     // The last line, and the exit status.
@@ -33,7 +41,7 @@ public:
     }
 
 private:
-    enum { MOST_LINES = 8 };
+    enum { MOST_LINES = 8, MOST_SECONDS = 300 };
     int passed = 0, failed = 0, failures = 0;
 };
 
