@@ -4,6 +4,7 @@
 //   - a split at each vertex, for all pairs of neighbours p != q, cones over boundaries included: same triangles, a new
 //     vertex with the next number, a valid mesh; the collapse of the new edge gives the triangulation back, and the
 //     spokes that it returns split it again in the same way;
+//   - no split of a cone, and none without room: CQ_NONE, and the same mesh;
 //   - cq_mesh_can_collapse for each halfedge: true if and only if the triangles after the collapse are a closed
 //     surface; the collapse gives these triangles.
 //
@@ -87,7 +88,7 @@ private:
 };
 
 struct Tally {
-    size_t splits = 0, collapses = 0, refused = 0;
+    size_t splits = 0, collapses = 0, refused = 0, cones = 0;
 };
 
 std::string name(const Triangulation &t, const char *what, int a, int p, int q) {
@@ -119,6 +120,11 @@ bool shows_again(const RoomyMesh &m, int num_real, const Triangulation &before) 
     return shows(m, num_real, before.n, with_slot);
 }
 
+// The split of a between its neighbours p and q can't be made: a is virtual, or there is no room.
+bool refuses(RoomyMesh &m, cq_index a, cq_index p, cq_index q) {
+    return cq_mesh_split(&m.mesh, find_halfedge(&m.mesh, a, p), find_halfedge(&m.mesh, a, q)) == CQ_NONE;
+}
+
 const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_real, int a, int p, int q) {
     RoomyMesh m = from;
     Triangulation after = t;
@@ -127,6 +133,7 @@ const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_rea
     cq_index b = cq_mesh_split(&m.mesh, find_halfedge(&m.mesh, va, vp), find_halfedge(&m.mesh, va, vq)), first, last;
     if (b != cq_index(num_real)) return "the new vertex has another number";
     if (!shows(m, num_real, t.n, after)) return "another mesh after the split";
+    if (!refuses(m, va, vp, b)) return "a full mesh is split";
     cq_index h = find_halfedge(&m.mesh, va, b), merged = cq_index(t.degree(a));
     if (!cq_mesh_can_collapse(&m.mesh, h, CQ_MAX_VALENCE)) return "the new edge can't be collapsed";
     if (cq_mesh_can_collapse(&m.mesh, h, cq_index(merged - 1))) return "the limit of the valence is not kept";
@@ -136,6 +143,17 @@ const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_rea
     if (m.mesh.origin[last] != va || cq_target(&m.mesh, last) != vq) return "the last spoke is another one";
     if (cq_mesh_split(&m.mesh, first, last) != b || !shows(m, num_real, t.n, after)) return "the second split differs";
     return nullptr;
+}
+
+// Cones are not split, and the mesh stays.
+void no_split_of_cones(const RoomyMesh &from, const Triangulation &t, int num_real, Tally &tally, Report &report) {
+    RoomyMesh m = from;
+    for (int a = num_real; a < t.n; ++a)
+        for_each_split(t, a, [&](int p, int q) {
+            report.expect(refuses(m, m.vertex(a), m.vertex(p), m.vertex(q)), name(t, "a cone is split", a, p, q));
+            tally.cones++;
+        });
+    report.expect(shows(m, num_real, t.n, t), name(t, "a refused split changes the mesh", num_real, 0, 0));
 }
 
 size_t all_splits(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report) {
@@ -188,10 +206,12 @@ void run_family(const Family &family, Report &report) {
         RoomyMesh m(t, num_real);
         if (!report.expect(m.is_built() && shows(m, num_real, t.n, t), "not built")) continue;
         splits += all_splits(m, t, num_real, tally, report);
+        no_split_of_cones(m, t, num_real, tally, report);
         all_collapses(m, t, num_real, tally, report);
         halfedges += 2 * size_t(t.num_edges());
     }
     report.expect(splits > 0 && tally.splits == splits, "not all splits were tried");
+    report.expect(!family.is_open() || tally.cones > 0, "no cones were tried");
     report.expect(halfedges > 0 && tally.collapses + tally.refused == halfedges, "not all halfedges were tried");
     report.end(std::to_string(all.size()) + " " + family.name() + ": " + std::to_string(tally.splits) + " splits, "
                + std::to_string(tally.collapses) + " collapses, " + std::to_string(tally.refused) + " refused");
