@@ -10,7 +10,7 @@ HEADER = include/conquest.h
 CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
 
 .DELETE_ON_ERROR:
-.PHONY: all help clean demo deps meshes ref_data check-ref test summary
+.PHONY: all help clean demo deps meshes ref_data check-ref test run summary
 
 EXAMPLES = build/minimal_decode build/stream build/game_loop
 
@@ -113,12 +113,33 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work \
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
+CGAL = cgal/splits
+TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
 	@rm -rf build/log
+	@$(MAKE) --no-print-directory run
+
+# What takes longer than a test may: make verify.
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits
+VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
+
+.PHONY: cgal exhaustive verify
+cgal: deps build/meshes ## compares each split of real and random meshes with CGAL
+	@$(MAKE) --no-print-directory run LOGS='$(CGAL:%=build/log/%.log)'
+
+exhaustive: deps ## all small spheres, tori and discs with every first gate, all their splits, all small payloads
+	@$(MAKE) --no-print-directory run LOGS='$(EXHAUSTIVE:%=build/log/%.log)'
+
+verify: deps build/meshes ## runs what takes longer than a test may: all spheres of 11 and 12 vertices, ...
+	@$(MAKE) --no-print-directory run LOGS='$(VERIFY_LOGS)'
+
+# Runs the tests of $(LOGS), whatever ran before.
+run:
+	@rm -f $(LOGS)
 	@$(MAKE) --no-print-directory -k $(if $(findstring -j,$(MAKEFLAGS)),,-j$(JOBS)) $(LOGS) || true
 	@$(MAKE) --no-print-directory -s summary
 
@@ -165,7 +186,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3 $(EMBEDDED_PACKAGES)
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
@@ -262,6 +283,46 @@ build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(
 build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
+
+# -- Proof by cases ------------------------------------------------------------------------------------------------
+#
+# tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
+# does the same. Optimised, with assertions.
+
+EXHAUSTIVE_DEPENDS = $(TEST_DEPENDS) $(wildcard tests/exhaustive/*.hpp)
+OPTIMISED = -std=c++17 $(TEST_FLAGS) -O2 $(ASSERTIONS)
+TEST_NAME = $(@:build/log/%.log=%)
+RUN_TO_LOG = @mkdir -p $(@D); $(1) >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
+
+build/tests/exhaustive/%: tests/exhaustive/%.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/tests/exhaustive/payloads: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) -DCOUNT_WORK -fsanitize-coverage=trace-pc $< -o $@
+
+build/tests/exhaustive/payloads-3: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
+	$(call RUN_TO_LOG,$< 3)
+
+build/log/verify/exhaustive-%.log: build/tests/exhaustive/%
+	$(call RUN_TO_LOG,$< all)
+
+OFF_MANIFOLDS = $(shell awk '/^build.meshes.*[.]off\t/ && $$2 == "ok" { print $$1 }' tests/meshes/expected.tsv)
+
+build/tests/cgal/%: tests/cgal/%.cpp $(TEST_DEPENDS)
+	@mkdir -p $(@D)
+	g++ $(OPTIMISED) $< -o $@
+
+build/log/cgal/splits.log: build/tests/cgal/splits build/meshes
+	$(call RUN_TO_LOG,$< 250 $(OFF_MANIFOLDS))
+
+build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
+	$(call RUN_TO_LOG,$< 1000 $(OFF_MANIFOLDS))
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #

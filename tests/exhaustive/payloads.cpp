@@ -1,0 +1,259 @@
+// Every payload of up to 2 bytes behind every valid header of a small shape, and every payload of 3 bytes behind one.
+// All check values are right, so that nothing is refused but for what the payload says:
+//
+//   - the decoder ends, after a bounded number of calls with a budget of one step and of basic blocks executed (where
+//     the build counts them; what runs away is stopped);
+//   - it ends with CQ_DONE, CQ_ERROR_CORRUPT or CQ_ERROR_UNSUPPORTED and says the same when it is called again;
+//   - the mesh is valid, after CQ_DONE the one of the header's counts, which is encoded and decoded once more;
+//   - one byte less is CQ_TRUNCATED or an error, and the mesh is valid too.
+//
+// What was run is counted: 1 + 256 + 65536 payloads for each header, and which results came out. With the argument `3`:
+// the payloads of 3 bytes.
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+
+#include "../support/codec.h"
+#include "../support/report.hpp"
+#include "../support/surface.hpp"
+
+#ifdef COUNT_WORK
+namespace {
+uint64_t work;   // of one decoding
+enum { MOST_WORK = 5000 };
+}
+extern "C" void __sanitizer_cov_trace_pc(void);
+extern "C" __attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void) {
+    if (++work > 1000 * uint64_t(MOST_WORK)) abort();
+}
+#else
+namespace {
+uint64_t work;
+enum { MOST_WORK = 0 };
+}
+#endif
+
+namespace {
+
+struct Tally {
+    size_t payloads = 0, done = 0, corrupt = 0, unsupported = 0, truncated = 0, levels = 0;
+    uint64_t most_calls = 0, most_work = 0;
+};
+
+// -- Shapes ---------------------------------------------------------------------------------------------------------
+
+enum { MOST_VERTICES = 5, MOST_LOOPS = 2, MOST_EDGES = 6, MOST_FACES = 10 };
+
+// Euler's formula with any genus and number of components: F = 2 (V + loops) - edges, give or take multiples of 4.
+std::vector<cq_shape> small_shapes() {
+    std::vector<cq_shape> shapes;
+    for (uint32_t v = 0; v <= MOST_VERTICES; ++v)
+        for (uint32_t loops = 0; loops <= (v > 0 ? MOST_LOOPS : 0); ++loops)
+            for (uint32_t edges = 3 * loops; edges <= (loops > 0 ? MOST_EDGES : 0); ++edges)
+                for (uint32_t f = 0; f <= (v > 0 ? MOST_FACES : 0); ++f) {
+                    cq_shape shape = {};
+                    shape.num_vertices = v;
+                    shape.num_faces = f;
+                    shape.num_boundary_loops = loops;
+                    shape.num_boundary_edges = edges;
+                    if ((2 * (v + loops) + 4 * MOST_FACES - edges - f) % 4 == 0) shapes.push_back(shape);
+                }
+    return shapes;
+}
+
+cq_shape with_channel(cq_shape shape, cq_kind kind, int components, int bits) {
+    cq_channel &c = shape.channel[shape.num_channels++];
+    c.kind = static_cast<uint8_t>(kind);
+    c.components = static_cast<uint8_t>(components);
+    c.bits = static_cast<uint8_t>(bits);
+    return shape;
+}
+
+std::string name(const cq_shape &s) {
+    return std::to_string(s.num_vertices) + " vertices, " + std::to_string(s.num_faces) + " faces, "
+         + std::to_string(s.num_boundary_loops) + " loops, " + std::to_string(s.num_boundary_edges) + " edges, "
+         + std::to_string(s.num_channels) + " channels";
+}
+
+// -- One payload ----------------------------------------------------------------------------------------------------
+
+// Patches and splits of all levels, their ends: each level splits a vertex and has a patch for three faces at most.
+uint64_t most_calls(const cq_shape &s) {
+    return 2 + uint64_t(s.num_vertices) * ((s.num_faces + s.num_boundary_edges) / 3 + 4);
+}
+
+bool is_final(cq_result result, bool complete) {
+    if (result == CQ_ERROR_CORRUPT || result == CQ_ERROR_UNSUPPORTED) return true;
+    return result == (complete ? CQ_DONE : CQ_TRUNCATED);
+}
+
+bool is_valid(const cq_decoder &d) {
+    return d.mesh.num_vertices == 0 || (cq_mesh_check(&d.mesh, nullptr) == CQ_OK && examine(d.mesh).empty());
+}
+
+// The decoded mesh as input: a second stream of it decodes to a mesh of the same counts.
+bool codes_again(const cq_decoder &d) {
+    cq_input in = {};
+    in.shape = d.shape;
+    in.indices = d.mesh.origin;
+    for (uint32_t k = 0; k < d.shape.num_channels; ++k) in.values[k] = d.channel[k];
+    coded coded;
+    code(&coded, &in);
+    decoding again;
+    bool same = coded.result == CQ_OK;
+    if (same) {
+        decoding_begin(&again, coded.bytes, coded.size);
+        same = decoding_run(&again, coded.bytes, coded.size, coded.size, CQ_NO_LIMIT) == CQ_DONE
+            && examine(faces_of(again.decoder->mesh)) == examine(faces_of(d.mesh));
+        decoding_free(&again);
+    }
+    uncode(&coded);
+    return same;
+}
+
+class Payloads {
+public:
+    Payloads(const cq_shape &s, Tally &t, Report &r) : shape(s), tally(t), report(r) {
+        memory_size = cq_decoder_bytes(&shape);
+        memory = exact_alloc(memory_size);
+        decoder = static_cast<cq_decoder *>(exact_alloc(sizeof(cq_decoder)));
+    }
+    Payloads(const Payloads &) = delete;
+    Payloads &operator=(const Payloads &) = delete;
+    ~Payloads() {
+        exact_free(decoder);
+        exact_free(memory);
+    }
+
+    // All of `size` bytes.
+    void all(size_t size) {
+        for (uint32_t bytes = 0; bytes < uint32_t(1) << (8 * size); ++bytes) {
+            uint8_t payload[4] = {uint8_t(bytes), uint8_t(bytes >> 8), uint8_t(bytes >> 16), 0};
+            if (bytes % 65536 == 0) Report::watch();
+            size_t header = write_stream(payload, size);
+            if (const char *error = decode(header + size, true)) fail(error, bytes, size);
+            tally.payloads++;
+            if (size == 0 || payload[size - 1] != 0) continue;   // the byte that is missing plays no part
+            if (const char *error = decode(header + size - 1, false)) fail(error, bytes, size - 1);
+        }
+    }
+
+private:
+    cq_shape shape;
+    Tally &tally;
+    Report &report;
+    void *memory;
+    size_t memory_size;
+    cq_decoder *decoder;
+    uint8_t stream[CQ_MAX_HEADER_BYTES + 4];
+
+    void fail(const char *error, uint32_t bytes, size_t size) {
+        report.fail(name(shape) + ": " + error + ": payload " + std::to_string(bytes) + " of " + std::to_string(size)
+                    + " bytes");
+    }
+
+    size_t write_stream(const uint8_t *payload, size_t size) {
+        size_t header = cqi_write_header(stream, &shape, size, cqi_crc32(0, payload, size));
+        memcpy(stream + header, payload, size);
+        return header;
+    }
+
+    const char *decode(size_t stream_size, bool complete) {
+        uint64_t calls = 0;
+        work = 0;
+        cq_bytes in = {stream, stream_size};
+        cq_decoder_init(decoder, memory, memory_size);
+        cq_result result;
+        do {
+            result = cq_decode(decoder, &in, 1);
+            calls++;
+        } while (result == CQ_OK && calls < most_calls(shape));
+        if (result == CQ_NEED_INPUT) result = cq_decode(decoder, nullptr, CQ_NO_LIMIT);
+        tally.most_work = std::max(tally.most_work, work);
+        tally.most_calls = std::max(tally.most_calls, calls);
+        return check(result, in, complete);
+    }
+
+    const char *check(cq_result result, const cq_bytes &in, bool complete) {
+        cq_bytes rest = in;
+        count(result);
+        if (!is_final(result, complete)) return "another result";
+        if (cq_decode(decoder, &rest, 1) != result || rest.size != in.size) return "not permanent";
+        if (tally.most_work > MOST_WORK) return "too much work";
+        if (!is_valid(*decoder)) return "not valid";
+        if (result != CQ_DONE) return nullptr;
+        tally.levels += decoder->level;
+        if (decoder->mesh.num_vertices != shape.num_vertices || decoder->mesh.num_faces != shape.num_faces)
+            return "done, but other counts";
+        return codes_again(*decoder) ? nullptr : "does not come back";
+    }
+
+    void count(cq_result result) {
+        tally.done += result == CQ_DONE;
+        tally.corrupt += result == CQ_ERROR_CORRUPT;
+        tally.unsupported += result == CQ_ERROR_UNSUPPORTED;
+        tally.truncated += result == CQ_TRUNCATED;
+    }
+};
+
+// -- All of them ----------------------------------------------------------------------------------------------------
+
+void end(const std::string &what, size_t expected, const Tally &t, Report &report) {
+    report.expect(expected > 0 && t.payloads == expected, std::to_string(t.payloads) + " payloads");
+    report.expect(t.done > 0 && t.corrupt > 0 && t.truncated > 0, "a result did not occur");
+    report.end(what + ": " + std::to_string(t.payloads) + " payloads, " + std::to_string(t.done) + " meshes, "
+               + std::to_string(t.levels) + " levels, " + std::to_string(t.corrupt) + " corrupt, "
+               + std::to_string(t.unsupported) + " unsupported, " + std::to_string(t.truncated) + " cut; at most "
+               + std::to_string(t.most_calls) + " calls, " + std::to_string(t.most_work) + " blocks");
+}
+
+bool is_valid_header(const cq_shape &shape) {
+    uint8_t header[CQ_MAX_HEADER_BYTES];
+    size_t size = cqi_write_header(header, &shape, 0, 0), header_size = 0, stream_size = 0;
+    cq_shape seen;
+    return cq_peek(header, size, &seen, &header_size, &stream_size) == CQ_OK && header_size == size
+        && stream_size == size && seen.num_vertices == shape.num_vertices && seen.num_faces == shape.num_faces;
+}
+
+void up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Report &report) {
+    Tally tally;
+    size_t expected = 0;
+    for (const cq_shape &shape : shapes) {
+        report.expect(is_valid_header(shape), name(shape) + ": not valid");
+        Payloads payloads(shape, tally, report);
+        for (size_t size = 0; size <= 2; ++size) {
+            payloads.all(size);
+            expected += size_t(1) << (8 * size);
+        }
+    }
+    report.expect(shapes[0].num_channels > 0 || (tally.levels > 0 && tally.unsupported > 0), "no level was begun");
+    end(std::to_string(shapes.size()) + " headers" + what, expected, tally, report);
+}
+
+void three_bytes(Report &report) {
+    cq_shape shape = {};
+    shape.num_vertices = 5;
+    shape.num_faces = 6;
+    Tally tally;
+    Payloads(shape, tally, report).all(3);
+    report.expect(tally.levels > 0 && tally.unsupported > 0, "no level was begun");
+    end(name(shape), size_t(1) << 24, tally, report);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+    Report report;
+    if (argc > 1 && std::string(argv[1]) == "3") {
+        three_bytes(report);
+        return report.summary();
+    }
+    std::vector<cq_shape> bare = small_shapes(), located, valued;
+    for (const cq_shape &s : bare) {
+        if (s.num_boundary_loops == 0) located.push_back(with_channel(s, CQ_POSITION, 3, 1));
+        if (s.num_boundary_loops == 0) valued.push_back(with_channel(s, CQ_GENERIC, 1, 1));
+    }
+    up_to_two_bytes("", bare, report);
+    up_to_two_bytes(" with positions", located, report);
+    up_to_two_bytes(" with a value", valued, report);
+    return report.summary();
+}
