@@ -30,12 +30,11 @@
  *     conquered    the vertex belongs to a patch of this level already; else it is available
  *     isolated     a patch whose centre is not split at this level
  *     level        one conquest that covers the mesh with patches that do not overlap
- *     split (i, j) i: steps clockwise from L to the first common vertex; j: steps counter-clockwise from R to the second
+ *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
  *     base         the mesh that is left when no level collapses anything more; the head of the stream
  *
- * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either while in
- * use. Bytes are the same on every platform.
- */
+ * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either
+ * while in use. Bytes are the same on every platform. */
 #ifndef CQ_CONQUEST_H
 #define CQ_CONQUEST_H
 
@@ -55,9 +54,9 @@
 #define CQ_API extern
 #endif
 
-/* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that only
- * decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has
- * promised, never what a stream contains. */
+/* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
+ * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports. CQ_ASSERT(condition) may be
+ * defined there too; it only ever asks what a caller has promised, never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -160,16 +159,17 @@ typedef struct cq_shape {
  * Indexed halfedges. Face f owns halfedges 3f, 3f+1, 3f+2; halfedge h runs from origin[h] to origin[cq_next(h)], with
  * its face on the left (counter-clockwise faces). `origin` is the index buffer: cq_index[3 * num_faces].
  *
- * The mesh is always closed: each boundary loop is closed by one virtual vertex, fanned to the loop. Virtual vertices
- * are numbered first_virtual .. first_virtual + num_virtual - 1 and their faces first_virtual_face .. first_virtual_face
- * + num_virtual_faces - 1, behind room for all real ones, so that real vertices and faces are 0 .. n-1 at every level.
+ * The mesh is always closed: each boundary loop is closed by one virtual vertex, fanned to the loop. Virtual
+ * vertices are numbered first_virtual .. first_virtual + num_virtual - 1 and their faces first_virtual_face ..
+ * first_virtual_face + num_virtual_faces - 1, behind room for all real ones, so that real vertices and faces are 0
+ * .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; their slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
  * last in, first out. A decoder never collapses: its vertices and faces have no gaps.
  *
- * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from a
- * vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices twice; no two
- * virtual vertices share an edge or a real neighbour. */
+ * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from
+ * a vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices
+ * twice; no two virtual vertices share an edge or a real neighbour. */
 typedef struct cq_mesh {
     cq_index *origin;     /* cq_index[3 * all faces] */
     cq_index *twin;       /* cq_index[3 * all faces] */
@@ -236,8 +236,8 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * faces     uint8_t[blocks], NULL: unwanted. Of faces that are new or have got a new vertex; face f is the indices
  *           origin[3 * f] .. [3 * f + 2].
- * vertices  uint8_t[blocks], NULL: unwanted. Of vertices that are new or have got new values, and of the other neighbours
- *           of new vertices.
+ * vertices  uint8_t[blocks], NULL: unwanted. Of vertices that are new or have got new values, and of the other
+ *           neighbours of new vertices.
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
@@ -284,8 +284,8 @@ CQ_API void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size
 CQ_API void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit);
 CQ_API int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate);
 
-/* Codes a symbol that owns `freq` > 0 of `total` <= 2^24 slots (up to 2^16 lose nothing), from slot `start`. The decoder
- * first asks for the slot, looks up the symbol, and then takes it. */
+/* Codes a symbol that owns `freq` > 0 of `total` <= 2^24 slots (up to 2^16 lose nothing), from slot `start`. The
+ * decoder first asks for the slot, looks up the symbol, and then takes it. */
 CQ_API void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total);
 CQ_API uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total);
 CQ_API void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total);
@@ -441,8 +441,8 @@ typedef struct cq_bytes {
     size_t size;
 } cq_bytes;
 
-/* Reads the header at the start of a stream. CQ_OK and the shape; CQ_NEED_INPUT if `size` bytes are not all of it; or an
- * error. CQ_MAX_HEADER_BYTES are always enough. header_bytes and stream_bytes may be NULL. */
+/* Reads the header at the start of a stream. CQ_OK and the shape; CQ_NEED_INPUT if `size` bytes are not all of it;
+ * or an error. CQ_MAX_HEADER_BYTES are always enough. header_bytes and stream_bytes may be NULL. */
 CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
 
 /* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
@@ -502,14 +502,15 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
 
 /* Decodes until the input or the budget is used up.
  *
- * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes behind
- *          the end of the stream are not used. NULL: no more input will come.
+ * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
+ *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
  *          gets 1024 vertices ready for a level. Budget 1 stops after every split.
  *
- * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error; CQ_ERROR_MEMORY
- * if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is complete the mesh has no
- * vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
+ * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
+ * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is
+ * complete the mesh has no vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
+ * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
@@ -526,7 +527,7 @@ typedef struct cq_input {
     const cq_index *indices;               /* cq_index[3 * num_faces] */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] */
     cq_goal goal;
-    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers of the vertices */
+    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
 } cq_input;
@@ -658,8 +659,8 @@ static uint32_t cqi_all_components(const cq_shape *s)
     return n;
 }
 
-/* Everything that cq_index can number, and small enough that no size below overflows: an encoder needs at most 121 bytes
- * for each of CQI_MAX_HALFEDGES halfedges. */
+/* Everything that cq_index can number, and small enough that no size below overflows: an encoder needs at most 121
+ * bytes for each of CQI_MAX_HALFEDGES halfedges. */
 #define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu)
 
 static int cqi_countable(const cq_shape *s)
@@ -728,7 +729,8 @@ static cq_index cqi_end(const cq_index *indices, cq_index h, int which)
     return (a < b) == (which != 0) ? a : b;
 }
 
-/* One pass of a radix sort with vertices as digits, stable: halfedges `from` (NULL: 0, 1, 2, ...) ordered by one end. */
+/* One pass of a radix sort with vertices as digits, stable: halfedges `from` (NULL: 0, 1, 2, ...) ordered by one
+ * end. */
 static void cqi_sort_pass(const cq_index *indices, cq_index num_halfedges, const cq_index *from, cq_index *to,
                           cq_index *start, cq_index num_vertices, int which)
 {
@@ -978,12 +980,14 @@ static int cqi_boundary_is_simple(const cq_mesh *m, cq_index v)
     return n <= (cq_index)!cq_is_virtual(m, v);
 }
 
-static cq_result cqi_check_vertices(const cq_mesh *m, cq_index first, cq_index count, cq_index *corners, cq_place *place)
+static cq_result cqi_check_vertices(const cq_mesh *m, cq_index first, cq_index count, cq_index *corners,
+                                    cq_place *place)
 {
     cq_index v, twice;
     for (v = first; v < first + count; v++) {
         if (!cqi_is_vertex(m, v)) continue;
-        if (!cqi_is_face(m, (cq_index)(m->out[v] / 3)) || m->origin[m->out[v]] != v || m->valence[v] < (cq_is_virtual(m, v) ? 3u : 2u) || !cqi_is_one_fan(m, v) ||
+        if (!cqi_is_face(m, (cq_index)(m->out[v] / 3)) || m->origin[m->out[v]] != v ||
+            m->valence[v] < (cq_is_virtual(m, v) ? 3u : 2u) || !cqi_is_one_fan(m, v) ||
             !cqi_boundary_is_simple(m, v))
             return cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, v, CQ_NONE);
         twice = cqi_mark_ring(m, v, 1);
@@ -1184,8 +1188,8 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: what changed is around new vertices.
- * So is the centre that was split: its edge to B too only ever passes on to newer vertices. */
+/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: what changed is around new
+ * vertices. So is the centre that was split: its edge to B too only ever passes on to newer vertices. */
 static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces, uint8_t *vertices)
 {
     cq_index h = m->out[v];
@@ -1206,9 +1210,10 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
- * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The decoder
- * keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input: a step takes
- * code to code - offset only if code >= offset, and the part it then takes is wider than what is left of code. */
+ * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The
+ * decoder keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input:
+ * a step takes code to code - offset only if code >= offset, and the part it then takes is wider than what is left
+ * of code. */
 #define CQI_MIN_RANGE 0x1000000u
 
 static void cqi_put_byte(cq_range_encoder *e, int byte)
@@ -1218,7 +1223,8 @@ static void cqi_put_byte(cq_range_encoder *e, int byte)
     e->zeros = byte ? 0 : e->zeros + 1;
 }
 
-/* Moves the top byte of low out. A byte waits in cache, and 0xff bytes behind it in pending, until the carry is known. */
+/* Moves the top byte of low out. A byte waits in cache, and 0xff bytes behind it in pending, until the carry is
+ * known. */
 static void cqi_shift_low(cq_range_encoder *e)
 {
     uint32_t low = (uint32_t)e->low;
@@ -1516,8 +1522,8 @@ size_t cq_decoder_bytes(const cq_shape *s)
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
  *
  * Everything from here to the encoder is run by the decoder, and by the encoder when it replays its choices from the
- * base. A function called cqi_code_x returns the x of the stream: when decoding it reads it, when encoding it writes the
- * one that is passed in, which the plan has looked up. Nothing else differs, so the two cannot drift apart. */
+ * base. A function called cqi_code_x returns the x of the stream: when decoding it reads it, when encoding it writes
+ * the one that is passed in, which the plan has looked up. Nothing else differs, so the two cannot drift apart. */
 
 #ifdef CQ_NO_ENCODER
 #define CQI_ENCODING(d) 0
@@ -1549,8 +1555,9 @@ typedef struct cqi_plan {
     uint32_t current;                   /* level being replayed */
 } cqi_plan;
 
-/* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And how far
- * under the best candidate positions are not asked about another one. The trainer has its own: it learns slowly. */
+/* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And
+ * how far under the best candidate positions are not asked about another one. The trainer has its own: it learns
+ * slowly. */
 #ifndef CQ_TRAINING
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 81920
@@ -1602,9 +1609,9 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
     return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
 }
 
-/* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins to
- * fill ends at the first face clockwise that is there already. More than a step only for a join, which splits the gap in
- * two: no valence is searched more often than joins meet at it. */
+/* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins
+ * to fill ends at the first face clockwise that is there already. More than a step only for a join, which splits the
+ * gap in two: no valence is searched more often than joins meet at it. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -1679,9 +1686,9 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 
 /* -- Priors: what the models know before the first symbol --
  *
- * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written by it
- * between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave, for bare connectivity
- * and with positions. They are part of the format: another table is another stream version. */
+ * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written
+ * by it between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave, for bare connectivity and
+ * with positions. They are part of the format: another table is another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
@@ -1793,13 +1800,14 @@ static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
 static void cqi_model_init(cqi_model *m, int located)
 {
     const int8_t *prior = located ? cqi_prior_located : cqi_prior_bare;
+    const int num_weights = located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
     int k;
     for (k = 0; k < CQI_MODELS; k++) {
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
         m->bit[k] = (cq_bit_model)(256 * cqi_prior_bit[from] + 128);
     }
     memset(m->weight, 0, sizeof m->weight);
-    for (k = 0; k < (located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS); k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
+    for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
 #else
 static void cqi_model_init(cqi_model *m, int located); /* the trainer's: both */
@@ -1808,10 +1816,10 @@ static void cqi_model_keep(const cqi_model *m);
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[] is a
- * permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has shrunk to two
- * halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own. The gate is a border
- * halfedge u -> w; what follows is a face w, u, x, and only x is coded:
+ * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[]
+ * is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
+ * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own.
+ * The gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
  *
  *     grow    x is new
  *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
@@ -1938,8 +1946,8 @@ static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, c
     return *border == d->draft.twin[d->gate] ? CQI_CLOSE : CQI_JOIN;
 }
 
-/* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border` the one
- * that ends at x, or CQ_NONE if x is new. */
+/* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border`
+ * the one that ends at x, or CQ_NONE if x is new. */
 static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
 {
     cq_mesh *m = &d->draft;
@@ -2038,7 +2046,8 @@ static int cqi_code_count(cq_decoder *d, int index, int count)
 static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 {
     int less;
-    if (!expected || cqi_code_bit(d, index, bits >= expected)) return expected + cqi_code_count(d, index + 1, bits - expected);
+    if (!expected || cqi_code_bit(d, index, bits >= expected))
+        return expected + cqi_code_count(d, index + 1, bits - expected);
     less = 1 + cqi_code_count(d, index + 8, expected - 1 - bits);
     return less < expected ? expected - less : 0;
 }
@@ -2268,8 +2277,9 @@ static void cqi_turn_back(const cqi_turn *t, int32_t *x, int32_t *y)
     *x += cqi_shear(*y, t->tangent);
 }
 
-/* Turns around z and around y that take the normal of the patch to the z axis, and another around z for the predicted
- * displacement, to the x axis. And what to expect of a residual along the surface and along the normal, in half bits. */
+/* Turns around z and around y that take the normal of the patch to the z axis, and another around z for the
+ * predicted displacement, to the x axis. And what to expect of a residual along the surface and along the normal, in
+ * half bits. */
 typedef struct cqi_axes {
     cqi_turn turn[3];
     int along, normal;
@@ -2393,8 +2403,8 @@ static void cqi_apply_deltas(cq_decoder *d, cq_index a, cq_index b)
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * mark[v] during a level: how many patches hold v on their ring, exact below CQI_MANY, and flags. In the second phase of
- * a level, when patches are left in reverse order, the number counts the patches that are still waiting. */
+ * mark[v] during a level: how many patches hold v on their ring, exact below CQI_MANY, and flags. In the second
+ * phase of a level, when patches are left in reverse order, the number counts the patches that are still waiting. */
 enum {
     CQI_MANY = 15,        /* this number of patches or more; never counted down again */
     CQI_LEFT = 0x10,      /* a patch that holds v has been left */
@@ -2449,8 +2459,8 @@ static void cqi_conquer(cq_mesh *m, cqi_walk *w, cq_index *patch, cq_index spoke
 
 /* The next gate of the patches found so far whose front vertex is available, as the spoke front -> L; or CQ_NONE.
  *
- *        front            Ring edges of the patch counter-clockwise from its entry spoke, the entry edge itself first: on
- *        /   \            from R to L, which costs fewer bits than from L to R (tests/train). `spoke` ends at the edge. */
+ * Ring edges of a patch are tried counter-clockwise from its entry spoke, the entry edge itself first, then on from R
+ * to L: that costs fewer bits than from L to R (tests/train). */
 static cq_index cqi_next_gate(const cq_mesh *m, cqi_walk *w, const cq_index *patch)
 {
     for (; w->head < w->tail; w->head++, w->spoke = CQ_NONE) {
@@ -2478,8 +2488,8 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
     return side == 2 ? m->twin[gate] : cq_prev(gate);
 }
 
-/* A component of two triangles is passed over: nothing collapses to it, so it has no patch. All other patches have three
- * triangles or more of their own, which is why a list of faces / 3 patches is long enough. */
+/* A component of two triangles is passed over: nothing collapses to it, so it has no patch. All other patches have
+ * three triangles or more of their own, which is why a list of faces / 3 patches is long enough. */
 static int cqi_is_pillow(const cq_mesh *m, cq_index v) { return m->valence[v] == 2; }
 
 static cq_index cqi_next_seed(const cq_mesh *m, cqi_walk *w, cq_index end)
@@ -2532,11 +2542,12 @@ static cq_result cqi_code_patch(cq_decoder *d)
 
 /* -- Splits: which candidate -----------------------------------------------------------------------------------------
  *
- * One symbol says which pair of ring vertices p < q the split's common neighbours are: D (D - 1) / 2 candidates for a
- * centre of valence D. The paper's indices are i = p and j = D - 1 - q. The probabilities are those of a log-linear model
- * (multinomial logit): a candidate's score is the sum of one weight for each of its features, its share of the range is
- * 2^score, and after each split every weight moves along the gradient of the log-likelihood, by CQI_STEP times (1 if the
- * split had the feature, minus the probability that the model had given to that). All in integers, so all alike. */
+ * One symbol says which pair of ring vertices p < q the split's common neighbours are: D (D - 1) / 2 candidates for
+ * a centre of valence D. The paper's indices are i = p and j = D - 1 - q. The probabilities are those of a
+ * log-linear model (multinomial logit): a candidate's score is the sum of one weight for each of its features, its
+ * share of the range is 2^score, and after each split every weight moves along the gradient of the log-likelihood,
+ * by CQI_STEP times (1 if the split had the feature, minus the probability that the model had given to that). All in
+ * integers, so all alike. */
 
 enum {
     CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
@@ -2614,7 +2625,7 @@ static void cqi_leave(cq_decoder *d, cq_index spoke)
         if (n < CQ_MAX_VALENCE) {
             r->spoke[n] = h;
             r->vertex[n] = v;
-            r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? m->valence[v] : CQI_LARGE_VALENCE);
+            r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? (int)m->valence[v] : CQI_LARGE_VALENCE);
             r->state[n] = cq_is_virtual(m, v) ? (uint8_t)CQI_NEVER : cqi_ring_state(mark);
             n++;
         }
@@ -2670,8 +2681,8 @@ static int cqi_offset_shift(const cqi_ring *r)
     return 8 - cqi_bit_length(largest);
 }
 
-/* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5 .. 7:
- * 1 .. 3 through A's. And 2^19 over the denominator of cqi_predict_delta times the mean length of the spokes. */
+/* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5
+ * .. 7: 1 .. 3 through A's. And 2^19 over the denominator of cqi_predict_delta times the mean length of the spokes. */
 static void cqi_prepare_steps(cqi_ring *r, const int16_t *length)
 {
     int32_t mean = 0;
@@ -2751,8 +2762,8 @@ static void cqi_find_alternatives(const cqi_ring *r, int from, int step, uint8_t
     }
 }
 
-/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative to B? Classes 0 .. 5
- * of its valence minus that of B, 0 for less than -2, at [valence - steps from p to q + CQ_MAX_VALENCE]. */
+/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative to B? Classes
+ * 0 .. 5 of its valence minus that of B, 0 for less than -2, at [valence - steps from p to q + CQ_MAX_VALENCE]. */
 static const uint8_t cqi_rule_class[CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1] = {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3,
     4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5
@@ -2792,7 +2803,11 @@ static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
 }
 
 /* Features of the number of neighbours that go to B. */
-static int cqi_size_b(const cqi_ring *r, int length) { return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15); }
+static int cqi_size_b(const cqi_ring *r, int length)
+{
+    return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15);
+}
+
 static int cqi_size_a(const cqi_ring *r, int length)
 {
     return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
@@ -3324,7 +3339,7 @@ size_t cq_encoder_bytes(const cq_shape *s)
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     c = cqi_all_components(s);
-    notes = (7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v + v * c * sizeof(cq_value) + 12 * 3; /* 12 roundings to 4 */
+    notes = (7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v + v * c * sizeof(cq_value) + 12 * 3;  /* 12 roundings */
     return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + CQ_DECODER_BYTES(v, f, c);
 }
 
@@ -3356,8 +3371,8 @@ static void cqi_split_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_inde
     }
 }
 
-/* Would the collapse of a first gate's front vertex with b leave a virtual vertex in front of the gate? The decoder would
- * then take the gate from its other side. */
+/* Would the collapse of a first gate's front vertex with b leave a virtual vertex in front of the gate? The decoder
+ * would then take the gate from its other side. */
 static int cqi_turns_gate(const cq_mesh *m, cq_index spoke, cq_index b)
 {
     cq_index l_to_r = cq_next(spoke), r_to_a = cq_next(l_to_r), across = CQ_NONE;
