@@ -207,6 +207,36 @@ build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEAD
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
 
+# -- Verification --------------------------------------------------------------------------------------------------
+#
+# What takes too long for `make test`. Each target also runs alone; all end with `N passed, N failed`.
+
+VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
+VERIFY = proof proof-bugs portability-all mutation coverage
+
+.PHONY: verify proof proof-bugs portability mutation coverage
+
+verify: ## proofs, all targets and emulators, mutants, coverage: some hours
+	@rm -f $(VERIFY_LOGS)
+	@$(MAKE) --no-print-directory -k $(VERIFY_LOGS) || true
+	@$(MAKE) --no-print-directory -s summary LOGS='$(VERIFY_LOGS)'
+
+proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
+	@tests/proof/prove.sh
+
+proof-bugs: ## plants bugs into the header and checks that the proofs fail
+	@tests/proof/prove.sh --bugs
+
+build/log/proof.log: $(HEADER) $(wildcard tests/proof/*)
+	@mkdir -p $(@D)
+	@tests/proof/prove.sh >$@ 2>&1 || true
+	@echo "proof: $$(tail -n 1 $@)"
+
+build/log/proof-bugs.log: $(HEADER) $(wildcard tests/proof/*)
+	@mkdir -p $(@D)
+	@tests/proof/prove.sh --bugs >$@ 2>&1 || true
+	@echo "proof-bugs: $$(tail -n 1 $@)"
+
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #
 # `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and fuzz-msan
