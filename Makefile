@@ -111,7 +111,8 @@ build/generated/torus_270x135.off: build/meshgen
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-TESTS = headers ref_data examples meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
+TESTS = headers ref_data examples meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+    $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
 test: deps build/meshes ## installs what the tests need and runs everything under tests/
@@ -162,14 +163,30 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev python3 $(PORTABILITY_PACKAGES)
+
+# For -m32 (not gcc-multilib, which conflicts with the cross compilers), and for a big-endian machine.
+GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
+PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
+    libc6-dev-s390x-cross qemu-user
+VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 deps: ## installs what the tests need, if missing (Debian and Ubuntu)
-	@missing=$$(for p in $(PACKAGES); do \
-	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
-	test -z "$$missing" || { $(SUDO) apt-get -q update && \
-	    DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
+	@$(install_missing)
+
+.PHONY: verify-deps
+verify-deps: PACKAGES += $(VERIFY_PACKAGES)
+verify-deps: ## installs what `make verify` needs beside that
+	@$(install_missing)
+
+define install_missing
+    missing=$$(for p in $(PACKAGES); do \
+        dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
+    test -z "$$missing" || { $(SUDO) apt-get -q update && \
+        DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
+endef
 
 build/log/ref_data.log: build/cqm build/meshgen
 	@mkdir -p $(@D)
@@ -216,7 +233,7 @@ VERIFY = proof proof-bugs portability-all mutation coverage
 
 .PHONY: verify proof proof-bugs portability mutation coverage
 
-verify: ## proofs, all targets and emulators, mutants, coverage: some hours
+verify: verify-deps ## proofs, all targets and emulators, mutants, coverage: some hours
 	@rm -f $(VERIFY_LOGS)
 	@$(MAKE) --no-print-directory -k $(VERIFY_LOGS) || true
 	@$(MAKE) --no-print-directory -s summary LOGS='$(VERIFY_LOGS)'
@@ -226,6 +243,19 @@ proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
 
 proof-bugs: ## plants bugs into the header and checks that the proofs fail
 	@tests/proof/prove.sh --bugs
+
+portability: verify-deps ## compares streams and decoded meshes of all compilers, options and emulated machines
+	@CLANG=$(CLANG) tests/portability/portability.sh all
+
+build/log/portability.log: $(HEADER) $(wildcard tests/portability/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/portability/portability.sh native >$@ 2>&1 || true
+	@echo "portability: $$(tail -n 1 $@)"
+
+build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/portability/portability.sh all >$@ 2>&1 || true
+	@echo "portability-all: $$(tail -n 1 $@)"
 
 build/log/proof.log: $(HEADER) $(wildcard tests/proof/*)
 	@mkdir -p $(@D)
