@@ -257,6 +257,24 @@ build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
 	@CLANG=$(CLANG) tests/portability/portability.sh all >$@ 2>&1 || true
 	@echo "portability-all: $$(tail -n 1 $@)"
 
+mutation: deps ## 300 small changes of the header: do the tests notice? MUTANTS=n for another number
+	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS)
+
+MUTANTS = 300
+
+build/log/mutation.log: $(HEADER) $(wildcard tests/mutation/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS) >$@ 2>&1 || true
+	@echo "mutation: $$(tail -n 1 $@)"
+
+coverage: verify-deps ## lines and branches of the header that the tests reach; fails below 100 % and 98 %
+	@CLANG=$(CLANG) tests/coverage/coverage.sh
+
+build/log/coverage.log: $(HEADER) $(wildcard tests/coverage/* tests/unit/* tests/property/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/coverage/coverage.sh >$@ 2>&1 || true
+	@echo "coverage: $$(tail -n 1 $@)"
+
 build/log/proof.log: $(HEADER) $(wildcard tests/proof/*)
 	@mkdir -p $(@D)
 	@tests/proof/prove.sh >$@ 2>&1 || true
