@@ -56,6 +56,7 @@ everything() {
     local source name
     for source in tests/unit/*.c tests/property/*.cpp; do
         name=$(basename "${source%.*}")-${source##*.}
+        [ "$name" = index_width-cpp ] && continue # renames by macros, which cuts the header into other regions
         build "$name" "$source" && run "$name" && export_counts "$name" || return 1
     done
     for source in tests/unit/*.c; do
