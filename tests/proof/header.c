@@ -40,6 +40,38 @@ static cqi_reader any_reader(size_t max_size)
     return r;
 }
 
+/* One number of 1 to 4 bytes: what the stub below does, and nothing else. */
+void claim_read_uint(void)
+{
+    cqi_reader r = any_reader(8), before = r;
+    int bytes = any_between(1, 4);
+    uint32_t value = cqi_read_uint(&r, bytes);
+    PROVE(r.size == before.size && r.data == before.data && r.at <= r.size);
+    if (before.size - before.at < (size_t)bytes) {
+        PROVE(r.at == r.size && value == 0);
+        PROVE(r.result == (before.result == CQ_OK ? CQ_NEED_INPUT : before.result));
+    } else {
+        PROVE(r.at == before.at + (size_t)bytes && r.result == before.result);
+        PROVE(bytes == 4 || value >> 8 * bytes == 0);
+        REACHED();
+    }
+}
+
+/* Stands for it: any value of so many bytes. */
+uint32_t stub_read_uint(cqi_reader *r, int bytes)
+{
+    uint32_t value = nondet_u32();
+    PROVE(bytes >= 1 && bytes <= 4 && r->at <= r->size);
+    if (r->size - r->at < (size_t)bytes) {
+        if (r->result == CQ_OK) r->result = CQ_NEED_INPUT;
+        r->at = r->size;
+        return 0;
+    }
+    r->at += (size_t)bytes;
+    ASSUME(bytes == 4 || value >> 8 * bytes == 0);
+    return value;
+}
+
 /* At most five bytes; a number that is not in its shortest form, or needs more than 32 bits, is corrupt. */
 void claim_varint(void)
 {
@@ -49,6 +81,7 @@ void claim_varint(void)
     ASSUME(r.result == CQ_OK);
     value = cqi_read_varint(&r);
     PROVE(r.at <= r.size && r.at - at <= 5);
+    PROVE(r.result != CQ_NEED_INPUT || r.size - at < 5);
     PROVE(r.result == CQ_OK || r.result == CQ_NEED_INPUT || r.result == CQ_ERROR_CORRUPT);
     if (r.result == CQ_OK) {
         uint8_t again[5], *to = again;
@@ -60,16 +93,18 @@ void claim_varint(void)
     }
 }
 
-/* Counts of any 20 bytes: the number of faces that they imply is in range, and comes from the Euler formula. */
+/* Counts of any 24 bytes: the number of faces that they imply is in range, and comes from the Euler formula. */
 void claim_counts(void)
 {
-    cqi_reader r = any_reader(20);
+    cqi_reader r = any_reader(24);
+    size_t at = r.at;
     cq_shape s;
     cq_result result;
     memset(&s, 0, sizeof s);
     ASSUME(r.result == CQ_OK);
     result = cqi_read_counts(&r, &s);
-    PROVE(r.at <= r.size);
+    PROVE(r.at <= r.size && r.at - at <= 20 && (result != CQ_OK || r.result == CQ_OK));
+    PROVE(r.result != CQ_NEED_INPUT || r.size - at < 20);
     PROVE(result == CQ_OK || result == CQ_NEED_INPUT || result == CQ_ERROR_CORRUPT);
     if (result == CQ_OK) {
         PROVE(s.num_boundary_edges / 3 >= s.num_boundary_loops);
@@ -77,6 +112,37 @@ void claim_counts(void)
               4 == 0);
         REACHED();
     }
+}
+
+/* Stands for the counts: claim_counts says that their fields are at most 20 bytes and what they are like if accepted. */
+cq_result stub_read_counts(cqi_reader *r, cq_shape *s)
+{
+    size_t bytes = nondet_size(), left = r->size - r->at;
+    cq_result result = nondet_u8() ? CQ_OK : CQ_ERROR_CORRUPT;
+    PROVE(r->at <= r->size && r->result == CQ_OK);
+    ASSUME(bytes <= 20 && bytes <= left);
+    r->at += bytes;
+    s->num_vertices = nondet_u32();
+    s->num_faces = nondet_u32();
+    s->num_boundary_loops = nondet_u32();
+    s->num_boundary_edges = nondet_u32();
+    ASSUME(s->num_boundary_edges / 3 >= s->num_boundary_loops);
+    if (nondet_u8()) r->result = result = nondet_u8() ? CQ_NEED_INPUT : CQ_ERROR_CORRUPT;
+    ASSUME(r->result != CQ_NEED_INPUT || left < 20);
+    return result;
+}
+
+/* Stands for a number of 1 to 5 bytes: claim_varint. */
+uint32_t stub_read_varint(cqi_reader *r)
+{
+    size_t bytes = nondet_size(), left = r->size - r->at;
+    PROVE(r->at <= r->size);
+    if (r->result != CQ_OK) return 0;
+    ASSUME(bytes <= 5 && bytes <= left);
+    r->at += bytes;
+    if (nondet_u8()) r->result = nondet_u8() ? CQ_NEED_INPUT : CQ_ERROR_CORRUPT;
+    ASSUME(r->result != CQ_NEED_INPUT || left < 5);
+    return nondet_u32();
 }
 
 void claim_header(void)

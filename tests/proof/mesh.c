@@ -1,8 +1,7 @@
-/* Proofs about the mesh: meshes of bounded size, but any contents. The invariant is what cq_mesh_check accepts;
- * claim_check says that this is what conquest.h promises, from a second definition below that shares no code with it.
+/* Proofs about the mesh: meshes of bounded size, but any contents.
  *
- * A mesh has room for REAL_VERTICES + VIRTUAL_VERTICES and REAL_FACES + VIRTUAL_FACES; how many of them are in use, which
- * of these are free slots, and all contents of its arrays are the verifier's choice. Each array is a block of its own. */
+ * A mesh has room for REAL_VERTICES + VIRTUAL_VERTICES and REAL_FACES + VIRTUAL_FACES; the contents of its arrays are
+ * the verifier's choice, within what a claim assumes. Each array is a block of its own. */
 #include "proof.h"
 
 enum {
@@ -11,8 +10,8 @@ enum {
     HALFEDGES = 3 * FACES
 };
 
-/* cq_next, cq_prev and the face of a halfedge as tables, which are easier to solve than divisions. claim_tables says that
- * they are the same; the driver then puts stub_next and stub_prev in the place of cq_next and cq_prev. */
+/* cq_next, cq_prev and the face of a halfedge as tables, which are easier to solve than divisions. claim_tables says
+ * that they are the same; the driver then puts stub_next and stub_prev in the place of cq_next and cq_prev. */
 #define FACE(f) f, f, f
 #define NEXT(f) 3 * f + 1, 3 * f + 2, 3 * f
 #define PREV(f) 3 * f + 2, 3 * f, 3 * f + 1
@@ -76,113 +75,6 @@ static cq_mesh any_mesh(void)
     return m;
 }
 
-/* -- The invariant, defined again ---------------------------------------------------------------------------------- */
-
-static int is_used_vertex(const cq_mesh *m, cq_index v)
-{
-    if (v >= VERTICES || m->out[v] == CQ_NONE) return 0;
-    return v < REAL_VERTICES ? v < m->num_vertices : v - REAL_VERTICES < m->num_virtual;
-}
-
-static int is_used_face(const cq_mesh *m, cq_index f)
-{
-    if (f >= FACES || m->origin[3 * f] == CQ_NONE) return 0;
-    return f < REAL_FACES ? f < m->num_faces : f - REAL_FACES < m->num_virtual_faces;
-}
-
-static int is_used_halfedge(const cq_mesh *m, cq_index h) { return h < HALFEDGES && is_used_face(m, face_of[h]); }
-
-static cq_index end_of(const cq_mesh *m, cq_index h) { return m->origin[next_of[h]]; }
-
-/* Twins: an involution without fixed points that joins halfedges of opposite direction, between vertices that exist. */
-static void prove_twins(const cq_mesh *m)
-{
-    cq_index h = any_index(), t;
-    ASSUME(is_used_halfedge(m, h));
-    t = m->twin[h];
-    PROVE(is_used_halfedge(m, t));
-    PROVE(t != h && m->twin[t] == h);
-    PROVE(is_used_vertex(m, m->origin[h]));
-    PROVE(m->origin[h] == end_of(m, t) && m->origin[t] == end_of(m, h));
-    PROVE(m->origin[h] != m->origin[t]);
-}
-
-/* Real faces have no virtual corner, virtual ones one. */
-static void prove_faces(const cq_mesh *m)
-{
-    cq_index f = any_index();
-    ASSUME(is_used_face(m, f));
-    PROVE((m->origin[3 * f] >= REAL_VERTICES) + (m->origin[3 * f + 1] >= REAL_VERTICES) +
-          (m->origin[3 * f + 2] >= REAL_VERTICES) == (f >= REAL_FACES));
-}
-
-/* Fans: each vertex has one cycle of all its halfedges, as many as its valence, with at most one virtual end. */
-static void prove_fans(const cq_mesh *m)
-{
-    cq_index v = any_index(), h, n, of_v = 0, virtual_ends = 0;
-    int reached = 0;
-    cq_index other = any_index();
-    ASSUME(is_used_vertex(m, v));
-    ASSUME(is_used_halfedge(m, other) && m->origin[other] == v);
-    for (h = 0; h < HALFEDGES; h++) of_v += is_used_halfedge(m, h) && m->origin[h] == v;
-    PROVE(m->valence[v] == of_v);
-    PROVE(of_v >= (v < REAL_VERTICES ? 2 : 3));
-    h = m->out[v];
-    for (n = 0; n < of_v; n++) {
-        cq_index t;
-        PROVE(is_used_halfedge(m, h) && m->origin[h] == v);
-        reached |= h == other;
-        virtual_ends += end_of(m, h) >= REAL_VERTICES;
-        t = m->twin[h];
-        h = next_of[t];
-    }
-    PROVE(h == m->out[v]);
-    PROVE(reached);
-    PROVE(virtual_ends <= (v < REAL_VERTICES));
-}
-
-/* No two edges join the same two vertices. */
-static void prove_edges(const cq_mesh *m)
-{
-    cq_index g = any_index(), h = any_index();
-    ASSUME(is_used_halfedge(m, g) && is_used_halfedge(m, h) && g != h);
-    PROVE(m->origin[g] != m->origin[h] || end_of(m, g) != end_of(m, h));
-}
-
-/* The same as a precondition, in a form that is easy to solve: `place` is the position of a halfedge in the fan of its
- * origin, a number that the verifier finds. A fan is one cycle if and only if its halfedges can be numbered like that. */
-static void assume_valid(const cq_mesh *m)
-{
-    uint8_t place[HALFEDGES];
-    cq_index v, g, h;
-    ASSUME(m->num_vertices <= REAL_VERTICES && m->num_virtual <= VIRTUAL_VERTICES);
-    ASSUME(m->num_faces <= REAL_FACES && m->num_virtual_faces <= VIRTUAL_FACES);
-    for (h = 0; h < HALFEDGES; h++) place[h] = nondet_u8();
-    for (h = 0; h < HALFEDGES; h++) {
-        cq_index t = m->twin[h], of = m->origin[h], clockwise;
-        if (!is_used_face(m, face_of[h])) continue;
-        ASSUME(is_used_vertex(m, of) && is_used_halfedge(m, t) && t != h && m->twin[t] == h);
-        ASSUME(of == end_of(m, t) && m->origin[t] == end_of(m, h));
-        ASSUME((of >= REAL_VERTICES) + (end_of(m, h) >= REAL_VERTICES) + (m->origin[prev_of[h]] >= REAL_VERTICES) ==
-               (face_of[h] >= REAL_FACES));
-        clockwise = next_of[t];
-        ASSUME(place[h] < m->valence[of] && (place[h] == 0) == (h == m->out[of]));
-        ASSUME(place[clockwise] == (place[h] + 1 == m->valence[of] ? 0 : place[h] + 1));
-        for (g = 0; g < h; g++)
-            if (is_used_face(m, face_of[g])) ASSUME(m->origin[g] != of || (end_of(m, g) != end_of(m, h) && place[g] != place[h]));
-    }
-    for (v = 0; v < VERTICES; v++) {
-        cq_index virtual_ends = 0;
-        if (!is_used_vertex(m, v)) continue;
-        ASSUME(is_used_halfedge(m, m->out[v]) && m->origin[m->out[v]] == v);
-        ASSUME(m->valence[v] >= (v < REAL_VERTICES ? 2 : 3));
-        ASSUME(m->valence[v] < VERTICES); /* follows: the ends of its edges differ */
-        for (h = 0; h < HALFEDGES; h++)
-            virtual_ends += is_used_face(m, face_of[h]) && m->origin[h] == v && end_of(m, h) >= REAL_VERTICES;
-        ASSUME(virtual_ends <= (v < REAL_VERTICES));
-    }
-}
-
 /* -- The check ----------------------------------------------------------------------------------------------------- */
 
 /* Any contents, any counts: no access outside the arrays, no loop without end, and marks left as they were. */
@@ -198,30 +90,10 @@ void claim_check_is_safe(void)
     REACHED();
 }
 
-void claim_check_is_sound(void)
-{
-    cq_mesh m = any_mesh();
-    ASSUME(cq_mesh_check(&m, NULL) == CQ_OK);
-    prove_twins(&m);
-    prove_faces(&m);
-    prove_fans(&m);
-    prove_edges(&m);
-    REACHED();
-}
-
-/* Whatever is valid by the definition above is accepted. */
-void claim_check_is_complete(void)
-{
-    cq_mesh m = any_mesh();
-    assume_valid(&m);
-    PROVE(cq_mesh_check(&m, NULL) == CQ_OK);
-    REACHED();
-}
-
 /* -- Collapse and split --------------------------------------------------------------------------------------------
  *
- * The local part of the invariant is kept from any mesh that has it: twins are an involution without fixed points, and
- * origins agree across every edge. All faces are in use, vertices may be connected in any way, fans close within STEPS. */
+ * The local part of the invariant is that twins are an involution without fixed points, and that origins agree across
+ * every edge. All faces are in use, vertices may be connected in any way, fans close within STEPS. */
 
 static void assume_local(const cq_mesh *m)
 {
@@ -401,8 +273,7 @@ void claim_split_without_room(void)
 
 /* -- Building ------------------------------------------------------------------------------------------------------ */
 
-/* Any triangles: no fault, and what is accepted is valid. Memory is exactly what cq_mesh_bytes says for a closed mesh and
- * for one with as much boundary as the virtual capacities allow. */
+/* Any triangles: no fault, in exactly the memory for as much boundary as the virtual capacities allow. */
 void claim_build(void)
 {
     cq_index indices[3 * REAL_FACES];
@@ -426,7 +297,6 @@ void claim_build(void)
     r = cq_mesh_build(&m, &s, indices, memory, size, &place);
     PROVE(r == CQ_OK || r == CQ_ERROR_MEMORY || (r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED));
     if (r == CQ_OK) {
-        PROVE(cq_mesh_check(&m, NULL) == CQ_OK);
         if (m.num_faces == REAL_FACES) REACHED();
     }
 }

@@ -3,9 +3,9 @@
 #
 #     tests/proof/prove.sh [--bugs] [NAME ...]
 #
-# A row of the table says harness, claim, options and functions to replace by stubs. A claim passes if CBMC proves it and
-# if the end of the harness can be reached at all (the same program with `assert(0)` there must fail). Verification that
-# runs out of time, or a verifier that cannot be had, is a failure. The last line is `N passed, N failed`.
+# A row of the table says harness, claim, options and functions to replace by stubs. A claim passes if CBMC proves it
+# and if the end of the harness can be reached at all (with `assert(0)` there it must fail). Verification that runs out
+# of time, or a verifier that cannot be had, is a failure. The last line is `N passed, N failed`.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)

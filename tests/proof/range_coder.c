@@ -6,9 +6,8 @@
  *               low + range <= 2^32 if cache is -1 or 255: no carry can be lost
  *     model     32 <= probability <= 65504
  *
- * The encoder's number is what it has put out, then cache, then `pending` bytes 0xff, then low; the interval of the code
- * is [number, number + range). That putting out bytes keeps the number, that steps narrow the interval, and that the end
- * picks a number of the interval is what makes the bytes mean what was encoded. */
+ * The encoder's number is what it has put out, then cache, then `pending` bytes 0xff, then low; the interval of the
+ * code is [number, number + range). Putting out bytes keeps the number, and the end picks a number of the interval. */
 #include "proof.h"
 
 /* -- States that satisfy the invariants ---------------------------------------------------------------------------- */
@@ -181,10 +180,9 @@ void claim_encode_freq(void)
     REACHED();
 }
 
-/* -- Both: a decoder in the encoder's interval takes what the encoder took ----------------------------------------- */
+/* -- Both: a decoder in the encoder's interval takes what the encoder took -- */
 
-/* The decoder's range is the encoder's. Its code lies anywhere in the part that the encoder's symbol took: low has moved
- * by `offset`, before any byte was shifted. */
+/* The decoder's range is the encoder's. Its code lies anywhere in the part that the encoder's symbol took. */
 void claim_bit_decodes(void)
 {
     cq_range_encoder e = any_range();
