@@ -75,21 +75,6 @@ static cq_mesh any_mesh(void)
     return m;
 }
 
-/* -- The check ----------------------------------------------------------------------------------------------------- */
-
-/* Any contents, any counts: no access outside the arrays, no loop without end, and marks left as they were. */
-void claim_check_is_safe(void)
-{
-    cq_mesh m = any_mesh();
-    cq_place place;
-    cq_result r = cq_mesh_check(&m, &place);
-    cq_index v = any_index();
-    ASSUME(v < VERTICES);
-    PROVE(r == CQ_OK || (r <= CQ_ERROR_INDEX && r >= CQ_ERROR_VERTEX));
-    PROVE(m.mark[v] == 0);
-    REACHED();
-}
-
 /* -- Collapse and split --------------------------------------------------------------------------------------------
  *
  * The local part of the invariant is that twins are an involution without fixed points, and that origins agree across
@@ -103,16 +88,6 @@ static void assume_local(const cq_mesh *m)
         ASSUME(t < HALFEDGES && t != h && m->origin[h] < VERTICES);
         ASSUME(m->twin[t] == h && m->origin[next_of[t]] == m->origin[h]);
     }
-}
-
-static void prove_local(const cq_mesh *m)
-{
-    cq_index h = any_index(), t;
-    ASSUME(h < HALFEDGES && m->origin[face_of[h] * 3] != CQ_NONE);
-    t = m->twin[h];
-    PROVE(t < HALFEDGES && t != h && m->origin[h] < VERTICES);
-    PROVE(m->origin[face_of[t] * 3] != CQ_NONE);
-    PROVE(m->twin[t] == h && m->origin[next_of[t]] == m->origin[h]);
 }
 
 /* All that the absence of faults needs: numbers in range, fans that close within STEPS. */
@@ -200,62 +175,6 @@ void claim_split_is_safe(void)
     if (b != CQ_NONE) REACHED();
 }
 
-/* Apexes that differ from both ends are what the link condition gives. */
-void claim_collapse_keeps_local(void)
-{
-    cq_mesh m = any_local_mesh();
-    cq_index h = any_halfedge(), g = m.twin[h], a = m.origin[h], b = m.origin[g], p, q, first, last;
-    p = m.origin[prev_of[h]];
-    q = m.origin[prev_of[g]];
-    ASSUME(face_of[g] != face_of[h] && a != b && p != a && p != b && q != a && q != b && p != q);
-    ASSUME(face_of[m.twin[next_of[h]]] != face_of[g] && face_of[m.twin[prev_of[h]]] != face_of[g]);
-    ASSUME(m.twin[next_of[h]] != prev_of[h] && m.twin[next_of[g]] != prev_of[g]);
-    assume_fan(&m, g);
-    ASSUME(a < m.first_virtual && b < m.first_virtual);
-    cq_mesh_collapse(&m, h, &first, &last);
-    prove_local(&m);
-    PROVE(m.origin[first] == a && m.origin[last] == a);
-    PROVE(m.origin[next_of[first]] == p && m.origin[next_of[last]] == q);
-    PROVE(m.out[b] == CQ_NONE && m.free_vertex == b && m.free_face != CQ_NONE);
-    REACHED();
-}
-
-/* Two spokes of one fan; the last real vertex and the last two real faces are the room that the split needs. */
-void claim_split_keeps_local(void)
-{
-    cq_mesh m = any_mesh();
-    cq_index h, first = any_index(), last = any_index(), a, b, p, q, s, n;
-    const cq_index faces = REAL_FACES - 2;
-    for (h = 0; h < 3 * faces; h++) {
-        cq_index t = m.twin[h];
-        ASSUME(t < 3 * faces && t != h && m.origin[h] < REAL_VERTICES - 1);
-        ASSUME(m.twin[t] == h && m.origin[next_of[t]] == m.origin[h]);
-    }
-    m.num_vertices = REAL_VERTICES - 1;
-    m.num_virtual = VIRTUAL_VERTICES;
-    m.num_faces = faces;
-    m.num_virtual_faces = VIRTUAL_FACES;
-    ASSUME(first < 3 * faces && last < 3 * faces && first != last && m.origin[first] == m.origin[last]);
-    ASSUME(m.twin[first] != last);
-    n = 0;
-    s = first;
-    do {
-        s = next_of[m.twin[s]];
-        n++;
-    } while (s != last && n < STEPS);
-    ASSUME(s == last);
-    a = m.origin[first];
-    p = m.origin[next_of[first]];
-    q = m.origin[next_of[last]];
-    ASSUME(m.valence[a] >= n && m.valence[a] < 100 && m.valence[p] < 100 && m.valence[q] < 100);
-    b = cq_mesh_split(&m, first, last);
-    PROVE(b == REAL_VERTICES - 1 && m.num_vertices == REAL_VERTICES && m.num_faces == REAL_FACES);
-    prove_local(&m);
-    PROVE(m.valence[b] == n + 2 && m.origin[m.out[a]] == a && m.origin[m.out[b]] == b);
-    PROVE(m.origin[last] == b && m.origin[first] == a);
-    REACHED();
-}
-
 /* No room, or a virtual vertex: nothing changes. */
 void claim_split_without_room(void)
 {
@@ -269,34 +188,4 @@ void claim_split_without_room(void)
     PROVE(m.origin[k] == origin && m.twin[k] == twin && m.valence[v] == valence && m.out[v] == out);
     PROVE(m.num_vertices == REAL_VERTICES && m.num_faces == REAL_FACES);
     REACHED();
-}
-
-/* -- Building ------------------------------------------------------------------------------------------------------ */
-
-/* Any triangles: no fault, in exactly the memory for as much boundary as the virtual capacities allow. */
-void claim_build(void)
-{
-    cq_index indices[3 * REAL_FACES];
-    cq_mesh m;
-    cq_shape s, room;
-    cq_place place;
-    cq_result r;
-    void *memory;
-    size_t size, k;
-    memset(&s, 0, sizeof s);
-    s.num_vertices = nondet_u32();
-    s.num_faces = nondet_u32();
-    ASSUME(s.num_vertices <= REAL_VERTICES && s.num_faces <= REAL_FACES);
-    for (k = 0; k < 3 * REAL_FACES; k++) indices[k] = any_index();
-    room = s;
-    room.num_boundary_loops = VIRTUAL_VERTICES;
-    room.num_boundary_edges = VIRTUAL_FACES;
-    size = cq_mesh_bytes(&room);
-    memory = malloc(size);
-    ASSUME(memory != NULL);
-    r = cq_mesh_build(&m, &s, indices, memory, size, &place);
-    PROVE(r == CQ_OK || r == CQ_ERROR_MEMORY || (r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED));
-    if (r == CQ_OK) {
-        if (m.num_faces == REAL_FACES) REACHED();
-    }
 }

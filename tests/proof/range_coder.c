@@ -133,18 +133,6 @@ void claim_decode_freq(void)
     REACHED();
 }
 
-void claim_decode_raw(void)
-{
-    cq_range_decoder d = any_decoder();
-    int bits = any_between(0, 32);
-    size_t count = d.count;
-    uint32_t value = cq_decode_raw(&d, bits);
-    PROVE(bits == 32 || value >> bits == 0);
-    PROVE(decoder_holds(&d));
-    PROVE(d.count - count <= 4);
-    REACHED();
-}
-
 /* -- The encoder --------------------------------------------------------------------------------------------------- */
 
 void claim_encoder_init(void)
