@@ -72,7 +72,8 @@ everything() {
     for source in fuzz/*.c; do
         name=$(basename "${source%.c}")
         [ "$name" = work ] && continue
-        "$clang" -std=c99 "${flags[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" -c "$source" -o "$work/$name.o" || return 1
+        "$clang" -std=c99 "${flags[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" -c "$source" -o "$work/$name.o" ||
+            return 1
         objects+=("$work/$name.o")
     done
     build fuzz "${objects[@]}" && run fuzz && export_counts fuzz

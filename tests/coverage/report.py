@@ -1,8 +1,8 @@
 """Adds up coverage of the header over all programs: report.py HEADER EXPORT.json ...
 
-A line is covered if every region that begins on it ran in some program; a branch if both its outcomes were taken. A line
-that ends in the comment `/* unreachable: why */` says that one outcome of its branches, or the line itself, cannot happen;
-these marks are counted, and one that is wrong, because all of its line is reached, is a failure. Ends with
+A line is covered if every region that begins on it ran in some program; a branch if both its outcomes were taken. A
+line that ends in the comment `/* unreachable: why */` says that one outcome of its branches, or the line itself, cannot
+happen; these marks are counted, and one that is wrong, because all of its line is reached, is a failure. Ends with
 `N passed, N failed`; passes are lines and branches within the two limits.
 """
 import json

@@ -5,8 +5,8 @@
 #     tests/mutation/mutation.sh only NUMBER ...
 #
 # Each mutant of mutate.py is built into the programs of `stages`, one after the other until one of them fails, prints
-# something else than with the header as it is, or runs out of time: then the mutant is killed. A mutant that does not
-# compile is none. Survivors that change nothing that anybody could see are listed in explained.txt, with the reason, and
+# something else than with the header as it is, or runs out of time: then it is killed. A mutant that does not compile is
+# none. Survivors that change nothing that anybody could see are listed in explained.txt, with the reason, and
 # do not count. The last line is `N passed, N failed`: 1 passed if at least 95 % were killed; survivors are printed.
 set -u
 shopt -s nullglob

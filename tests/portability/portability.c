@@ -4,9 +4,9 @@
  *
  * For each mesh of the files and some that are made here, with and without positions: size and hash of the stream, hash
  * of the order of the vertices, and of what a decoder has after every quarter of the stream and at its end. Numbers are
- * hashed as 32-bit little-endian words whatever the machine, and coordinates are read without floating point, so that all
- * machines, compilers and index widths must print the same. C99 and C++. The exit status is 0 only if every decoded mesh
- * is valid and, at the end, has the values that were encoded. */
+ * hashed as 32-bit little-endian words whatever the machine, and coordinates are read without floating point, so that
+ * all machines, compilers and index widths must print the same. C99 and C++. The exit status is 0 only if every decoded
+ * mesh is valid and, at the end, has the values that were encoded. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
