@@ -12,14 +12,14 @@
 #include <stdlib.h>
 
 #define ASSUME(condition) __CPROVER_assume(condition)
-#define PROVE(condition) __CPROVER_assert(condition, #condition)
 #ifdef PROOF_REACH
+#define PROVE(condition) ((void)(condition))
 #define REACHED() __CPROVER_assert(0, "reached")
 #else
+#define PROVE(condition) __CPROVER_assert(condition, #condition)
 #define REACHED() ((void)0)
-#endif
-
 #define CQ_ASSERT(condition) __CPROVER_assert(condition, "CQ_ASSERT(" #condition ")")
+#endif
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 

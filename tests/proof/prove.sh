@@ -18,6 +18,9 @@ mkdir -p "$work"
 checks=(--bounds-check --pointer-check --div-by-zero-check --signed-overflow-check --undefined-shift-check
     --pointer-overflow-check --pointer-primitive-check --unwinding-assertions --slice-formula --drop-unused-functions)
 
+# To see that the end of a harness is reached, nothing else is asked.
+reach=(--no-standard-checks --no-unwinding-assertions --slice-formula --drop-unused-functions)
+
 # The cells of a table whose first cell is `name`, one row a line, separated by tabs.
 rows() { # file
     sed -n 's/^| `\(.*\) |$/\1/p' "$1" | sed 's/` | `/\t/g; s/` | /\t/; s/ | `/\t/g; s/`$//'
@@ -25,10 +28,11 @@ rows() { # file
 
 # Prints proved, refuted or what else happened.
 verify() { # include-directory harness claim replace options...
-    local include=$1 harness=$2 claim=$3 replace=$4 defines=() options=() stubs=() option
+    local include=$1 harness=$2 claim=$3 replace=$4 defines=() options=() stubs=() option asked=("${checks[@]}")
     shift 4
     for option; do
         case $option in
+        -DPROOF_REACH) defines+=("$option") asked=("${reach[@]}") ;;
         -D*) defines+=("$option") ;;
         kissat) options+=(--external-sat-solver "$tools/bin/kissat") ;;
         *) options+=("$option") ;;
@@ -41,7 +45,7 @@ verify() { # include-directory harness claim replace options...
         "$tools/bin/goto-instrument" "${stubs[@]}" "$work/model.gb" "$work/model.gb" >>"$work/$claim.log" 2>&1 ||
             { echo "not instrumented"; return; }
     fi
-    timeout "$limit" "$tools/bin/cbmc" "$work/model.gb" "${checks[@]}" "${options[@]}" >"$work/$claim.log" 2>&1
+    timeout "$limit" "$tools/bin/cbmc" "$work/model.gb" "${asked[@]}" "${options[@]}" >"$work/$claim.log" 2>&1
     case $? in
     0) grep -q '^VERIFICATION SUCCESSFUL' "$work/$claim.log" && echo proved || echo "no verdict" ;;
     10) echo refuted ;;
