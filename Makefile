@@ -115,7 +115,8 @@ build/generated/torus_270x135.off: build/meshgen
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples embedded meshes reference fuzz fuzz-16 fuzz-msan fuzz-work $(CGAL) $(EXHAUSTIVE) \
+TESTS = headers ref_data examples embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+    $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
 
@@ -124,7 +125,8 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 	@$(MAKE) --no-print-directory run
 
 # What takes longer than a test may: make verify.
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
+    proof proof-bugs portability-all coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -134,7 +136,7 @@ cgal: deps build/meshes ## compares each split of real and random meshes with CG
 exhaustive: deps ## all small spheres, tori and discs with every first gate, all their splits, all small payloads
 	@$(MAKE) --no-print-directory run LOGS='$(EXHAUSTIVE:%=build/log/%.log)'
 
-verify: deps build/meshes ## runs what takes longer than a test may: all spheres of 11 and 12 vertices, ...
+verify: verify-deps build/meshes ## what takes hours: larger spheres, proofs, other machines, coverage, mutants
 	@$(MAKE) --no-print-directory run LOGS='$(VERIFY_LOGS)'
 
 # Runs the tests of $(LOGS), whatever ran before.
@@ -186,9 +188,17 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES)
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
+    $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
+
+# For -m32 (not gcc-multilib, which conflicts with the cross compilers), and for a big-endian machine.
+GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
+PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
+    libc6-dev-s390x-cross qemu-user
+VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 # $(call install,PACKAGES): those that are missing
@@ -201,6 +211,10 @@ endef
 
 deps: ## installs what the tests need, if missing (Debian and Ubuntu)
 	$(call install,$(PACKAGES))
+
+.PHONY: verify-deps
+verify-deps: deps ## installs what `make verify` needs beside that
+	$(call install,$(VERIFY_PACKAGES))
 
 build/log/ref_data.log: build/cqm build/meshgen
 	@mkdir -p $(@D)
@@ -323,6 +337,59 @@ build/log/cgal/splits.log: build/tests/cgal/splits build/meshes
 
 build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
 	$(call RUN_TO_LOG,$< 1000 $(OFF_MANIFOLDS))
+
+# -- Verification --------------------------------------------------------------------------------------------------
+#
+# What takes too long for `make test`. Each target also runs alone; all end with `N passed, N failed`.
+
+.PHONY: proof proof-bugs portability mutation coverage
+
+proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
+	@tests/proof/prove.sh
+
+proof-bugs: ## plants bugs into the header and checks that the proofs fail
+	@tests/proof/prove.sh --bugs
+
+portability: verify-deps ## compares streams and decoded meshes of all compilers, options and emulated machines
+	@CLANG=$(CLANG) tests/portability/portability.sh all
+
+build/log/portability.log: $(HEADER) $(wildcard tests/portability/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/portability/portability.sh native >$@ 2>&1 || true
+	@echo "portability: $$(tail -n 1 $@)"
+
+build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/portability/portability.sh all >$@ 2>&1 || true
+	@echo "portability-all: $$(tail -n 1 $@)"
+
+mutation: deps ## 300 small changes of the header: do the tests notice? MUTANTS=n for another number
+	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS)
+
+MUTANTS = 300
+
+build/log/mutation.log: $(HEADER) $(wildcard tests/mutation/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS) >$@ 2>&1 || true
+	@echo "mutation: $$(tail -n 1 $@)"
+
+coverage: verify-deps ## lines and branches of the header that the tests reach; fails below 100 % and 98 %
+	@CLANG=$(CLANG) tests/coverage/coverage.sh
+
+build/log/coverage.log: $(HEADER) $(wildcard tests/coverage/* tests/unit/* tests/property/*)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/coverage/coverage.sh >$@ 2>&1 || true
+	@echo "coverage: $$(tail -n 1 $@)"
+
+build/log/proof.log: $(HEADER) $(wildcard tests/proof/*)
+	@mkdir -p $(@D)
+	@tests/proof/prove.sh >$@ 2>&1 || true
+	@echo "proof: $$(tail -n 1 $@)"
+
+build/log/proof-bugs.log: $(HEADER) $(wildcard tests/proof/*)
+	@mkdir -p $(@D)
+	@tests/proof/prove.sh --bugs >$@ 2>&1 || true
+	@echo "proof-bugs: $$(tail -n 1 $@)"
 
 # -- Fuzzing -------------------------------------------------------------------------------------------------------
 #

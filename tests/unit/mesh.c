@@ -531,6 +531,32 @@ TEST(a_second_try_with_the_memory_that_the_shape_asks_for_succeeds) {
     unbuild(&b);
 }
 
+/* With 16-bit indices the triangles can be numbered, but not the vertices that close their loops. */
+TEST(a_boundary_that_cannot_be_numbered_is_too_large) {
+    enum { LOOSE = 6000 };
+    triangles t = triangles_none();
+    cq_shape shape;
+    cq_mesh mesh;
+    size_t size;
+    void *memory;
+    uint32_t k;
+    exact_free(t.indices);
+    t.indices = (cq_index *)exact_alloc(3 * LOOSE * sizeof(cq_index));
+    for (k = 0; k < 3 * LOOSE; ++k) t.indices[k] = (cq_index)k;
+    memset(&shape, 0, sizeof shape);
+    shape.num_vertices = 3 * LOOSE;
+    shape.num_faces = LOOSE;
+    size = cq_mesh_bytes(&shape);
+    CHECK(size > 0);
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_mesh_build(&mesh, &shape, t.indices, memory, size, NULL),
+             CQ_INDEX_BITS == 16 ? CQ_ERROR_TOO_LARGE : CQ_ERROR_MEMORY);
+    CHECK_EQ(shape.num_boundary_loops, LOOSE);
+    CHECK_EQ(cq_mesh_bytes(&shape) == 0, CQ_INDEX_BITS == 16);
+    exact_free(memory);
+    triangles_free(&t);
+}
+
 TEST(more_memory_than_needed_does_no_harm) {
     triangles t = triangles_disc(5);
     cq_shape shape;
@@ -1565,6 +1591,7 @@ int main(int argc, char **argv) {
     RUN(a_vertex_without_a_face_is_an_error_at_that_vertex);
     RUN(one_byte_less_memory_is_an_error_and_the_shape_tells_the_need);
     RUN(a_second_try_with_the_memory_that_the_shape_asks_for_succeeds);
+    RUN(a_boundary_that_cannot_be_numbered_is_too_large);
     RUN(more_memory_than_needed_does_no_harm);
     RUN(misaligned_memory_is_an_error);
     RUN(null_arguments_of_build_are_an_error);

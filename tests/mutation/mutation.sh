@@ -1,0 +1,168 @@
+#!/bin/bash
+# Mutation testing: how many small changes of the header do the tests notice?
+#
+#     tests/mutation/mutation.sh [COUNT]      a sample of 300, or of COUNT
+#     tests/mutation/mutation.sh only NUMBER ...
+#
+# Each mutant of mutate.py is built into the programs of `stages`, one after the other until one of them fails, prints
+# something else than with the header as it is, or runs out of time: then it is killed. A mutant that does not compile is
+# none. Survivors that change nothing that anybody could see are listed in explained.txt, with the reason, and
+# do not count. The last line is `N passed, N failed`: 1 passed if at least 95 % were killed; survivors are printed.
+set -u
+shopt -s nullglob
+cd "$(dirname "$0")/../.." || exit 1
+root=$PWD
+clang=${CLANG:-clang-19}
+work=build/mutation
+least=95
+limit=${MUTANT_SECONDS:-60}
+killed=0 survived=0 explained=0 invalid=0
+flags=(-O1 -w -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
+meshes=(ref_data/*.off ref_data/bad/*.off)
+mutate() { python3 tests/mutation/mutate.py include/conquest.h "$@"; }
+
+compile() { # include-directory program source... options
+    local include=$1 program=$2
+    shift 2
+    case $1 in
+    *.cpp) timeout 120 g++ -std=c++17 -I"$include" "${flags[@]}" "$@" -lrapidcheck -o "$program" ;;
+    *) timeout 120 "$clang" -std=c99 -I"$include" "${flags[@]}" "$@" -lm -o "$program" ;;
+    esac 2>"$program.log"
+}
+
+checked() { # include-directory program source... options: with sanitizers
+    compile "$@" -fsanitize=address,undefined -fno-sanitize-recover=all
+}
+
+# The stages, cheapest first; each prints what must be the same as without a mutant. 2: it does not compile.
+stage() { # name include-directory
+    local program=$work/program
+    case $1 in
+    portability)
+        compile "$2" "$program" tests/portability/portability.c || return 2
+        timeout "$limit" "$program" "${meshes[@]}"
+        ;;
+    unit/*)
+        checked "$2" "$program" "tests/$1.c" || return 2
+        timeout "$limit" "$program"
+        ;;
+    narrow)
+        checked "$2" "$program" tests/portability/portability.c -DCQ_INDEX_BITS=16 || return 2
+        timeout "$limit" "$program" "${meshes[@]}"
+        ;;
+    ref_data)
+        compile "$2" "$program" examples/cqm*.c examples/cqm/*.c examples/mesh_file.c || return 2
+        replay "$program"
+        ;;
+    fuzz)
+        fuzz_replay "$2" "$program"
+        ;;
+    property/*)
+        compile "$2" "$program" "tests/$1.cpp" || return 2
+        RC_PARAMS="seed=1" timeout "$limit" "$program"
+        ;;
+    esac
+}
+stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/decoder narrow ref_data fuzz
+    property/mesh property/codec)
+
+# Reports, levels and prefixes of the reference meshes.
+replay() { # program
+    local mesh
+    for mesh in ref_data/*.off; do
+        timeout "$limit" "$1" encode "$mesh" "$work/stream" || return 1
+        timeout "$limit" "$1" info --json "$work/stream" || return 1
+        timeout "$limit" "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
+        timeout "$limit" "$1" decode --quiet --bytes 80 "$work/stream" "$work/decoded.off"
+        sha256sum <"$work/decoded.off"
+    done
+}
+
+# The committed inputs, those of the operations and of hostile streams.
+fuzz_replay() { # include-directory program
+    local source name objects=()
+    for source in fuzz/*.c; do
+        name=$(basename "${source%.c}")
+        [ "$name" = work ] && continue
+        "$clang" -std=c99 -O1 -w -I"$1" -Iexamples -fsanitize=address,undefined -fno-sanitize-recover=all \
+            -DLLVMFuzzerTestOneInput="fuzz_$name" -c "$source" -o "$work/$name.o" || return 2
+        objects+=("$work/$name.o")
+    done
+    "$clang" -fsanitize=address,undefined "${objects[@]}" -lm -o "$2" && timeout 300 "$2"
+}
+
+# Prints the stage that notices the header in a directory, or `none`, or `invalid`.
+first_to_notice() { # include-directory
+    local name status
+    for name in "${stages[@]}"; do
+        stage "$name" "$1" >"$work/now" 2>&1 </dev/null
+        status=$?
+        if [ $status = 2 ] && [ "$name" = portability ]; then echo invalid; return; fi
+        if [ $status != 0 ] || ! cmp -s "$work/now" "$work/expected/$name"; then echo "$name"; return; fi
+    done
+    echo none
+}
+
+is_explained() { # column old new source
+    awk -F'\t' -v key="$1|$2|$3|$4" '!/^#/ && $1 "|" $2 "|" $3 "|" $4 == key { found = 1 } END { exit !found }' \
+        tests/mutation/explained.txt
+}
+
+try() { # number line column old new source
+    local by
+    mutate write "$1" "$work/mutant/conquest.h"
+    by=$(first_to_notice "$work/mutant")
+    case $by in
+    invalid) invalid=$((invalid + 1)) ;;
+    none)
+        if is_explained "$3" "$4" "$5" "$6"; then
+            explained=$((explained + 1)) by=explained
+        else
+            survived=$((survived + 1)) by='SURVIVED'
+        fi
+        ;;
+    *) killed=$((killed + 1)) ;;
+    esac
+    printf '%-16s %5d s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" $SECONDS "$1" "$2" "$3" "$4" "$5" "$6"
+}
+
+expect() {
+    local name
+    for name in "${stages[@]}"; do
+        mkdir -p "$(dirname "$work/expected/$name")"
+        stage "$name" "$root/include" >"$work/expected/$name" 2>&1 </dev/null
+        case $? in
+        0) ;;
+        *) echo "without a mutant, stage $name fails"; tail -n 3 "$work/expected/$name"; return 1 ;;
+        esac
+        stage "$name" "$root/include" >"$work/now" 2>&1 </dev/null
+        if ! cmp -s "$work/now" "$work/expected/$name"; then
+            echo "without a mutant, stage $name does not print the same twice"
+            return 1
+        fi
+    done
+}
+
+rm -rf "$work"
+mkdir -p "$work/mutant" "$work/expected"
+if ! expect; then
+    echo "0 passed, 1 failed"
+    exit 1
+fi
+if [ "${1:-}" = only ]; then
+    shift
+    list=$(for number; do mutate list | grep "^$number	"; done)
+else
+    list=$(mutate sample "${1:-300}")
+fi
+while IFS=$'\t' read -r number line column old new source; do
+    try "$number" "$line" "$column" "$old" "$new" "$source"
+done <<<"$list"
+total=$((killed + survived))
+echo "$killed of $total killed, $explained changed nothing, $invalid did not compile"
+if [ $total -gt 0 ] && [ $((100 * killed)) -ge $((least * total)) ]; then
+    echo "1 passed, 0 failed"
+else
+    echo "0 passed, 1 failed"
+    exit 1
+fi

@@ -1,0 +1,95 @@
+/* Proofs about what is read from the start of a stream: any bytes, in a block of exactly their number, so that no read
+ * goes past them. */
+#include "proof.h"
+
+void claim_crc(void)
+{
+    size_t size = nondet_size();
+    ASSUME(size <= MAX_SIZE);
+    cqi_crc32(nondet_u32(), any_bytes(size), size);
+    REACHED();
+}
+
+/* A reader somewhere in its bytes, with any result so far. */
+static cqi_reader any_reader(size_t max_size)
+{
+    cqi_reader r;
+    r.size = nondet_size();
+    ASSUME(r.size <= max_size);
+    r.data = any_bytes(r.size);
+    r.at = nondet_size();
+    r.result = (cq_result)any_between(CQ_ERROR_CHECKSUM, CQ_TRUNCATED);
+    ASSUME(r.at <= r.size);
+    return r;
+}
+
+/* One number of 1 to 4 bytes: what the stub below does, and nothing else. */
+void claim_read_uint(void)
+{
+    cqi_reader r = any_reader(8), before = r;
+    int bytes = any_between(1, 4);
+    uint32_t value = cqi_read_uint(&r, bytes);
+    PROVE(r.size == before.size && r.data == before.data && r.at <= r.size);
+    if (before.size - before.at < (size_t)bytes) {
+        PROVE(r.at == r.size && value == 0);
+        PROVE(r.result == (before.result == CQ_OK ? CQ_NEED_INPUT : before.result));
+    } else {
+        PROVE(r.at == before.at + (size_t)bytes && r.result == before.result);
+        PROVE(bytes == 4 || value >> 8 * bytes == 0);
+        REACHED();
+    }
+}
+
+/* At most five bytes; a number that is not in its shortest form, or needs more than 32 bits, is corrupt. */
+void claim_varint(void)
+{
+    cqi_reader r = any_reader(8);
+    size_t at = r.at;
+    uint32_t value;
+    ASSUME(r.result == CQ_OK);
+    value = cqi_read_varint(&r);
+    PROVE(r.at <= r.size && r.at - at <= 5);
+    PROVE(r.result != CQ_NEED_INPUT || r.size - at < 5);
+    PROVE(r.result == CQ_OK || r.result == CQ_NEED_INPUT || r.result == CQ_ERROR_CORRUPT);
+    if (r.result == CQ_OK) {
+        uint8_t again[5], *to = again;
+        size_t k;
+        cqi_write_varint(&to, value);
+        PROVE((size_t)(to - again) == r.at - at);
+        for (k = 0; k < r.at - at; k++) PROVE(r.data[at + k] == again[k]);
+        REACHED();
+    }
+}
+
+/* Counts of any 24 bytes: the number of faces that they imply is in range, and comes from the Euler formula. */
+void claim_counts(void)
+{
+    cqi_reader r = any_reader(24);
+    size_t at = r.at;
+    cq_shape s;
+    cq_result result;
+    memset(&s, 0, sizeof s);
+    ASSUME(r.result == CQ_OK);
+    result = cqi_read_counts(&r, &s);
+    PROVE(r.at <= r.size && r.at - at <= 20 && (result != CQ_OK || r.result == CQ_OK));
+    PROVE(r.result != CQ_NEED_INPUT || r.size - at < 20);
+    PROVE(result == CQ_OK || result == CQ_NEED_INPUT || result == CQ_ERROR_CORRUPT);
+    if (result == CQ_OK) {
+        PROVE(s.num_boundary_edges / 3 >= s.num_boundary_loops);
+        PROVE((2 * (uint64_t)s.num_vertices + 2 * (uint64_t)s.num_boundary_loops - s.num_faces - s.num_boundary_edges) %
+              4 == 0);
+        REACHED();
+    }
+}
+
+/* A channel of any 32 bytes: at most 23 are read, whatever number of components the stream names. */
+void claim_channel(void)
+{
+    cqi_reader r = any_reader(32);
+    size_t at = r.at;
+    cq_channel c;
+    memset(&c, 0, sizeof c);
+    cqi_read_channel(&r, &c);
+    PROVE(r.at <= r.size && r.at - at <= 23);
+    if (r.result == CQ_OK && cqi_channel_is_valid(&c)) REACHED();
+}

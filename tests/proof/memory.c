@@ -1,0 +1,99 @@
+/* Proofs about memory: computing the sizes never wraps around, for any shape, in 64 and in 32 bits of size_t, with
+ * 16-bit and with 32-bit indices; and what is laid out fits the sizes, for shapes of bounded counts. */
+#include "proof.h"
+
+static cq_shape any_shape(void)
+{
+    cq_shape s;
+    uint32_t k;
+    s.num_vertices = nondet_u32();
+    s.num_faces = nondet_u32();
+    s.num_boundary_loops = nondet_u32();
+    s.num_boundary_edges = nondet_u32();
+    s.num_channels = nondet_u32();
+    ASSUME(s.num_channels <= MAX_CHANNELS);
+    for (k = 0; k < CQ_MAX_CHANNELS; k++) {
+        s.channel[k].kind = nondet_u8();
+        s.channel[k].components = nondet_u8();
+        s.channel[k].bits = nondet_u8();
+        s.channel[k].reserved = 0;
+        ASSUME(cqi_channel_is_valid(&s.channel[k]));
+    }
+    return s;
+}
+
+/* With --unsigned-overflow-check: nothing on the way to the three sizes wraps around. A shape that has a size has
+ * numbers for all of its vertices, faces and halfedges, and CQ_NONE is none of them. */
+void claim_sizes(void)
+{
+    cq_shape s = any_shape();
+    size_t mesh = cq_mesh_bytes(&s), decoder = cq_decoder_bytes(&s), encoder = cq_encoder_bytes(&s);
+    PROVE((decoder == 0) == (encoder == 0) && (decoder || !mesh));
+    if (!decoder) return;
+    PROVE(cqi_all_vertices(&s) < CQ_NONE);
+    PROVE(cqi_all_faces(&s) <= CQ_NONE / 3);
+    PROVE(mesh < decoder && decoder < encoder);
+    REACHED();
+}
+
+/* Stands for the models' initial values, which need no memory. */
+void stub_model_init(cqi_model *m, int located)
+{
+    (void)m;
+    PROVE(located == 0 || located == 1);
+}
+
+/* What cqi_start lays out lies in cq_decoder_bytes: CQ_ASSERT in cqi_take, and no block overlaps the one before. */
+void claim_decoder_layout(void)
+{
+    static cq_decoder d;
+    size_t v, f;
+    uint32_t k;
+    d.shape = any_shape();
+    d.memory_size = cq_decoder_bytes(&d.shape);
+    ASSUME(cqi_all_vertices(&d.shape) <= MAX_COUNT && cqi_all_faces(&d.shape) <= MAX_COUNT);
+    ASSUME(d.memory_size != 0);
+    d.memory = (uint8_t *)malloc(d.memory_size);
+    ASSUME(d.memory != NULL);
+    cqi_start(&d);
+    v = cqi_all_vertices(&d.shape);
+    f = cqi_all_faces(&d.shape);
+    PROVE(__CPROVER_w_ok(d.mesh.origin, 3 * f * sizeof(cq_index)));
+    PROVE(__CPROVER_w_ok(d.mesh.twin, 3 * f * sizeof(cq_index)));
+    PROVE(__CPROVER_w_ok(d.mesh.out, v * sizeof(cq_index)));
+    PROVE(__CPROVER_w_ok(d.mesh.valence, v * sizeof(cq_index)));
+    PROVE(__CPROVER_w_ok(d.mesh.mark, v));
+    PROVE(__CPROVER_w_ok(d.patch, (f / 3 + 1) * sizeof(cq_index)));
+    PROVE(d.mesh.twin >= d.mesh.origin + 3 * f && d.mesh.out >= d.mesh.twin + 3 * f);
+    PROVE(d.mesh.valence >= d.mesh.out + v && (cq_index *)d.mesh.mark >= d.mesh.valence + v);
+    PROVE((uint8_t *)d.patch >= d.mesh.mark + v);
+    for (k = 0; k < d.shape.num_channels; k++)
+        PROVE(__CPROVER_w_ok(d.channel[k], v * d.shape.channel[k].components * sizeof(cq_value)));
+    REACHED();
+}
+
+void claim_encoder_layout(void)
+{
+    static cqi_encoder e;
+    cq_input in;
+    cqi_arena arena;
+    uint32_t k;
+    memset(&in, 0, sizeof in);
+    in.shape = any_shape();
+    arena.left = cq_encoder_bytes(&in.shape);
+    ASSUME(arena.left && cqi_all_vertices(&in.shape) <= MAX_COUNT && cqi_all_faces(&in.shape) <= MAX_COUNT);
+    arena.left -= CQI_ENCODER_BYTES;
+    arena.next = (uint8_t *)malloc(arena.left);
+    ASSUME(arena.next != NULL);
+    for (k = 0; k < in.shape.num_channels; k++) {
+        size_t values = in.shape.num_vertices * in.shape.channel[k].components;
+        in.values[k] = (const cq_value *)malloc(values * sizeof(cq_value));
+        ASSUME(in.values[k] != NULL);
+    }
+    arena.next += cq_mesh_bytes(&in.shape);
+    arena.left -= cq_mesh_bytes(&in.shape);
+    cqi_encoder_carve(&e, &in, &arena);
+    PROVE(e.replay.memory_size >= cq_decoder_bytes(&in.shape));
+    PROVE(__CPROVER_w_ok(e.replay.memory, e.replay.memory_size));
+    REACHED();
+}
