@@ -21,11 +21,12 @@ WIDTH = 118
 # Names of SPEC.md for the tables of the header.
 BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
               ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
-              ("BITS", "BITS"), ("TOP", "TOP"), ("SIGN", "SIGN")]
+              ("RESIDUAL", "RESIDUAL")]
 BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
-           "CLOSE": "5.4", "FLAG": "7.4", "BITS": "6.1", "TOP": "6.1", "SIGN": "6.1"}
-WEIGHT_TABLES = [("LENGTH", "LENGTH"), ("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("DELTA", "DELTA"),
-                 ("PLANE", "PLANE"), ("INNER", "INNER"), ("OUTER", "OUTER"), ("BETWEEN", "BETWEEN"), ("P", "END")]
+           "CLOSE": "5.4", "FLAG": "7.4", "RESIDUAL": "6.1"}
+WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("INNER", "INNER"), ("OUTER", "OUTER"),
+                 ("BETWEEN", "BETWEEN"), ("STATE", "END_STATE"), ("VALENCE", "END_VALENCE"), ("BEFORE", "END_BEFORE"),
+                 ("BEHIND", "END_BEHIND"), ("EDGE", "END_EDGE")]
 
 
 def number(text, names):
@@ -38,9 +39,9 @@ def enum_values(header):
     values = {}
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
     for _ in range(2):  # a macro may use an enumerator
-        for name, text in re.findall(r"^#define (CQI?_\w+) +\(?([\w ()+*/<-]+?)\)?$", header, flags=re.M):
+        for name, text in re.findall(r"^#define (CQI?_\w+) +([\w ()+*/<-]+?) *$", header, flags=re.M):
             try:
-                values[name] = number(text, values)
+                values[name] = number(re.sub(r"\(u?int32_t\)", "", text), values)
             except (NameError, SyntaxError, TypeError):
                 pass
         for body in re.findall(r"enum *\{(.*?)\};", header, flags=re.S):
@@ -49,6 +50,8 @@ def enum_values(header):
                 name, _, text = (part.strip() for part in item.partition("="))
                 at = number(text, values) if text else at + 1
                 values[name] = at
+    steps = re.search(r"#define CQI_RATE\(\w+\) (.*)", header).group(1)
+    values["CQI_RATE"] = tuple(numbers(steps))
     return values
 
 
@@ -73,14 +76,19 @@ def appendix():
     enum = enum_values(header)
     bits, weights, located, exp2 = header_tables(header)
     starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
-    assert len(bits) == enum["CQI_MODELS"] and len(weights) == len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
+    kinds, size = enum["CQI_KINDS"], enum["CQI_RESIDUAL_SIZE"]
+    assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_MODELS"] - size
+    assert starts[-1] - starts[-2] == kinds * size
+    assert len(weights) == len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
     for k, (name, _) in enumerate(BIT_TABLES):
         text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
-    text += "\nTheir n:\n\n" + block(bits)
+    text += f"\nThe last {size} models, those of RESIDUAL with kind {kinds - 1}, begin like those with kind 1. "
+    text += "The n of all others:\n\n" + block(bits)
     text += "\n### A.2 Weights of a stream without positions\n\n"
-    text += "A weight begins with 64 · n. Tables as in 8.2. Their n:\n\n" + block(weights)
+    text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
+    text += block(weights)
     text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
     text += "\n### A.4 exp2\n\n2^(13 - (k + 1/2) / 64), rounded, for k = 0 .. 63:\n\n" + block(exp2)
     return text
@@ -103,16 +111,21 @@ def check():
     spec, enum = SPEC.read_text(), enum_values(HEADER.read_text())
     begin, end = section(spec)
     rows = rows_of_weights(spec)
-    enum["CQI_Q"] = enum["CQI_END"] + enum["CQI_END_SIZE"]
-    tables = WEIGHT_TABLES + [("Q", "Q")]
-    firsts = [enum["CQI_" + c] for _, c in tables] + [enum["CQI_WEIGHTS"]]
+    firsts = [enum["CQI_" + c] for _, c in WEIGHT_TABLES] + [enum["CQI_WEIGHTS"]]
     results = [("appendix A", spec[begin:end] == appendix())]
-    for k, (name, _) in enumerate(tables):
+    for k, (name, _) in enumerate(WEIGHT_TABLES):
         results.append(("8.2 " + name, rows.get(name) == (firsts[k], firsts[k + 1] - firsts[k])))
+    for name in "CQI_HOPELESS", "CQI_MOST":
+        enum[name] >>= enum["CQI_UNIT"]
+    enum["residual"] = tuple(enum["CQI_" + name] for name in ("RESIDUAL_SIZE", "TOP", "SIGN"))
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
-                       ("CQ_MAX_VALENCE", "valence is above %d"), ("CQI_RATE", "(65504 - m) >> %d"),
-                       ("CQI_STEP", "((%d · y"), ("CQI_UNLISTED", "with frequency %d"), ("CQI_STILL", "if y ≥ %d:"),
-                       ("CQI_HOPELESS", "highest plain score minus %d"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
+                       ("CQ_MAX_VALENCE", "valence is above %d"),
+                       ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),
+                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_STILL", "%d · T >> 16"),
+                       ("CQI_HOPELESS", "highest plain score minus %d octaves; the"),
+                       ("CQI_MOST", "beyond %d octaves ("),
+                       ("residual", "%d bit models: BITS at 0, TOP at %d, SIGN at %d"),
+                       ("CQI_TURNED_BITS", "at most %d bits per value"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
         results.append((name, name in enum and text % enum[name] in " ".join(spec.split())))
     return results
 

@@ -31,6 +31,7 @@ class Tables:
         lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
                  for part in parts]
         self.bits, self.plain, self.located, self.exp2 = lists
+        self.bits += self.bits[-3 * 284:-2 * 284]  # A.1: kind 4 begins like kind 1
         rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
         self.first = {name: int(first) for name, first, _ in rows}
 
@@ -38,8 +39,10 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-LENGTH, SIZE_B, SIZE_A, RULE, DELTA, PLANE, INNER, OUTER, BETWEEN, P, Q = \
-    0, 300, 348, 396, 432, 448, 529, 610, 691, 779, 957
+SIZE_B, SIZE_A, RULE, INNER, OUTER, BETWEEN, STATE, VALENCE, BEFORE, BEHIND, EDGE = \
+    0, 48, 96, 132, 196, 260, 324, 492, 576, 604, 632
+
+OCTAVE = 1 << 22
 
 
 def quotient(a, b):
@@ -127,6 +130,7 @@ class RangeDecoder:
     def __init__(self, payload, trace):
         self.payload, self.used = payload, 0
         self.range, self.code = 0xffffffff, 0
+        self.rate = 5
         self.trace = trace
         self.models = [256 * n + 128 for n in TABLES.bits]
         for _ in range(4):
@@ -152,11 +156,11 @@ class RangeDecoder:
         if self.code < one:
             bit = 1
             self.take(0, one)
-            self.models[k] = m + ((65504 - m) >> 5)
+            self.models[k] = m + ((65504 - m) >> self.rate)
         else:
             bit = 0
             self.take(one, self.range - one)
-            self.models[k] = m - ((m - 32) >> 5)
+            self.models[k] = m - ((m - 32) >> self.rate)
         self.log(f"bit {table}[{index}]", bit, m, 65536)
         return bit
 
@@ -190,11 +194,11 @@ class RangeDecoder:
             n -= 8
         return value << n | self.uniform(1 << n) if n > 0 else value
 
-    def tree(self, table, first, n):  # 3.6
-        node = 1
-        for _ in range(n):
-            node = 2 * node + self.bit(table, first + node)
-        return node - (1 << n)
+    def count(self, table, first):  # 3.6
+        for k in range(7):
+            if not self.bit(table, first + k):
+                return k
+        return 7 + self.raw(5)
 
     def log(self, name, value, freq, total):
         if self.trace is not None:
@@ -418,89 +422,127 @@ def valence_class(valence):  # 8.3
     return 0 if valence < 3 else valence - 3 if valence < 16 else 13
 
 
-def norm(v):  # 8.5
-    a, b, c = sorted(map(abs, v), reverse=True)
-    return (16 * a + 7 * b + 5 * c) // 16
-
-
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a, b):
+    return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
+
+
+def bits_of(*numbers):
+    """Of the largest absolute value."""
+    return max(map(abs, numbers)).bit_length()
+
+
+def half(x):  # 6.1
+    return bits_of(x * x) if x < 1 << 15 else 2 * bits_of(x)
+
+
+class Turn:
+    """6.4: takes (x, y) to about (length, 0)."""
+
+    def __init__(self, x, y):
+        u, v = abs(x), abs(y)
+        g = max(u, v) + 3 * min(u, v) // 8
+        self.tangent = self.sine = self.length = 0
+        if g > 0:
+            self.length = ((u * u + v * v) // g + g) // 2
+            self.tangent = quotient(-1024 * y, self.length + u)
+            self.sine = quotient(-1024 * y, self.length)
+        if x < 0:
+            self.tangent, self.sine, self.length = -self.tangent, -self.sine, -self.length
+
+    def forth(self, v, i, j):
+        """Components i and j of v."""
+        v[i] -= v[j] * self.tangent >> 10
+        v[j] += v[i] * self.sine >> 10
+        v[i] -= v[j] * self.tangent >> 10
+
+    def back(self, v, i, j):
+        v[i] += v[j] * self.tangent >> 10
+        v[j] -= v[i] * self.sine >> 10
+        v[i] += v[j] * self.tangent >> 10
 
 
 class Geometry:
     """8.5 for one ring."""
 
-    def __init__(self, centre, positions, virtual):
-        self.virtual = virtual
-        count = len(positions)
-        self.count = count
-        offsets = [(0, 0, 0) if virtual[k] else tuple(x - c for x, c in zip(positions[k], centre))
-                   for k in range(count)]
-        everything = 0
-        for o in offsets:
-            for x in o:
-                everything |= abs(x)
-        h = 12 - everything.bit_length()
-        self.o = [tuple(x << h if h >= 0 else quotient(x, 1 << -h) for x in o) for o in offsets]
-        self.len = [norm(o) + 1 for o in self.o]
-        self.dir = [tuple(quotient(256 * x, self.len[k]) for x in self.o[k]) for k in range(count)]
-        lengths = sorted(self.len[k] for k in range(count) if not virtual[k])
-        self.mean = sum(lengths) // len(lengths)
-        s1, s2 = (lengths + [1 << 20])[:2]
-        self.edge = [15 if virtual[k] else clamp(quotient(8 * self.len[k], s1 + s2) - 3, 0, 14) for k in range(count)]
+    def __init__(self, centre, positions):
+        """positions: None for a virtual vertex."""
+        self.count = len(positions)
+        offsets = [[x - c for x, c in zip(position or centre, centre)] for position in positions]
+        self.h = 8 - max(bits_of(*o) for o in offsets)
+        self.s = [[x << self.h if self.h >= 0 else x >> -self.h for x in o] for o in offsets]
+        lengths = [(11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4) + 1 for v in self.s]
+        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.s, lengths)]
+        self.mean = sum(lengths) // self.count + 1
+        s1, s2 = sorted(length for length, position in zip(lengths, positions) if position)[:2]
+        self.edge = [15 if position is None else 14 if length > 2 * (s1 + s2) else
+                     clamp((length * ((1 << 26) // (s1 + s2)) >> 23) - 3, 0, 14)
+                     for length, position in zip(lengths, positions)]
 
     def features(self, p, q):
-        """The numbers of the weights in DELTA, PLANE, INNER, OUTER, BETWEEN."""
-        count = self.count
-        in_b = range(p, q + 1)
-        in_a = [k for k in range(count) if k <= p or k >= q]
-        n_b = 1 + sum(not self.virtual[k] for k in in_b)
-        n_a = 1 + sum(not self.virtual[k] for k in in_a)
-        axis = [n_a * sum(self.o[k][c] for k in in_b) - n_b * sum(self.o[k][c] for k in in_a) for c in range(3)]
-        length = norm(axis) + 1
-        delta = min(16 * length // (2 * n_a * n_b + n_a + n_b) // ((self.mean + 7) // 8), 15)
-        g = length.bit_length() - 10
-        if g > 0:
-            axis = [quotient(x, 1 << g) for x in axis]
-        scale = (1 << 20) // (norm(axis) + 1)
+        """The numbers of the weights in INNER, OUTER, BETWEEN."""
+        count, apart = self.count, q - p
+        n_b, n_a = apart + 2, count - apart + 2
+        r_b = [sum(self.s[k][c] for k in range(p, q + 1)) for c in range(3)]
+        r_a = [sum(self.s[k][c] for k in range(count) if k <= p or k >= q) for c in range(3)]
+        axis = [n_a * b - n_b * a for a, b in zip(r_a, r_b)]
+        scale = (1 << 19) // ((2 * n_a * n_b + n_a + n_b) * self.mean)
 
-        def angle(k):
-            k %= count
-            if self.virtual[k]:
-                return 8
-            return clamp(quotient(quotient(dot(self.dir[k], axis), 16) * scale + (1 << 24), 1 << 22), 0, 7)
+        def advance(k):
+            return clamp(dot(self.dir[k % count], axis) * scale + (1 << 23) >> 21, 0, 7)
 
-        plane = 9 * angle(p) + angle(q)
-        inner = 9 * angle(p + 1) + angle(q - 1) if q - p > 1 else 80
-        outer = 9 * angle(p - 1) + angle(q + 1) if q - p < count - 1 else 80
-        rest = count - (q - p)
-        steps = min(q - p, 4) if q - p < rest else 4 + min(rest, 3)
-        turn = clamp(quotient((dot(self.dir[p], self.dir[q]) + 65536) * 10, 131072), 0, 9)
-        if self.virtual[p] or self.virtual[q]:
-            turn = 10
-        return DELTA + delta, PLANE + plane, INNER + inner, OUTER + outer, BETWEEN + 11 * steps + turn
+        inner = 8 * advance(p + 1) + advance(q - 1)
+        outer = 8 * advance(p - 1) + advance(q + 1)
+        rest = count - apart
+        steps = min(apart, 4) if apart < rest else 4 + min(rest, 3)
+        turn = clamp(dot(self.dir[p], self.dir[q]) + 4096 >> 10, 0, 7)
+        return INNER + inner, OUTER + outer, BETWEEN + 8 * steps + turn
+
+    # 6.4
+    def expect(self, x):
+        return max(half(x) - 2 * (3 + self.h), 0)
+
+    def axes(self, predicted):
+        """Three turns, and the half bits to expect along the surface and along the normal."""
+        normal = [0, 0, 0]
+        for k in range(self.count):
+            normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
+        normal = [n >> max(bits_of(*normal) - 14, 0) for n in normal]
+        first = Turn(normal[0], normal[1])
+        second = Turn(normal[2], first.length)
+        v = list(predicted)
+        first.forth(v, 0, 1)
+        second.forth(v, 2, 0)
+        g = max(bits_of(v[0], v[1]) - 14, 0)
+        third = Turn(v[0] >> g, v[1] >> g)
+        off = sum(abs(dot(s, normal)) for s in self.s)
+        return (first, second, third, self.expect(3 * self.mean),
+                self.expect(off // ((abs(second.length) >> 3) + 1) // self.count))
 
 
 class Model:
     """Weights, and one ring's features."""
 
     def __init__(self, located):
-        self.weight = [64 * n for n in (TABLES.located if located else TABLES.plain)]
-        self.dither = 0
+        self.weight = [n << 18 for n in (TABLES.located if located else TABLES.plain)]
 
     def learn(self, w, y):  # 8.7
-        if y == 0:
-            return
-        self.dither = (self.dither * 1664525 + 1013904223) % (1 << 32)
-        self.weight[w] = clamp(self.weight[w] + ((18 * y + (self.dither >> 16)) >> 16), -16000, 16000)
+        if abs(self.weight[w] + y) <= 8 * OCTAVE:
+            self.weight[w] += y
+
+    def score(self, features):
+        return sum(self.weight[w] for w in features)
 
     def code_pair(self, coder, valences, states, case, level_class, geometry):
         """Decodes p, q of a ring, and learns."""
-        weight, count = self.weight, len(valences)
+        count = len(valences)
         val = [min(v, 31) for v in valences]
-        as_p, as_q = self.end_features(val, states, level_class, geometry)
-        lengths = [(LENGTH + count * (count - 1) // 2 + k, SIZE_B + 16 * level_class + min(k, 15),
-                    SIZE_A + 16 * level_class + min(count - k, 15)) for k in range(count)]
+        ends = self.end_features(val, states, level_class, geometry)
+        lengths = [(SIZE_B + 16 * level_class + min(k, 15), SIZE_A + 16 * level_class + min(count - k, 15))
+                   for k in range(count)]
         low = self.alternatives(val, states, range(count))
         high = self.alternatives(val, states, range(count - 1, -1, -1))
 
@@ -510,45 +552,36 @@ class Model:
 
         # 8.1
         last_p = 0 if case == 2 else count - 2
-        first_q = [count - 1 if case == 1 else p + 1 for p in range(count)]
-        score_p = [sum(weight[w] for w in as_p[k]) for k in range(count)]
-        score_q = [sum(weight[w] for w in as_q[k]) for k in range(count)]
-        score_length = [sum(weight[w] for w in lengths[k]) for k in range(count)]
-        listed = []  # [score, p, q], 8.6
-        for p in range(last_p + 1):
-            for q in range(first_q[p], count):
-                plain = score_p[p] + score_q[q] + score_length[q - p] + weight[rule(p, q)]
-                listed.append((clamp(plain, -32000, 32000), p, q))
-        highest = max(listed)[0]
-        listed = [c for c in listed if c[0] >= highest - 8192]
-        features = [(rule(p, q),) + (geometry.features(p, q) if geometry else ()) for _, p, q in listed]
-        scores = [clamp(c[0] + sum(weight[w] for w in f[1:]), -32000, 32000) for c, f in zip(listed, features)]
-        highest = max(scores)
-        freqs = [max(TABLES.exp2[(highest - s >> 4) % 64] >> (highest - s >> 10), 1) for s in scores]
-        chosen = coder.symbol(freqs + [32], "pair")
-        if chosen < len(listed):
-            _, p, q = listed[chosen]
-        else:
-            p = coder.uniform(last_p + 1)
-            q = first_q[p] + coder.uniform(count - first_q[p])
-            features.append((rule(p, q),) + (geometry.features(p, q) if geometry else ()))
-            listed.append((0, p, q))
-        self.learn_pair(listed, features, freqs, chosen, as_p, as_q, lengths)
-        return p, q
+        pairs = [(p, q) for p in range(last_p + 1) for q in range(count - 1 if case == 1 else p + 1, count)]
+        # 8.6
+        score_p, score_q, score_length = (list(map(self.score, features)) for features in (*ends, lengths))
+        scores = [score_p[p] + score_q[q] + score_length[q - p] + self.weight[rule(p, q)] for p, q in pairs]
+        hopeless = [False] * len(pairs)
+        located = [geometry.features(p, q) if geometry else () for p, q in pairs]
+        if geometry:
+            highest = max(scores)
+            hopeless = [score < highest - 8 * OCTAVE for score in scores]
+            scores = [score + self.score(features) for score, features in zip(scores, located)]
+        highest = max(score for score, without in zip(scores, hopeless) if not without)
+        freqs = [1 if without else 1 + (TABLES.exp2[(highest - score >> 16) % 64] >> (highest - score >> 22))
+                 for score, without in zip(scores, hopeless)]
+        chosen = coder.symbol(freqs, "pair")
+        self.learn_pair(pairs, [(rule(*pair),) + features for pair, features in zip(pairs, located)], freqs, chosen,
+                        ends, lengths)
+        return pairs[chosen]
 
     @staticmethod
     def end_features(val, states, level_class, geometry):  # 8.3
-        count = len(val)
+        """Of all ring vertices as x[p], and as x[q]."""
         vc = [valence_class(v) for v in val]
-        ends = []
-        for first in P, Q:
-            ends.append([])
-            for k in range(count):
-                numbers = [6 * vc[k] + states[k], 84 + min(k if first == P else count - 1 - k, 7),
-                           92 + 14 * level_class + vc[k], 134 + vc[k - 1], 148 + vc[(k + 1) % count]]
-                if geometry:
-                    numbers.append(162 + geometry.edge[k])
-                ends[-1].append([first + n for n in numbers])
+        ends = [], []
+        for k in range(len(val)):
+            numbers = [STATE + 2 * (6 * vc[k] + states[k]), VALENCE + 2 * (14 * level_class + vc[k]),
+                       BEFORE + 2 * vc[k - 1], BEHIND + 2 * vc[(k + 1) % len(val)]]
+            if geometry:
+                numbers.append(EDGE + 2 * geometry.edge[k])
+            for end in 0, 1:
+                ends[end].append([n + end for n in numbers])
         return ends
 
     @staticmethod
@@ -561,33 +594,31 @@ class Model:
                 best = min(best, val[k])
         return result
 
-    def learn_pair(self, listed, features, freqs, chosen, as_p, as_q, lengths):  # 8.7
-        count = len(as_p)
+    def learn_pair(self, pairs, features, freqs, chosen, ends, lengths):  # 8.7
+        count = len(lengths)
         yp, yq, yl = [0] * count, [0] * count, [0] * count
 
         def learn_candidate(k, y):
-            _, p, q = listed[k]
+            p, q = pairs[k]
             yp[p] += y
             yq[q] += y
             yl[q - p] += y
             for w in features[k]:
                 self.learn(w, y)
 
-        unit = (1 << 31) // sum(freqs)
+        total = sum(freqs)
+        unit = (81920 << 14) // total
         gained = 0
         for k, freq in enumerate(freqs):
-            y = freq * unit >> 15
-            if k != chosen and y >= 256:
+            if k != chosen and freq > 64 * total >> 16:
+                y = freq * unit >> 14
                 learn_candidate(k, -y)
                 gained += y
         learn_candidate(chosen, gained)
-        for ends, y in (as_p, yp), (as_q, yq):
+        for lists, ys in (ends[0], yp), (ends[1], yq), (lengths, yl):
             for k in range(count):
-                for w in ends[k]:
-                    self.learn(w, y[k])
-        for k in range(1, count):
-            for w in lengths[k]:
-                self.learn(w, yl[k])
+                for w in lists[k]:
+                    self.learn(w, ys[k])
 
 
 class Decoder:
@@ -650,19 +681,24 @@ class Decoder:
             raise End("stopped")
 
     # 6.
-    def residual(self, scale):
-        coder = self.coder
-        n = coder.tree("BITS", 32 * scale, 5)
+    def residual(self, kind, e):  # 6.1
+        coder, first = self.coder, 284 * kind
+        n = self.number_of_bits(first + 16 * (e if e < 14 else 14 + e % 2), e)
         if n == 0:
             return 0
-        negative = coder.bit("SIGN")
         if n > 26:
-            self.reject("corrupt")
+            return 1 << 26
         magnitude = 1
         if n > 1:
-            magnitude = 2 + coder.bit("TOP", n) << n - 2
+            magnitude = 2 + coder.bit("RESIDUAL", first + 256 + n) << n - 2
             magnitude |= coder.raw(n - 2)
-        return -magnitude if negative else magnitude
+        return -magnitude if coder.bit("RESIDUAL", first + 283) else magnitude
+
+    def number_of_bits(self, index, e):
+        expected = quotient(e, 2)
+        if self.coder.bit("RESIDUAL", index):
+            return expected + self.coder.count("RESIDUAL", index + 1)
+        return max(expected - 1 - self.coder.count("RESIDUAL", index + 8), 0)
 
     def check_value(self, value, bits):
         if not 0 <= value < 1 << bits:
@@ -678,30 +714,54 @@ class Decoder:
                     prediction = sum(self.values[w][k] for w in known) // len(known)
                 else:
                     prediction = self.values[v - 1][k] if v else 1 << bits - 1
-                value = prediction + self.residual(15)
+                value = prediction + self.residual(0, 2 * (bits - 4))
                 self.check_value(value, bits)
                 values.append(value)
             self.end_step()
 
-    def differences(self, centre, ring, p, q):  # 6.3
+    def differences(self, centre, ring, p, q, geometry):  # 6.3
+        """The new values of A and B."""
         result = []
-        count = len(ring)
-        for c, bits in enumerate(self.numbers):
-            a = self.values[centre][c]
-            r = {k: self.values[x][c] - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
-            in_b = [r[k] for k in r if p <= k <= q]
-            in_a = [r[k] for k in r if k <= p or k >= q]
-            n_b, n_a = len(in_b) + 1, len(in_a) + 1
-            m = 1 << max(bits - 18, 0)
-            prediction = quotient(2 * (n_a * quotient(sum(in_b), m) - n_b * quotient(sum(in_a), m)),
-                                  2 * n_a * n_b + n_a + n_b) * m
-            spread = sum(map(abs, r.values()))
-            d = prediction + self.residual(min((spread // count).bit_length(), 14))
-            new_a = a - (d >> 1)
-            self.check_value(new_a, bits)
-            self.check_value(new_a + d, bits)
-            result.append((new_a, new_a + d))
+        first = 0
+        for components, bits in self.header.channels:
+            numbers = range(first, first + components)
+            predictions, spreads = zip(*(self.predict(centre, ring, p, q, c, bits) for c in numbers))
+            if first == self.header.position and bits <= 18:
+                residuals = self.turned(geometry, predictions)
+            else:
+                residuals = [self.residual(4, half(spread // len(ring))) for spread in spreads]
+            for c, prediction, residual in zip(numbers, predictions, residuals):
+                d = prediction + residual
+                a = self.values[centre][c] - (d >> 1)
+                self.check_value(a, bits)
+                self.check_value(a + d, bits)
+                result.append((a, a + d))
+            first += components
         return result
+
+    def predict(self, centre, ring, p, q, c, bits):
+        """Number c of a vertex: its predicted difference, and its spread."""
+        a = self.values[centre][c]
+        r = {k: self.values[x][c] - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
+        in_b = [r[k] for k in r if p <= k <= q]
+        in_a = [r[k] for k in r if k <= p or k >= q]
+        n_b, n_a = len(in_b) + 1, len(in_a) + 1
+        m = 1 << max(bits - 18, 0)
+        difference = n_a * quotient(sum(in_b), m) - n_b * quotient(sum(in_a), m)
+        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) * m, sum(map(abs, r.values()))
+
+    def turned(self, geometry, predictions):  # 6.4
+        first, second, third, along, normal = geometry.axes(predictions)
+        r0 = self.residual(1, along)
+        r1 = self.residual(2, (3 * along + half(abs(r0))) // 4)
+        r2 = self.residual(3, (3 * normal + half(abs(r0) + abs(r1))) // 4)
+        v = [r0, r1, r2]
+        if max(map(abs, v)) > 1 << 20:
+            self.reject("corrupt")
+        third.back(v, 0, 1)
+        second.back(v, 2, 0)
+        first.back(v, 0, 1)
+        return v
 
     # 7.
     def level(self):
@@ -711,6 +771,8 @@ class Decoder:
             raise End("corrupt")
         if self.coder.bit("OTHER_LEVEL"):
             self.reject("unsupported")
+        self.end_step()
+        self.coder.rate = 5 if before < 1024 else 6 if before < 8192 else 7  # 3.3
         patches = self.conquest()
         splits = sum(patch.split for patch in patches)
         if splits < before // 16 + 1 or before + splits > self.header.vertices:
@@ -727,7 +789,7 @@ class Decoder:
             patches.append(self.first_patch(left, right))
             while head < len(patches):
                 ring = patches[head].ring
-                for k in range(len(ring)):
+                for k in range(len(ring) - 1, -1, -1):
                     gate = ring[k], ring[(k + 1) % len(ring)]
                     front = self.mesh.front[gate]
                     if self.is_available(front):
@@ -772,11 +834,10 @@ class Decoder:
             for x in patch.ring:
                 if x not in many:
                     holders[x] -= 1
+            states = [self.state(x, holders, touched) for x in patch.ring]
+            touched.update(patch.ring)
             if patch.split:
-                states = [self.state(x, holders, touched) for x in patch.ring]
                 self.split(patch, states, level_class)
-            touched.update(self.mesh.ring(patch.centre, patch.ring[0]))
-            if patch.split:
                 self.stop_here()
 
     def state(self, x, holders, touched):  # 8.3
@@ -792,10 +853,10 @@ class Decoder:
         at = self.header.position
         if at is not None:
             positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
-            geometry = Geometry(self.values[centre][at:at + 3], positions, [mesh.is_virtual(x) for x in ring])
+            geometry = Geometry(self.values[centre][at:at + 3], positions)
         valences = [mesh.valence[x] for x in ring]
         p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry)
-        values = self.differences(centre, ring, p, q)
+        values = self.differences(centre, ring, p, q, geometry)
         self.end_step()
         virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
         if len(mesh.real) + 2 - virtual > self.header.faces or len(mesh.virtual) + virtual > self.header.edges:

@@ -1,8 +1,8 @@
 """Random valid streams, of the kind that no encoder writes.   SPDX-License-Identifier: MIT
 
 decoder.py runs with a coder that makes symbols up and writes them (a range encoder for section 3 of SPEC.md). So
-every choice that the format allows is taken at times: bases of any shape, joins that could have been turns, listed
-candidates coded as unlisted, improbable pairs."""
+every choice that the format allows is taken at times: bases of any shape, joins that could have been turns, numbers of
+bits far from what is expected, improbable pairs."""
 
 import copy
 import itertools
@@ -20,8 +20,18 @@ class Writer(decoder.RangeDecoder):
         self.draw, self.low = draw, 0
         self.bits = {}             # the next bit of a table, if it is known
         self.next_raw = None
+        self.number = None         # the next count, if it is known
         self.flags = 0             # patches that may still be split at this level
         self.sizes = 0, 0, 0, 1, 1, 2, 3  # numbers of bits of residuals
+
+    def choose_size(self, expected):
+        """The number of bits of a residual, said in one of the ways there are."""
+        n = self.draw.choice(self.sizes)
+        self.bits["RESIDUAL"] = int(n >= expected)
+        self.number = n - expected if n >= expected else expected - 1 - n
+        if n == 0 and self.draw.random() < 0.1:
+            self.bits["RESIDUAL"] = 0
+            self.number = self.draw.randrange(max(expected - 1, 0), 39)
 
     def take(self, offset, width):
         self.low += offset
@@ -74,11 +84,16 @@ class Writer(decoder.RangeDecoder):
         self.code = self.range // (1 << n) * value
         return decoder.RangeDecoder.uniform(self, 1 << n)
 
-    def tree(self, table, first, n):
-        value, node = self.draw.choice(self.sizes), 1
-        for k in range(n - 1, -1, -1):
-            self.bits[table] = value >> k & 1
-            node = 2 * node + self.bit(table, first + node)
+    def count(self, table, first):
+        if self.number is None:
+            return super().count(table, first)
+        value, self.number = self.number, None
+        for k in range(min(value + 1, 7)):
+            self.bits[table] = int(value > k)
+            self.bit(table, first + k)
+        if value >= 7:
+            self.next_raw = value - 7
+            self.raw(5)
         return value
 
 
@@ -177,6 +192,10 @@ class Hubs(Base):
 
 
 class Maker(decoder.Decoder):
+    def number_of_bits(self, index, e):
+        self.coder.choose_size(int(e / 2))
+        return super().number_of_bits(index, e)
+
     def __init__(self, draw, header, base=Base):
         self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
         self.header = header
