@@ -21,12 +21,12 @@ WIDTH = 118
 # Names of SPEC.md for the tables of the header.
 BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
               ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
-              ("RESIDUAL", "RESIDUAL")]
+              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("PLAIN", "PLAIN")]
 BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
-           "CLOSE": "5.4", "FLAG": "7.4", "RESIDUAL": "6.1"}
-WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("INNER", "INNER"), ("OUTER", "OUTER"),
-                 ("BETWEEN", "BETWEEN"), ("STATE", "END_STATE"), ("VALENCE", "END_VALENCE"), ("BEFORE", "END_BEFORE"),
-                 ("BEHIND", "END_BEHIND"), ("EDGE", "END_EDGE")]
+           "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1", "PLAIN": "6.1"}
+WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("STATE", "END_STATE"),
+                 ("VALENCE", "END_VALENCE"), ("BEFORE", "END_BEFORE"), ("BEHIND", "END_BEHIND"), ("EDGE", "END_EDGE"),
+                 ("INNER", "INNER"), ("OUTER", "OUTER"), ("BETWEEN", "BETWEEN")]
 
 
 def number(text, names):
@@ -62,9 +62,10 @@ def numbers(text):
 def header_tables(header):
     """The three lists of the header: bit priors, weight priors (two), exp2."""
     bits = numbers(re.search(r"cqi_prior_bit\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    weights = re.search(r"cqi_prior_weight\[2\]\[.*?\] = \{ \{(.*?)\}, \{(.*?)\} \};", header, re.S)
+    bare = numbers(re.search(r"cqi_prior_bare\[.*?\] = \{(.*?)\};", header, re.S).group(1))
+    located = numbers(re.search(r"cqi_prior_located\[.*?\] = \{(.*?)\};", header, re.S).group(1))
     exp2 = numbers(re.search(r"cqi_exp2\[64\] = \{(.*?)\};", header, re.S).group(1))
-    return bits, numbers(weights.group(1)), numbers(weights.group(2)), exp2
+    return bits, bare, located, exp2
 
 
 def block(values):
@@ -76,16 +77,14 @@ def appendix():
     enum = enum_values(header)
     bits, weights, located, exp2 = header_tables(header)
     starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
-    kinds, size = enum["CQI_KINDS"], enum["CQI_RESIDUAL_SIZE"]
-    assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_MODELS"] - size
-    assert starts[-1] - starts[-2] == kinds * size
-    assert len(weights) == len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
+    assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
+    assert len(weights) == enum["CQI_BARE_WEIGHTS"] == enum["CQI_END_EDGE"]
+    assert len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
     for k, (name, _) in enumerate(BIT_TABLES):
         text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
-    text += f"\nThe last {size} models, those of RESIDUAL with kind {kinds - 1}, begin like those with kind 1. "
-    text += "The n of all others:\n\n" + block(bits)
+    text += "\nThe models of PLAIN begin like those of ALONG. The n of all others:\n\n" + block(bits)
     text += "\n### A.2 Weights of a stream without positions\n\n"
     text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
     text += block(weights)
@@ -115,16 +114,18 @@ def check():
     results = [("appendix A", spec[begin:end] == appendix())]
     for k, (name, _) in enumerate(WEIGHT_TABLES):
         results.append(("8.2 " + name, rows.get(name) == (firsts[k], firsts[k + 1] - firsts[k])))
-    for name in "CQI_HOPELESS", "CQI_MOST":
+    for name in "CQI_SETTLED", "CQI_MOST":
         enum[name] >>= enum["CQI_UNIT"]
-    enum["residual"] = tuple(enum["CQI_" + name] for name in ("RESIDUAL_SIZE", "TOP", "SIGN"))
+    enum["residual"] = tuple(enum["CQI_" + name] for name in ("SIGN", "TOP", "BITS"))
+    enum["kinds"] = tuple(enum[f"CQI_{b}"] - enum[f"CQI_{a}"] for a, b in [("OF_BASE", "ALONG"), ("ALONG", "ACROSS"),
+                          ("ACROSS", "NORMAL"), ("NORMAL", "PLAIN"), ("PLAIN", "MODELS")])
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
                        ("CQ_MAX_VALENCE", "valence is above %d"),
                        ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),
                        ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_STILL", "%d · T >> 16"),
-                       ("CQI_HOPELESS", "highest plain score minus %d octaves; the"),
+                       ("CQI_SETTLED", "highest plain score minus %d octaves; then"),
                        ("CQI_MOST", "beyond %d octaves ("),
-                       ("residual", "%d bit models: BITS at 0, TOP at %d, SIGN at %d"),
+                       ("residual", "SIGN is model %d, TOP[n] is model %d + n and BITS[n] is model %d + n"),
                        ("CQI_TURNED_BITS", "at most %d bits per value"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
         results.append((name, name in enum and text % enum[name] in " ".join(spec.split())))
     return results

@@ -31,16 +31,16 @@ class Tables:
         lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
                  for part in parts]
         self.bits, self.plain, self.located, self.exp2 = lists
-        self.bits += self.bits[-3 * 284:-2 * 284]  # A.1: kind 4 begins like kind 1
         rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
         self.first = {name: int(first) for name, first, _ in rows}
+        self.bits += self.bits[self.first["ALONG"]:self.first["ACROSS"]]  # A.1: PLAIN begins like ALONG
 
 
 TABLES = Tables()
 
 # 8.2
-SIZE_B, SIZE_A, RULE, INNER, OUTER, BETWEEN, STATE, VALENCE, BEFORE, BEHIND, EDGE = \
-    0, 48, 96, 132, 196, 260, 324, 492, 576, 604, 632
+SIZE_B, SIZE_A, RULE, STATE, VALENCE, BEFORE, BEHIND, EDGE, INNER, OUTER, BETWEEN = \
+    0, 48, 96, 132, 300, 384, 412, 440, 472, 536, 600
 
 OCTAVE = 1 << 22
 
@@ -556,15 +556,13 @@ class Model:
         # 8.6
         score_p, score_q, score_length = (list(map(self.score, features)) for features in (*ends, lengths))
         scores = [score_p[p] + score_q[q] + score_length[q - p] + self.weight[rule(p, q)] for p, q in pairs]
-        hopeless = [False] * len(pairs)
-        located = [geometry.features(p, q) if geometry else () for p, q in pairs]
+        located = [()] * len(pairs)
         if geometry:
-            highest = max(scores)
-            hopeless = [score < highest - 8 * OCTAVE for score in scores]
+            least = max(scores) - 7 * OCTAVE
+            located = [geometry.features(*pair) if score >= least else () for pair, score in zip(pairs, scores)]
             scores = [score + self.score(features) for score, features in zip(scores, located)]
-        highest = max(score for score, without in zip(scores, hopeless) if not without)
-        freqs = [1 if without else 1 + (TABLES.exp2[(highest - score >> 16) % 64] >> (highest - score >> 22))
-                 for score, without in zip(scores, hopeless)]
+        highest = max(scores)
+        freqs = [1 + (TABLES.exp2[(highest - score >> 16) % 64] >> (highest - score >> 22)) for score in scores]
         chosen = coder.symbol(freqs, "pair")
         self.learn_pair(pairs, [(rule(*pair),) + features for pair, features in zip(pairs, located)], freqs, chosen,
                         ends, lengths)
@@ -681,30 +679,33 @@ class Decoder:
             raise End("stopped")
 
     # 6.
-    def residual(self, kind, e):  # 6.1
-        coder, first = self.coder, 284 * kind
-        n = self.number_of_bits(first + 16 * (e if e < 14 else 14 + e % 2), e)
+    def residual(self, kind, expected, c):  # 6.1
+        coder = self.coder
+        n = self.number_of_bits(kind, expected, 28 + c)
         if n == 0:
             return 0
         if n > 26:
             return 1 << 26
         magnitude = 1
         if n > 1:
-            magnitude = 2 + coder.bit("RESIDUAL", first + 256 + n) << n - 2
+            magnitude = 2 + coder.bit(kind, 1 + n) << n - 2
             magnitude |= coder.raw(n - 2)
-        return -magnitude if coder.bit("RESIDUAL", first + 283) else magnitude
+        return -magnitude if coder.bit(kind, 0) else magnitude
 
-    def number_of_bits(self, index, e):
-        expected = quotient(e, 2)
-        if self.coder.bit("RESIDUAL", index):
-            return expected + self.coder.count("RESIDUAL", index + 1)
-        return max(expected - 1 - self.coder.count("RESIDUAL", index + 8), 0)
+    def number_of_bits(self, kind, expected, index):
+        if expected == 0 or self.coder.bit(kind, index):
+            return expected + self.coder.count(kind, index + 1)
+        return max(expected - 1 - self.coder.count(kind, index + 8), 0)
+
+    def difference(self, kind, e):
+        return self.residual(kind, e // 2, 16 * (e if e < 14 else 14 + e % 2))
 
     def check_value(self, value, bits):
         if not 0 <= value < 1 << bits:
             self.reject("corrupt")
 
     def base_values(self, base):  # 6.2
+        sizes = [0] * len(self.numbers)
         for v in range(base.vertices):
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
@@ -714,7 +715,9 @@ class Decoder:
                     prediction = sum(self.values[w][k] for w in known) // len(known)
                 else:
                     prediction = self.values[v - 1][k] if v else 1 << bits - 1
-                value = prediction + self.residual(0, 2 * (bits - 4))
+                residual = self.residual("BASE", sizes[k].bit_length(), 0)
+                sizes[k] = (3 * sizes[k] + abs(residual)) // 4
+                value = prediction + residual
                 self.check_value(value, bits)
                 values.append(value)
             self.end_step()
@@ -729,7 +732,7 @@ class Decoder:
             if first == self.header.position and bits <= 18:
                 residuals = self.turned(geometry, predictions)
             else:
-                residuals = [self.residual(4, half(spread // len(ring))) for spread in spreads]
+                residuals = [self.difference("PLAIN", half(spread // len(ring))) for spread in spreads]
             for c, prediction, residual in zip(numbers, predictions, residuals):
                 d = prediction + residual
                 a = self.values[centre][c] - (d >> 1)
@@ -752,9 +755,9 @@ class Decoder:
 
     def turned(self, geometry, predictions):  # 6.4
         first, second, third, along, normal = geometry.axes(predictions)
-        r0 = self.residual(1, along)
-        r1 = self.residual(2, (3 * along + half(abs(r0))) // 4)
-        r2 = self.residual(3, (3 * normal + half(abs(r0) + abs(r1))) // 4)
+        r0 = self.difference("ALONG", along)
+        r1 = self.difference("ACROSS", (3 * along + half(abs(r0))) // 4)
+        r2 = self.difference("NORMAL", (3 * normal + half(abs(r0) + abs(r1))) // 4)
         v = [r0, r1, r2]
         if max(map(abs, v)) > 1 << 20:
             self.reject("corrupt")

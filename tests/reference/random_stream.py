@@ -24,14 +24,15 @@ class Writer(decoder.RangeDecoder):
         self.flags = 0             # patches that may still be split at this level
         self.sizes = 0, 0, 0, 1, 1, 2, 3  # numbers of bits of residuals
 
-    def choose_size(self, expected):
+    def choose_size(self, kind, expected):
         """The number of bits of a residual, said in one of the ways there are."""
         n = self.draw.choice(self.sizes)
-        self.bits["RESIDUAL"] = int(n >= expected)
         self.number = n - expected if n >= expected else expected - 1 - n
-        if n == 0 and self.draw.random() < 0.1:
-            self.bits["RESIDUAL"] = 0
-            self.number = self.draw.randrange(max(expected - 1, 0), 39)
+        if n < expected and self.draw.random() < 0.1:
+            n = 0
+            self.number = self.draw.randrange(expected - 1, 39)
+        if expected:
+            self.bits[kind] = int(n >= expected)
 
     def take(self, offset, width):
         self.low += offset
@@ -192,9 +193,9 @@ class Hubs(Base):
 
 
 class Maker(decoder.Decoder):
-    def number_of_bits(self, index, e):
-        self.coder.choose_size(int(e / 2))
-        return super().number_of_bits(index, e)
+    def number_of_bits(self, kind, expected, index):
+        self.coder.choose_size(kind, expected)
+        return super().number_of_bits(kind, expected, index)
 
     def __init__(self, draw, header, base=Base):
         self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
