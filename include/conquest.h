@@ -383,7 +383,9 @@ typedef struct cqi_ring {
 } cqi_ring;
 
 /* Adaptive weights of the split model, in 2^-CQI_UNIT octaves, at most 8 octaves: a sum of 31 does not overflow. */
-enum { CQI_UNIT = 22, CQI_MOST = 8 << CQI_UNIT, CQI_WORST = -31 * CQI_MOST };
+#define CQI_UNIT 22
+#define CQI_MOST ((int32_t)8 << CQI_UNIT)
+#define CQI_WORST (-31 * CQI_MOST)
 
 /* Indices of tables in one array. */
 enum {

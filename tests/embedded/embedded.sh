@@ -56,8 +56,7 @@ make_stream() {
     } >"$out/$1/stream.h"
 }
 
-# disc: of ref_data, 33 vertices. grid: of ref_data, with a boundary; fits the 16 KiB of a micro:bit. random: 1000
-# vertices.
+# disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices.
 make_streams() {
     make_stream disc "$streams/disc.cqm" && make_stream grid "$streams/grid.cqm" &&
         build/meshgen random 1000 1 >"$out/random.off" && "$cqm" encode --quiet "$out/random.off" "$out/random.cqm" &&
@@ -78,13 +77,13 @@ device() {
     cortex-m0)
         cpu="-mcpu=cortex-m0 -mthumb" memory="0 0x40000 0x20000000 0x4000"
         qemu="qemu-system-arm -M microbit"
-        imports="memcpy memset __aeabi_u?i(div|divmod) __aeabi_(lmul|llsl|llsr|lasr) __gnu_thumb1_case_[us][qhs]i" ;;
+        imports="memcpy memset __aeabi_u?i(div|divmod) __clzsi2 __aeabi_(lmul|llsl|llsr|lasr) __gnu_thumb1_case_[us][qhs]i" ;;
     rv32)
         tools=riscv64-unknown-elf-
         start=riscv
         cpu="-march=rv32imc -mabi=ilp32" memory="0x80000000 0x40000 0x80100000 0xc000"
         qemu="qemu-system-riscv32 -M virt -bios none"
-        imports="memcpy memset __(ashl|lshr|ashr)di3" ;;
+        imports="memcpy memset __clzsi2 __(ashl|lshr|ashr)di3" ;;
     esac
     bare="$flags $cpu -Os -DCQ_INDEX_BITS=16 -I$example -ffreestanding -ffunction-sections -fdata-sections"
     bare="$bare -fno-tree-loop-distribute-patterns -fcallgraph-info=su"
@@ -143,7 +142,13 @@ imports_are_known() {
     ! grep -Evx "$known" "$work/imports"
 }
 
-section_bytes() { ${tools}size "$work/linked.o" | awk -v column="$1" 'NR == 2 { print $column }'; }
+# section_bytes PREFIX ...: of all sections whose names begin like that
+section_bytes() {
+    ${tools}size -A "$work/linked.o" | awk -v names="$*" '
+        BEGIN { count = split(names, prefix, " ") }
+        { for (k = 1; k <= count; k++) if (index($1, prefix[k]) == 1) bytes += $2 }
+        END { print bytes + 0 }'
+}
 
 # ram STREAM: static data and the stack that was used
 ram() { echo $(($(${tools}size "$work/$1.elf" | awk 'NR == 2 { print $2 + $3 }') + $(value "$work/$1.txt" stack))); }
@@ -151,8 +156,9 @@ ram() { echo $(($(${tools}size "$work/$1.elf" | awk 'NR == 2 { print $2 + $3 }')
 figure() { printf '%s\t%s\n' "$1" "$2" >>"$out/figures.tsv"; }
 
 measure_decoder() {
-    figure "code.$1" "$(section_bytes 1)"
-    figure "writable.$1" $(($(section_bytes 2) + $(section_bytes 3)))
+    figure "code.$1" "$(section_bytes .text)"
+    figure "tables.$1" "$(section_bytes .rodata .srodata)"
+    figure "writable.$1" "$(section_bytes .data .sdata .bss .sbss)"
     "$here/stack.py" cq_decode "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
     figure "stack.$1" "$(sed 's/ .*//' "$work/stack")"
     cat "$work/stack"
@@ -215,7 +221,6 @@ run_avr() {
 }
 
 test_avr() {
-    test_process host "$1" "" cc -O2
     check "avr: compiles" compile_avr "$1"
     check "avr: decodes $1" run_avr "$1"
     check "avr: same mesh as the host, $1" same_mesh "$out/avr/$1.txt" "$out/host/$1.txt"
@@ -289,10 +294,9 @@ measure_all() {
     compilers >"$out/figures.tsv"
     check "streams" make_streams
     check "plugin" cc -O2 -shared -fPIC $here/count.c -o "$out/libcount.so"
-    test_process host grid "" cc -O2
-    test_process host random "" cc -O2
+    for stream in disc grid random; do test_process host $stream "" cc -O2; done
     test_device cortex-m3 grid random
-    test_device cortex-m0 grid
+    test_device cortex-m0 disc
     test_device rv32 grid random
     check "memory" measure_memory
 }

@@ -13,7 +13,8 @@ DEVICES = [("cortex-m3", "Cortex-M3"), ("cortex-m0", "Cortex-M0"), ("rv32", "RV3
 CODECS = ["conquest", "draco-10", "meshopt+zstd"]
 WIDTHS = [("32-bit", "32-bit indices"), ("16-bit", "16-bit indices")]
 DEVICE_ROWS = [
-    ("code", "decoder, code and tables, bytes"),
+    ("code", "decoder, code, bytes"),
+    ("tables", "its constant tables, bytes"),
     ("writable", "its .data and .bss, bytes"),
     ("stack", "its stack, bytes: bound from the call graph"),
     ("painted", "its stack, bytes: measured by painting"),
