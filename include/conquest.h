@@ -574,7 +574,7 @@ static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : 
 /* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
 static int cqi_bit_length(uint32_t x)
 {
-#ifdef __GNUC__
+#if defined(__GNUC__) && __SIZEOF_INT__ == 4
     return x ? 32 - __builtin_clz(x) : 0;
 #else
     int n = 0;
@@ -1806,7 +1806,7 @@ static void cqi_model_init(cqi_model *m, int located)
     int k;
     for (k = 0; k < CQI_MODELS; k++) {
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
-        m->bit[k] = (cq_bit_model)(256 * cqi_prior_bit[from] + 128);
+        m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
     memset(m->weight, 0, sizeof m->weight);
     for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
