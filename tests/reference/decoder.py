@@ -435,6 +435,12 @@ def bits_of(*numbers):
     return max(map(abs, numbers)).bit_length()
 
 
+def fit(*numbers):  # 6.4
+    """Scaled by the power of two that gives the largest one 14 bits."""
+    g = 14 - bits_of(*numbers)
+    return [n << g if g >= 0 else n >> -g for n in numbers]
+
+
 def half(x):  # 6.1
     return bits_of(x * x) if x < 1 << 15 else 2 * bits_of(x)
 
@@ -448,21 +454,21 @@ class Turn:
         self.tangent = self.sine = self.length = 0
         if g > 0:
             self.length = ((u * u + v * v) // g + g) // 2
-            self.tangent = quotient(-1024 * y, self.length + u)
-            self.sine = quotient(-1024 * y, self.length)
+            self.tangent = quotient(-512 * y, self.length + u)
+            self.sine = quotient(-512 * y, self.length)
         if x < 0:
             self.tangent, self.sine, self.length = -self.tangent, -self.sine, -self.length
 
     def forth(self, v, i, j):
         """Components i and j of v."""
-        v[i] -= v[j] * self.tangent >> 10
-        v[j] += v[i] * self.sine >> 10
-        v[i] -= v[j] * self.tangent >> 10
+        v[i] -= v[j] * self.tangent >> 9
+        v[j] += v[i] * self.sine >> 9
+        v[i] -= v[j] * self.tangent >> 9
 
     def back(self, v, i, j):
-        v[i] += v[j] * self.tangent >> 10
-        v[j] -= v[i] * self.sine >> 10
-        v[i] += v[j] * self.tangent >> 10
+        v[i] += v[j] * self.tangent >> 9
+        v[j] -= v[i] * self.sine >> 9
+        v[i] += v[j] * self.tangent >> 9
 
 
 class Geometry:
@@ -510,14 +516,13 @@ class Geometry:
         normal = [0, 0, 0]
         for k in range(self.count):
             normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
-        normal = [n >> max(bits_of(*normal) - 14, 0) for n in normal]
+        normal = fit(*normal)
         first = Turn(normal[0], normal[1])
         second = Turn(normal[2], first.length)
         v = list(predicted)
         first.forth(v, 0, 1)
         second.forth(v, 2, 0)
-        g = max(bits_of(v[0], v[1]) - 14, 0)
-        third = Turn(v[0] >> g, v[1] >> g)
+        third = Turn(*fit(v[0], v[1]))
         off = sum(abs(dot(s, normal)) for s in self.s)
         return (first, second, third, self.expect(3 * self.mean),
                 self.expect(off // ((abs(second.length) >> 3) + 1) // self.count))
