@@ -33,6 +33,7 @@
 #define cq_mesh_can_collapse ow_mesh_can_collapse
 #define cq_mesh_collapse ow_mesh_collapse
 #define cq_mesh_split ow_mesh_split
+#define cq_mesh_changes ow_mesh_changes
 #define cq_mesh_triangles ow_mesh_triangles
 #define cq_next ow_next
 #define cq_prev ow_prev
@@ -71,6 +72,7 @@ namespace other_width {
 #undef cq_mesh_can_collapse
 #undef cq_mesh_collapse
 #undef cq_mesh_split
+#undef cq_mesh_changes
 #undef cq_mesh_triangles
 #undef cq_next
 #undef cq_prev

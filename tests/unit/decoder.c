@@ -517,7 +517,7 @@ TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart) {
     sample s;
     coded c;
     cq_shape shape;
-    size_t header_bytes, k;
+    size_t header_bytes = 0, k;
     static const cq_result expected[] = {CQ_ERROR_FORMAT, CQ_ERROR_FORMAT, CQ_ERROR_VERSION, CQ_ERROR_CHECKSUM};
     REQUIRE_EQ(sample_code(&s, &c, 1), CQ_OK);
     REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
@@ -539,7 +539,7 @@ TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart) {
 TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end) {
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
-        size_t header_bytes;
+        size_t header_bytes = 0;
         decoding d;
         CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
         if (c.size == header_bytes) continue;
@@ -551,11 +551,38 @@ TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end) {
     }
 }
 
+static int32_t random_within(uint64_t *random, int32_t limit) {
+    return (int32_t)(next_random(random) % (2u * (uint32_t)limit + 1)) - limit;
+}
+
+/* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
+TEST(turns_are_taken_back_exactly) {
+    uint64_t random = 5;
+    int round, k;
+    for (round = 0; round < 20000; ++round) {
+        const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
+        int32_t before[3], after[3];
+        cqi_turn turn[3];
+        for (k = 0; k < 3; ++k) {
+            int32_t x = random_within(&random, 0x3fff), y = random_within(&random, round % 2 ? 0x3fff : 3);
+            turn[k] = cqi_find_turn(&x, y);
+            before[k] = after[k] = round % 3 ? random_within(&random, limit) : round & 4 << k ? limit : -limit;
+        }
+        cqi_turn_back(&turn[2], &after[0], &after[1]);
+        cqi_turn_back(&turn[1], &after[2], &after[0]);
+        cqi_turn_back(&turn[0], &after[0], &after[1]);
+        cqi_turn_forth(&turn[0], &after[0], &after[1]);
+        cqi_turn_forth(&turn[1], &after[2], &after[0]);
+        cqi_turn_forth(&turn[2], &after[0], &after[1]);
+        for (k = 0; k < 3; ++k) CHECK_EQ(after[k], before[k]);
+    }
+}
+
 TEST(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh) {
     uint64_t random = 11;
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
-        size_t header_bytes, k;
+        size_t header_bytes = 0, k;
         int round;
         CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
         for (round = 0; round < 30; ++round) {
@@ -983,6 +1010,7 @@ int main(int argc, char **argv) {
     RUN(an_error_is_final_and_uses_no_more_input);
     RUN(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart);
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
+    RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
     RUN(misaligned_memory_is_an_error_of_the_decoder);

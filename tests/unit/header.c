@@ -83,7 +83,7 @@ TEST(a_header_tells_the_shape_that_was_encoded) {
         sample s;
         coded c;
         cq_shape shape;
-        size_t header_bytes, stream_bytes;
+        size_t header_bytes = 0, stream_bytes = 0;
         uint32_t k, j;
         REQUIRE_EQ(sample_code(&s, &c, which), CQ_OK);
         CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, &stream_bytes), CQ_OK);
@@ -115,7 +115,7 @@ TEST(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough) {
         sample s;
         coded c;
         cq_shape shape;
-        size_t header_bytes, size, got, total;
+        size_t header_bytes = 0, size, got, total;
         REQUIRE_EQ(sample_code(&s, &c, which), CQ_OK);
         CHECK_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
         for (size = 0; size <= c.size; ++size) {
