@@ -59,6 +59,38 @@ TEST(the_map_leads_to_the_values_of_each_vertex) {
     }
 }
 
+static int has_positions(const cq_shape *shape) {
+    uint32_t k;
+    for (k = 0; k < shape->num_channels; ++k)
+        if (shape->channel[k].kind == CQ_POSITION) return 1;
+    return 0;
+}
+
+TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
+    int changed = 0;
+    FOR_EACH_SAMPLE(s, c) {
+        coded other;
+        decoding d;
+        uint32_t v;
+        int same;
+        s.input.goal = CQ_SMALLEST;
+        code(&other, &s.input);
+        REQUIRE_EQ(other.result, CQ_OK);
+        same = other.size == c.size && memcmp(other.bytes, c.bytes, c.size) == 0;
+        CHECK(same || has_positions(&s.input.shape));
+        changed += !same;
+        decoding_begin(&d, other.bytes, other.size);
+        CHECK_EQ(decoding_run(&d, other.bytes, other.size, other.size, CQ_NO_LIMIT), CQ_DONE);
+        for (v = 0; v < s.mesh.num_vertices && s.input.shape.num_channels; ++v)
+            CHECK_EQ(d.decoder->channel[0][other.map[v] * s.input.shape.channel[0].components],
+                     s.values[0][v * s.input.shape.channel[0].components]);
+        CHECK_EQ(d.decoder->mesh.num_faces, s.mesh.num_faces);
+        decoding_free(&d);
+        uncode(&other);
+    }
+    CHECK(changed > 1);
+}
+
 TEST(the_map_may_be_null) {
     FOR_EACH_SAMPLE(s, c) {
         cq_place place;
@@ -449,6 +481,7 @@ int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(the_map_is_a_permutation);
     RUN(the_map_leads_to_the_values_of_each_vertex);
+    RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
