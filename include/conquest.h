@@ -321,8 +321,8 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 5 + 2
- * such bits and 24 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
+/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 10 such
+ * bits and 29 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
 #define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
@@ -2233,7 +2233,7 @@ static inline int32_t cqi_norm(cqi_vector a)
     return (int32_t)((uint32_t)(11 * largest + 5 * (x + y + z)) >> 4);
 }
 
-/* -- Frames: residuals of positions, turned so that the normal of the patch and the predicted displacement are axes --
+/* -- Axes: residuals of positions, turned so that the normal of the patch and the predicted displacement are axes --
  *
  * A turn in a plane is three shears, each rounded, so it can be taken back exactly, whatever the factors are. */
 
@@ -2361,7 +2361,7 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
     return 1;
 }
 
-/* The residual of one component without a frame: the wider the patch, the larger. */
+/* The residual of one component alone: the wider the patch, the larger. */
 static int32_t cqi_code_plain(cq_decoder *d, const cqi_fans *fans, int32_t residual)
 {
     return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
