@@ -321,8 +321,8 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 10 such
- * bits and 29 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
+/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 10
+ * such bits and 29 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
 #define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
