@@ -663,7 +663,8 @@ static uint32_t cqi_all_components(const cq_shape *s)
 
 /* Everything that cq_index can number, and small enough that no size below overflows: an encoder needs at most 121
  * bytes for each of CQI_MAX_HALFEDGES halfedges. */
-#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu)
+#define CQI_LARGEST_COUNT (sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu) /* unreachable: half of it */
+#define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : CQI_LARGEST_COUNT)
 
 static int cqi_countable(const cq_shape *s)
 {
@@ -1350,17 +1351,17 @@ uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
     return value;
 }
 
-/* Picks the number in [low, low + range) with the most zero bits at its end, writes it, and drops zero bytes. */
+/* Picks the number in [low, low + range) with the most zero bits at its end, writes it, and drops zero bytes. Any 2^24
+ * numbers have one with 24 zero bits. */
 size_t cq_range_encoder_finish(cq_range_encoder *e)
 {
-    uint64_t end = e->low + e->range, value = e->low;
-    int bits, k;
-    for (bits = 32; bits > 0; bits--) {
-        uint64_t mask = ((uint64_t)1 << bits) - 1;
+    uint64_t end = e->low + e->range, value;
+    int bits = 32, k;
+    do {
+        uint64_t mask = ((uint64_t)1 << bits--) - 1;
         value = (e->low + mask) & ~mask;
-        if (value < end) break;
-    }
-    e->low = bits ? value : e->low;
+    } while (value >= end);
+    e->low = value;
     for (k = 0; k < 5; k++) cqi_shift_low(e); /* four bytes of low, and the cache */
     e->count -= e->zeros;
     e->zeros = 0;
@@ -1475,7 +1476,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     }
     h->payload_size = cqi_read_varint(r);
     h->payload_crc = cqi_read_uint(r, 4);
-    if (r->result == CQ_OK && h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES) return CQ_ERROR_TOO_LARGE;
+    if (h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES) return CQ_ERROR_TOO_LARGE; /* unreachable: 32-bit size_t */
     return r->result;
 }
 
@@ -1564,7 +1565,6 @@ typedef struct cqi_plan {
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 81920
 #define CQI_SETTLED ((int32_t)7 << CQI_UNIT)
-#define CQI_OMITTED(index) 0 /* a weight that stays 0, to measure the others */
 #endif
 
 /* -- The plan: what the encoder looks up while it replays -- */
@@ -2587,8 +2587,10 @@ static inline uint32_t cqi_share(uint32_t below)
 static inline void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
     int32_t x = m->weight[index] + gradient;
-    if (x > CQI_MOST || x < -CQI_MOST || CQI_OMITTED(index)) return;
-    m->weight[index] = x;
+#ifdef CQ_TRAINING
+    if (CQI_OMITTED(index)) return;
+#endif
+    if (x >= -CQI_MOST && x <= CQI_MOST) m->weight[index] = x;
 }
 
 /* -- The patch -- */
@@ -2599,7 +2601,8 @@ static uint8_t cqi_ring_state(int mark)
     return (uint8_t)(holders > 1 ? CQI_HELD_OFTEN : holders ? CQI_HELD + left : CQI_FREE + left);
 }
 
-static int cqi_valence_class(int valence) { return valence < 3 ? 0 : valence < 16 ? valence - 3 : 13; }
+/* A ring vertex has three neighbours or more: with two, its component were a pillow. */
+static int cqi_valence_class(int valence) { return valence < 16 ? valence - 3 : 13; }
 
 /* At a first gate the centre may be L or R; then the other one is a common neighbour. */
 static int cqi_side_of_patch(const cq_decoder *d, cq_index centre, cq_index first)
@@ -2676,7 +2679,7 @@ static void cqi_classify_edges(cqi_ring *r, const int16_t *length)
     scale = ((int32_t)1 << 26) / (shortest + second);
     for (k = 0; k < r->size; k++) {
         int32_t x = length[k] > 2 * (shortest + second) ? 14 : (length[k] * scale >> 23) - 3;
-        r->edge[k] = (uint8_t)(r->state[k] == CQI_NEVER ? 15 : x < 0 ? 0 : x > 14 ? 14 : x);
+        r->edge[k] = (uint8_t)(r->state[k] == CQI_NEVER ? 15 : x < 0 ? 0 : x);
     }
 }
 
@@ -3109,7 +3112,7 @@ static cq_result cqi_step_level(cq_decoder *d)
         if (CQI_ENCODING(d)) return CQ_DONE;
         return d->range.count < d->range.size || d->payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
-    if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT;
+    if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
     other = cqi_code_bit(d, CQI_OTHER_LEVEL, 0);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (other) return CQ_ERROR_UNSUPPORTED;
@@ -3669,7 +3672,7 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
 {
     uint8_t header[CQ_MAX_HEADER_BYTES];
     size_t header_size = cqi_write_header(header, s, payload_size, 0);
-    if (payload_size > 0xffffffffu) return CQ_ERROR_TOO_LARGE; /* a counter of 32 bits */
+    if (payload_size > 0xffffffffu) return CQ_ERROR_TOO_LARGE; /* unreachable: by less than 4 GiB */
     *stream_size = header_size + payload_size;
     if (*stream_size > out_size) return CQ_ERROR_OUTPUT;
     cqi_move_up(out + gap, payload_size, header_size - gap);

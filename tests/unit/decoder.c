@@ -555,6 +555,34 @@ static int32_t random_within(uint64_t *random, int32_t limit) {
     return (int32_t)(next_random(random) % (2u * (uint32_t)limit + 1)) - limit;
 }
 
+TEST(a_level_that_begins_behind_the_last_byte_is_truncated) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        cq_bytes in = {c.bytes, c.size};
+        decoding_begin(&d, c.bytes, c.size);
+        while (d.decoder->phase != CQI_LEVEL && cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+        if (d.decoder->mesh.num_vertices < d.decoder->shape.num_vertices) {
+            d.decoder->payload_left = 1;
+            d.decoder->range.size = d.decoder->range.count - 1;
+            CHECK_EQ(cqi_step_level(d.decoder), CQ_TRUNCATED);
+        }
+        decoding_free(&d);
+    }
+}
+
+TEST(weights_stay_within_their_limit) {
+    static cqi_model m;
+    m.weight[3] = CQI_MOST - 1;
+    cqi_learn(&m, 3, 1);
+    CHECK_EQ(m.weight[3], CQI_MOST);
+    cqi_learn(&m, 3, 1);
+    CHECK_EQ(m.weight[3], CQI_MOST);
+    cqi_learn(&m, 3, -2 * CQI_MOST);
+    CHECK_EQ(m.weight[3], -CQI_MOST);
+    cqi_learn(&m, 3, -1);
+    CHECK_EQ(m.weight[3], -CQI_MOST);
+}
+
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
 TEST(turns_are_taken_back_exactly) {
     uint64_t random = 5;
@@ -1010,6 +1038,8 @@ int main(int argc, char **argv) {
     RUN(an_error_is_final_and_uses_no_more_input);
     RUN(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart);
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
+    RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
+    RUN(weights_stay_within_their_limit);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);

@@ -445,6 +445,27 @@ TEST(thousands_of_components_cost_bits_each_not_bytes) {
     sample_free(&s);
 }
 
+#if CQ_INDEX_BITS == 32
+/* Bit models adapt more slowly from 1024 and from 8192 vertices on. */
+TEST(ten_thousand_vertices_come_back) {
+    sample s;
+    coded c;
+    decoding d;
+    uint32_t v;
+    sample_begin(&s, triangles_torus(100, 100));
+    sample_channel(&s, CQ_GENERIC, 1, 8);
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1000, 1000), CQ_DONE);
+    for (v = 0; v < s.mesh.num_vertices; ++v) CHECK_EQ(d.decoder->channel[0][c.map[v]], s.values[0][v]);
+    CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+#endif
+
 TEST(equal_values_cost_next_to_nothing) {
     sample s;
     coded c;
@@ -500,6 +521,9 @@ int main(int argc, char **argv) {
     RUN(progress_goes_forward_and_never_beyond_its_total);
     RUN(streams_refine_a_coarse_base);
     RUN(thousands_of_components_cost_bits_each_not_bytes);
+#if CQ_INDEX_BITS == 32
+    RUN(ten_thousand_vertices_come_back);
+#endif
     RUN(equal_values_cost_next_to_nothing);
     RUN(a_vertex_of_large_valence_is_left_alone);
     return TEST_END();
