@@ -1,5 +1,5 @@
-/* Proofs about memory: computing the sizes never wraps around, for any shape, in 64 and in 32 bits of size_t, with
- * 16-bit and with 32-bit indices; and what is laid out fits the sizes, for shapes of bounded counts. */
+/* Proofs about memory: computing the sizes never wraps around, for any shape; and what is laid out fits the sizes, for
+ * shapes of bounded counts. */
 #include "proof.h"
 
 static cq_shape any_shape(void)
