@@ -208,7 +208,8 @@ CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *i
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
- * neighbours, each of valence 4 or more), no two boundaries touch, and the merged valence is at most max_valence. */
+ * neighbours, each of valence 4 or more), no two boundaries touch, and the valences of both ends and of the merged
+ * vertex are at most max_valence. */
 CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_valence);
 
 /* Collapses halfedge h = A -> B: B's other edges go to A, B and the two faces at h are freed.
