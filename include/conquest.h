@@ -365,7 +365,7 @@ typedef struct cqi_ring {
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];           /* its end */
     uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
-    uint8_t valence_class[CQ_MAX_VALENCE + 2]; /* CQI_VALENCE_CLASSES of vertex k - 1; the ends are there twice */
+    uint8_t valence_class[CQ_MAX_VALENCE + 2]; /* cqi_valence_class, of vertex k - 1; the ends are there twice */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
     uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
@@ -375,7 +375,7 @@ typedef struct cqi_ring {
     int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
     int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
     uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p */
-    int shift;                                 /* scale of the next two: offsets times 2^shift have 8 bits at most */
+    int shift;                                 /* the scale of what follows but `offset`: offsets times 2^shift */
     int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
     int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
@@ -1560,12 +1560,14 @@ typedef struct cqi_plan {
 } cqi_plan;
 
 /* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And
- * how far under the best candidate positions are not asked about another one. The trainer has its own: it learns
- * slowly. */
-#ifndef CQ_TRAINING
+ * how far under the best candidate positions are not asked about another one. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 81920
 #define CQI_SETTLED ((int32_t)7 << CQI_UNIT)
+
+/* The trainer has its own: it learns slowly, and asks about all. */
+#ifndef CQ_TRAINING
+#define CQI_TUNED(name, usual) (usual)
 #endif
 
 /* -- The plan: what the encoder looks up while it replays -- */
@@ -2951,7 +2953,7 @@ static inline void cqi_learn_pair(cq_decoder *d, int p, int q, const cqi_angles 
  * with less than CQI_STILL of the range do not move. */
 static void cqi_learn_pairs(cq_decoder *d, uint32_t total, int chosen, int chosen_p, int chosen_q)
 {
-    const uint32_t scale = ((uint32_t)CQI_STEP << 14) / total;
+    const uint32_t scale = ((uint32_t)CQI_TUNED(step, CQI_STEP) << 14) / total;
     const int32_t still = (int32_t)(CQI_STILL * total >> 16);
     const int n = d->ring.size, p_end = cqi_p_end(&d->ring);
     int32_t gained = 0;
@@ -3011,7 +3013,7 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_score_ring(d);
     count = cqi_pair_number(r, cqi_p_end(r) - 1, r->size - 1) + 1;
     best = cqi_score_candidates(d);
-    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_SETTLED);
+    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_TUNED(settled, CQI_SETTLED));
     total = cqi_share_range(d->score, count, best);
     if (CQI_ENCODING(d)) chosen = cqi_pair_number(r, *p, *q);
     chosen = cqi_code_share(d, d->score, total, chosen);
@@ -3120,7 +3122,7 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->level++;
     d->splits = 0;
     if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
-    d->rate = CQI_RATE(d->mesh.num_vertices);
+    d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
     cqi_walk_begin(&d->walk);
     d->phase = CQI_CLEAR;
     return CQ_OK;
@@ -3198,7 +3200,7 @@ static void cqi_start(cq_decoder *d)
     }
     d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
     d->draft = d->mesh;
-    d->rate = CQI_RATE(0);
+    d->rate = CQI_TUNED(rate, CQI_RATE(0));
     memset(d->delta, 0, sizeof d->delta);
     d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
     cqi_model_init(&d->model, cqi_position_channel(&d->shape) >= 0);

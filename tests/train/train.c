@@ -9,11 +9,9 @@
  * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
  * it has learned as C tables: first with 12-bit positions, then connectivity alone. Deterministic: the same meshes in
  * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
-static int train_rate, train_step, train_settled, omit_begin, omit_end;
+static int train_rate, train_step, train_settled, omit_begin, omit_end; /* the first three: 0 as usual */
 #define CQ_TRAINING
-#define CQI_RATE(num_vertices) (train_rate ? train_rate : (num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
-#define CQI_STEP (train_step * 4096)
-#define CQI_SETTLED train_settled
+#define CQI_TUNED(name, usual) (train_##name ? train_##name : (usual))
 #define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
@@ -43,16 +41,14 @@ static void cqi_model_keep(const cqi_model *m)
 static void set_product_speed(void)
 {
     keeping = 0;
-    train_rate = 0;
-    train_step = 20;
-    train_settled = 7 << CQI_UNIT;
+    train_rate = train_step = train_settled = 0;
 }
 
 static void set_training_speed(int pass)
 {
     keeping = 1;
     train_rate = rates[pass];
-    train_step = steps[pass];
+    train_step = 4096 * steps[pass];
     train_settled = 250 << CQI_UNIT;
 }
 
