@@ -33,6 +33,23 @@ inline void add_families(std::vector<Family> &to, Topology topology, int first, 
     for (int n = first; n <= last; ++n) to.push_back({topology, n});
 }
 
+// What `make test` runs, and one vertex more of each for `make verify`.
+inline std::vector<Family> small_families() {
+    std::vector<Family> families;
+    add_families(families, Topology::sphere, 4, 10);
+    add_families(families, Topology::torus, 7, 9);
+    add_families(families, Topology::disc, 3, 8);
+    return families;
+}
+
+inline std::vector<Family> larger_families() {
+    std::vector<Family> families;
+    add_families(families, Topology::sphere, 11, 11);
+    add_families(families, Topology::torus, 10, 10);
+    add_families(families, Topology::disc, 9, 9);
+    return families;
+}
+
 // The triangles without the cone, `first` in front; vertices below num_real.
 inline std::vector<cq_index> index_buffer(const Triangulation &t, int num_real, Triangle first = {-1, -1, -1}) {
     std::vector<cq_index> indices;

@@ -90,25 +90,19 @@ void shell_discs(int vertices, Report &report) {
 }
 
 void run_small(Report &report) {
-    std::vector<Family> families;
     for (int n = 4; n <= 9; ++n) search_spheres(n, report);
     for (int n = 7; n <= 9; ++n) split_tori(n, report);
     shell_discs(8, report);
-    add_families(families, Topology::sphere, 4, 10);
-    add_families(families, Topology::torus, 7, 9);
-    add_families(families, Topology::disc, 3, 8);
-    for (const Family &family : families) run_family(family, report);
+    for (const Family &family : small_families()) run_family(family, report);
 }
 
 void run_large(Report &report) {
-    std::vector<Family> families;
+    std::vector<Family> families = larger_families();
     search_spheres(10, report);
     search_spheres(11, report);
     split_tori(10, report);
     shell_discs(10, report);
-    add_families(families, Topology::disc, 9, 9);
-    add_families(families, Topology::torus, 10, 10);
-    add_families(families, Topology::sphere, 11, 12);
+    add_families(families, Topology::sphere, 12, 12);
     for (const Family &family : families) run_family(family, report);
 }
 

@@ -222,10 +222,6 @@ void run_family(const Family &family, Report &report) {
 int main(int argc, char **argv) {
     Report report;
     bool large = argc > 1 && std::string(argv[1]) == "all";
-    std::vector<Family> families;
-    add_families(families, Topology::sphere, large ? 11 : 4, large ? 11 : 10);
-    add_families(families, Topology::torus, large ? 10 : 7, large ? 10 : 9);
-    add_families(families, Topology::disc, large ? 9 : 3, large ? 9 : 8);
-    for (const Family &family : families) run_family(family, report);
+    for (const Family &family : large ? larger_families() : small_families()) run_family(family, report);
     return report.summary();
 }
