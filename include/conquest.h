@@ -331,6 +331,7 @@ typedef struct cq_report {
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
 #define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
+#define CQI_LOCATED 63               /* of them, at most: what bounds the time of a split */
 
 /* A conquest in progress: the list of patches is the queue of gates too. */
 typedef struct cqi_walk {
@@ -344,49 +345,58 @@ typedef struct cqi_vector {
     int32_t x, y, z;
 } cqi_vector;
 
-/* What the positions say about a candidate: entries of the tables of the same names. */
-typedef struct cqi_angles {
-    uint8_t inner, outer, between;
-    uint8_t known;
-} cqi_angles;
+/* In the plane of a patch. */
+typedef struct cqi_point {
+    int32_t x, y;
+} cqi_point;
 
-/* Gradients of a split, gathered where candidates share features. */
-typedef struct cqi_gradient {
-    int32_t of_p[CQ_MAX_VALENCE], of_q[CQ_MAX_VALENCE], of_length[CQ_MAX_VALENCE];
-} cqi_gradient;
+/* tan(angle / 2) and sin(angle), times 2^CQI_TURN_BITS, |angle| <= 90 degrees. */
+typedef struct cqi_turn {
+    int32_t tangent, sine;
+} cqi_turn;
+
+/* A candidate that the positions are asked about: entries of the tables of the same names. */
+typedef struct cqi_located {
+    uint16_t number;                           /* of the candidate */
+    uint8_t p, q;
+    uint8_t edges, outer, between;
+} cqi_located;
 
 /* The patch of a centre, from its entry spoke clockwise. */
 typedef struct cqi_ring {
     int size;
     int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
-    int least_q;                               /* of any candidate */
     int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
     int channel;                               /* whose values are in `offset`, or -1 */
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];           /* its end */
     uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
-    uint8_t valence_class[CQ_MAX_VALENCE + 2]; /* cqi_valence_class, of vertex k - 1; the ends are there twice */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
     uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
-    uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p, */
-    uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q */
-    uint16_t entry[CQ_MAX_VALENCE][5];         /* features as an end of B's part, for p; for q the next ones */
-    int32_t score[2][CQ_MAX_VALENCE];          /* their sums, as p and as q */
-    int32_t score_of_length[CQ_MAX_VALENCE];   /* of the features of q - p */
-    uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p */
+    uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p; plus p */
+    uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q; plus CQ_MAX_VALENCE - q */
+    uint16_t entry[CQ_MAX_VALENCE][3];         /* features as an end of B's part, for p; for q the next ones */
+    int32_t of_p[CQ_MAX_VALENCE];              /* sum of the weights of those for p, then what they learn; */
+    int32_t of_q[CQ_MAX_VALENCE];              /* the same for q, */
+    int32_t of_steps[CQ_MAX_VALENCE];          /* and for q - p */
+    uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p, times 8 */
     int shift;                                 /* the scale of what follows but `offset`: offsets times 2^shift */
     int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
     int32_t offset[CQ_MAX_VALENCE][CQ_MAX_COMPONENTS];  /* values minus those of the centre; 0 if virtual */
-    cqi_vector sum[CQ_MAX_VALENCE + 1];        /* of the offsets before a vertex, the largest one with 8 bits */
-    cqi_vector direction[CQ_MAX_VALENCE + 2];  /* offset of vertex k - 1, 64 long; the ends are there twice */
+    cqi_vector scaled[CQ_MAX_VALENCE];         /* offsets, the largest component with 8 bits */
+    cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
+    int32_t height;                            /* sum of the distances from the plane */
+    cqi_point sum[CQ_MAX_VALENCE + 1];         /* in the plane: of the offsets before a vertex */
+    cqi_point direction[CQ_MAX_VALENCE + 2];   /* that of vertex k - 1, spokes being 64 long; the ends are there twice */
 } cqi_ring;
 
-/* Adaptive weights of the split model, in 2^-CQI_UNIT octaves, at most 8 octaves: a sum of 31 does not overflow. */
+/* Adaptive weights of the split model, in 2^-CQI_UNIT octaves: at most 8 octaves, which is seen to after every 1024
+ * splits. Until then a weight moves by at most 1024 CQI_STEP, so that the sum of a candidate's 12 does not overflow. */
 #define CQI_UNIT 22
 #define CQI_MOST ((int32_t)8 << CQI_UNIT)
-#define CQI_WORST (-31 * CQI_MOST)
+#define CQI_LIMIT_EVERY 1024
 
 /* Indices of tables in one array. */
 enum {
@@ -395,13 +405,11 @@ enum {
     CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
     CQI_END_STATE = CQI_RULE + 36,                           /* [valence][state][p or q] */
     CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,            /* [level class][valence][p or q] */
-    CQI_END_BEFORE = CQI_END_VALENCE + 3 * 14 * 2,           /* [valence of the ring vertex before][p or q] */
-    CQI_END_BEHIND = CQI_END_BEFORE + 14 * 2,                /* [valence of the one behind][p or q] */
-    CQI_BARE_WEIGHTS = CQI_END_BEHIND + 14 * 2,              /* from here on only with positions: */
+    CQI_BARE_WEIGHTS = CQI_END_VALENCE + 3 * 14 * 2,         /* from here on only with positions: */
     CQI_END_EDGE = CQI_BARE_WEIGHTS,                         /* [length of the spoke][p or q] */
-    CQI_INNER = CQI_END_EDGE + 16 * 2,                       /* [how far B - A goes to p + 1][to q - 1] */
-    CQI_OUTER = CQI_INNER + 64,                              /* [to p - 1][to q + 1] */
-    CQI_BETWEEN = CQI_OUTER + 64,                            /* [steps from p to q][angle between their spokes] */
+    CQI_EDGES = CQI_END_EDGE + 16 * 2,                       /* [length of the spoke to p, halved][to q] */
+    CQI_OUTER = CQI_EDGES + 8 * 8,                           /* [how far B - A goes to p - 1][to q + 1] */
+    CQI_BETWEEN = CQI_OUTER + 8 * 8,                         /* [steps from p to q][angle between their spokes] */
     CQI_WEIGHTS = CQI_BETWEEN + 8 * 8
 };
 
@@ -492,9 +500,10 @@ typedef struct cq_decoder {
     uint32_t level_end;                    /* vertices when the level is complete */
     cqi_walk walk;
     cqi_ring ring;
-    int32_t score[CQI_CANDIDATES];         /* of the candidates, by p, then q; then their shares of the range */
-    cqi_angles angles[CQI_CANDIDATES];
-    cqi_gradient gradient;
+    int32_t score[CQI_CANDIDATES];         /* of the candidates, by q, then p; then their shares, then what they lose */
+    uint8_t rule[CQI_CANDIDATES];          /* their entries in the table of that name */
+    cqi_located located[CQI_LOCATED + 1];  /* the last one is scratch */
+    int num_located;
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
 } cq_decoder;
@@ -566,9 +575,6 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
-/* x / 2^bits, towards zero. */
-static int32_t cqi_scale_down(int32_t x, int bits) { return x < 0 ? -(-x >> bits) : x >> bits; }
-
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
@@ -590,7 +596,7 @@ static int cqi_bit_length(uint32_t x)
 /* x / 2^bits rounded down, bits > 0. */
 static int32_t cqi_floor_shift(int32_t x, int bits)
 {
-    return (int32_t)(((uint32_t)x + 0x80000000u) >> bits) - (int32_t)(0x80000000u >> bits);
+    return x < 0 ? ~(~x >> bits) : x >> bits;
 }
 
 const char *cq_result_string(cq_result result)
@@ -1290,7 +1296,8 @@ static uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (rang
 static void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     uint32_t p = *model; /* shifts of differences >= 0 keep 32 <= p <= 65504 */
-    *model = (cq_bit_model)(bit ? p + ((65504 - p) >> rate) : p - ((p - 32) >> rate));
+    const uint32_t more = (65504 - p) >> rate, less = (p - 32) >> rate;
+    *model = (cq_bit_model)(p + (more & (0u - (uint32_t)bit)) - (less & ((uint32_t)bit - 1)));
 }
 
 void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
@@ -1302,9 +1309,10 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    uint32_t one = cqi_one_width(d->range, *model);
-    int bit = d->code < one;
-    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
+    const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
+    const int bit = d->code < one;
+    const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
+    cqi_decode_interval(d, one & if_zero, (rest & if_zero) | (one & ~if_zero));
     cqi_adapt_bit(model, rate, bit);
     return bit;
 }
@@ -1562,8 +1570,8 @@ typedef struct cqi_plan {
 /* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain. And
  * how far under the best candidate positions are not asked about another one. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
-#define CQI_STEP 81920
-#define CQI_SETTLED ((int32_t)7 << CQI_UNIT)
+#define CQI_STEP 110000
+#define CQI_SETTLED ((int32_t)5 << CQI_UNIT)
 
 /* The trainer has its own: it learns slowly, and asks about all. */
 #ifndef CQ_TRAINING
@@ -1697,108 +1705,103 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
-    115, 77, 0, 111, 113, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128,
-    94, 135, 130, 93, 115, 61, 95, 128, 146, 120, 88, 87, 57, 79, 41, 128, 144, 114, 75, 64, 84, 49,
-    48, 128, 137, 57, 42, 11, 57, 27, 13, 128, 141, 86, 66, 44, 43, 68, 37, 128, 127, 54, 54, 25,
-    30, 33, 21, 128, 128, 127, 100, 130, 144, 140, 145, 128, 0, 68, 123, 133, 145, 136, 147, 128, 128, 128,
-    51, 16, 42, 123, 190, 239, 232, 221, 140, 128, 128, 128, 254, 242, 242, 249, 251, 250, 249, 247, 224, 128,
-    128, 128, 86, 255, 252, 253, 253, 253, 252, 252, 241, 128, 128, 128, 125, 245, 254, 254, 254, 254, 254, 254,
-    252, 128, 128, 128, 164, 115, 121, 111, 123, 113, 104, 95, 80, 71, 87, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 141, 149, 108, 110, 163, 212, 238, 248, 137, 133, 124, 129, 115, 120, 101,
-    128, 120, 128, 128, 117, 108, 101, 92, 83, 81, 77, 67, 65, 80, 63, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 127, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 157, 97, 97, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 177, 95, 55, 104, 128,
-    128, 128, 128, 23, 128, 128, 128, 128, 128, 128, 128, 183, 141, 72, 21, 115, 128, 128, 128, 0, 128, 128,
-    128, 128, 128, 128, 128, 120, 87, 27, 42, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 162,
-    117, 42, 8, 94, 128, 128, 128, 97, 0, 128, 128, 128, 128, 128, 128, 86, 58, 7, 38, 128, 128, 128,
-    128, 134, 93, 0, 128, 128, 128, 128, 128, 115, 83, 28, 47, 17, 128, 128, 128, 128, 89, 0, 128, 128,
-    128, 128, 128, 66, 44, 13, 5, 128, 128, 128, 128, 152, 121, 86, 0, 128, 128, 128, 128, 87, 66, 14,
-    11, 52, 128, 128, 128, 160, 141, 94, 0, 128, 128, 128, 128, 57, 35, 14, 9, 104, 128, 128, 128, 175,
-    150, 138, 102, 0, 128, 128, 128, 95, 70, 23, 9, 47, 128, 128, 128, 143, 128, 110, 89, 0, 128, 128,
-    128, 61, 54, 17, 14, 77, 128, 128, 128, 166, 149, 136, 124, 102, 0, 128, 128, 99, 95, 40, 16, 15,
-    128, 128, 128, 156, 148, 148, 141, 120, 0, 128, 128, 90, 91, 58, 3, 57, 128, 128, 128, 160, 141, 140,
-    128, 120, 109, 15, 128, 125, 127, 76, 22, 2, 115, 128, 128, 143, 134, 129, 119, 111, 96, 31, 128, 145,
-    128, 128, 108, 115, 105, 89, 79, 77, 80, 69, 63, 63, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 99, 89, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    133, 80, 51, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 179, 105, 43, 75, 115, 128, 128,
-    128, 2, 128, 128, 128, 128, 128, 128, 128, 183, 151, 66, 11, 94, 128, 128, 128, 0, 128, 128, 128, 128,
-    128, 128, 128, 121, 94, 23, 1, 128, 128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 150, 106, 45,
-    6, 77, 128, 128, 128, 96, 0, 128, 128, 128, 128, 128, 128, 92, 81, 27, 7, 70, 128, 128, 128, 151,
-    127, 0, 128, 128, 128, 128, 128, 112, 125, 47, 15, 5, 104, 128, 128, 148, 114, 0, 128, 128, 128, 128,
-    128, 80, 66, 21, 7, 62, 115, 128, 128, 162, 135, 100, 0, 128, 128, 128, 128, 101, 109, 45, 13, 6,
-    104, 128, 128, 161, 142, 105, 0, 128, 128, 128, 128, 75, 71, 26, 13, 21, 128, 128, 128, 163, 148, 132,
-    100, 0, 128, 128, 128, 111, 111, 47, 25, 23, 63, 128, 128, 148, 137, 124, 91, 0, 128, 128, 128, 84,
-    76, 41, 23, 48, 106, 115, 128, 155, 143, 140, 119, 99, 0, 128, 128, 124, 117, 61, 32, 11, 85, 128,
-    128, 146, 137, 123, 128, 87, 0, 128, 128, 93, 92, 44, 18, 5, 128, 128, 128, 156, 144, 131, 129, 124,
-    92, 47, 128, 128, 128, 67, 19, 15, 94, 128, 128, 155, 136, 128, 130, 109, 97, 15, 128, 99, 128, 128,
-    92, 86, 84, 85, 84, 91, 80, 72, 61, 20, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 121, 66, 4, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 153, 89,
-    11, 19, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 176, 108, 27, 16, 70, 97, 115, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 184, 123, 55, 24, 35, 115, 90, 104, 0, 128, 128, 128, 128, 128, 128,
-    128, 105, 62, 28, 12, 73, 88, 140, 115, 98, 0, 128, 128, 128, 128, 128, 128, 123, 83, 34, 11, 39,
-    127, 128, 127, 91, 0, 128, 128, 128, 128, 128, 128, 60, 57, 19, 22, 64, 116, 115, 128, 146, 93, 0,
-    128, 128, 128, 128, 128, 87, 80, 46, 20, 14, 104, 128, 128, 135, 89, 0, 128, 128, 128, 128, 128, 50,
-    77, 18, 7, 85, 128, 128, 128, 168, 125, 86, 0, 128, 128, 128, 128, 82, 95, 32, 12, 28, 128, 128,
-    128, 150, 117, 91, 0, 128, 128, 128, 128, 58, 57, 17, 20, 94, 128, 128, 128, 164, 139, 116, 84, 0,
-    128, 128, 128, 95, 89, 43, 32, 35, 128, 115, 128, 148, 127, 111, 84, 0, 128, 128, 128, 68, 75, 33,
-    22, 96, 115, 128, 128, 158, 136, 121, 107, 82, 0, 128, 128, 109, 110, 68, 16, 44, 115, 128, 128, 150,
-    133, 133, 114, 86, 0, 128, 128, 91, 93, 31, 7, 107, 115, 128, 128, 158, 143, 136, 134, 128, 91, 41,
-    128, 122, 117, 54, 14, 23, 128, 128, 128, 149, 130, 144, 112, 108, 101, 41, 128,
+    120, 76, 0, 109, 114, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128,
+    93, 135, 129, 93, 112, 62, 95, 128, 144, 117, 88, 88, 54, 77, 42, 128, 143, 112, 76, 65, 81, 47,
+    44, 128, 135, 55, 45, 15, 55, 26, 15, 128, 141, 89, 64, 42, 42, 65, 36, 128, 127, 56, 54, 27,
+    30, 31, 21, 128, 128, 130, 102, 130, 145, 140, 145, 128, 0, 66, 124, 130, 144, 137, 148, 128, 128, 128,
+    49, 16, 43, 124, 191, 238, 229, 226, 141, 128, 128, 128, 255, 242, 243, 249, 251, 251, 248, 249, 228, 128,
+    128, 128, 89, 255, 252, 253, 253, 253, 252, 252, 239, 128, 128, 128, 123, 246, 254, 254, 254, 254, 254, 254,
+    252, 128, 128, 128, 157, 115, 122, 111, 123, 113, 104, 96, 82, 72, 79, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 142, 150, 110, 114, 165, 212, 239, 248, 138, 133, 124, 130, 116, 117, 106,
+    128, 121, 128, 128, 115, 108, 101, 93, 84, 82, 78, 67, 64, 79, 62, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 118, 84, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 163, 92, 90, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 178, 96, 50, 99, 128,
+    128, 128, 128, 16, 128, 128, 128, 128, 128, 128, 128, 183, 141, 72, 17, 115, 128, 128, 128, 0, 128, 128,
+    128, 128, 128, 128, 128, 120, 87, 27, 37, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 162,
+    117, 42, 8, 94, 128, 128, 128, 97, 0, 128, 128, 128, 128, 128, 128, 86, 58, 7, 34, 128, 128, 128,
+    128, 134, 93, 0, 128, 128, 128, 128, 128, 115, 83, 28, 45, 15, 128, 128, 128, 128, 89, 0, 128, 128,
+    128, 128, 128, 65, 46, 18, 4, 128, 128, 128, 128, 155, 125, 88, 0, 128, 128, 128, 128, 87, 67, 14,
+    13, 47, 128, 128, 128, 160, 141, 95, 0, 128, 128, 128, 128, 57, 36, 14, 8, 104, 128, 128, 128, 175,
+    150, 138, 102, 0, 128, 128, 128, 94, 70, 23, 9, 44, 128, 128, 128, 144, 129, 111, 89, 0, 128, 128,
+    128, 61, 55, 17, 13, 77, 128, 128, 128, 168, 152, 139, 127, 105, 0, 128, 128, 98, 95, 39, 15, 14,
+    128, 128, 128, 158, 149, 150, 144, 119, 0, 128, 128, 88, 90, 57, 3, 57, 128, 128, 128, 161, 142, 141,
+    130, 122, 115, 14, 128, 123, 125, 73, 22, 2, 115, 128, 128, 144, 134, 128, 121, 112, 96, 30, 128, 145,
+    128, 128, 107, 115, 106, 90, 81, 78, 80, 70, 63, 62, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 100, 81, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    135, 76, 42, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 179, 105, 42, 71, 115, 128, 128,
+    128, 1, 128, 128, 128, 128, 128, 128, 128, 183, 151, 66, 11, 87, 128, 128, 128, 0, 128, 128, 128, 128,
+    128, 128, 128, 121, 94, 23, 1, 126, 128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 150, 106, 45,
+    6, 62, 128, 128, 128, 96, 0, 128, 128, 128, 128, 128, 128, 90, 81, 27, 7, 63, 128, 128, 128, 153,
+    129, 0, 128, 128, 128, 128, 128, 111, 124, 47, 14, 5, 104, 128, 128, 149, 114, 0, 128, 128, 128, 128,
+    128, 78, 67, 21, 7, 62, 115, 128, 128, 164, 137, 101, 0, 128, 128, 128, 128, 98, 109, 46, 13, 6,
+    104, 128, 128, 165, 145, 106, 0, 128, 128, 128, 128, 73, 72, 27, 12, 17, 128, 128, 128, 166, 151, 135,
+    102, 0, 128, 128, 128, 110, 111, 47, 24, 24, 59, 128, 128, 150, 139, 127, 92, 0, 128, 128, 128, 84,
+    76, 39, 22, 43, 106, 115, 128, 155, 144, 139, 120, 99, 0, 128, 128, 124, 116, 60, 30, 11, 83, 128,
+    128, 146, 137, 123, 127, 87, 0, 128, 128, 93, 91, 43, 18, 5, 128, 128, 128, 156, 143, 131, 130, 124,
+    91, 48, 128, 129, 127, 66, 18, 14, 94, 128, 128, 154, 137, 127, 129, 109, 97, 15, 128, 99, 128, 128,
+    92, 87, 84, 86, 85, 91, 79, 73, 61, 22, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 120, 67, 3, 79, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 151, 89,
+    10, 19, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 109, 28, 16, 70, 97, 115, 128, 0,
+    128, 128, 128, 128, 128, 128, 128, 189, 117, 53, 22, 32, 101, 77, 128, 0, 128, 128, 128, 128, 128, 128,
+    128, 99, 59, 26, 9, 73, 115, 104, 128, 97, 0, 128, 128, 128, 128, 128, 128, 117, 81, 35, 12, 29,
+    111, 128, 116, 91, 0, 128, 128, 128, 128, 128, 128, 58, 55, 19, 22, 77, 109, 114, 128, 146, 93, 0,
+    128, 128, 128, 128, 128, 83, 80, 45, 20, 13, 129, 114, 128, 135, 88, 0, 128, 128, 128, 128, 128, 48,
+    75, 19, 4, 98, 128, 128, 128, 168, 125, 87, 0, 128, 128, 128, 128, 78, 93, 33, 15, 35, 144, 139,
+    113, 153, 115, 89, 0, 128, 128, 128, 128, 55, 55, 18, 25, 106, 140, 115, 128, 166, 139, 117, 85, 0,
+    128, 128, 128, 94, 87, 42, 30, 26, 115, 128, 128, 149, 129, 111, 87, 0, 128, 128, 128, 68, 73, 33,
+    23, 94, 115, 128, 128, 158, 136, 122, 111, 76, 0, 128, 128, 108, 110, 67, 15, 42, 116, 127, 128, 149,
+    135, 130, 111, 89, 0, 128, 128, 90, 93, 30, 9, 96, 115, 128, 128, 158, 144, 136, 134, 129, 91, 41,
+    128, 122, 117, 56, 16, 18, 128, 128, 128, 149, 131, 143, 115, 108, 99, 37, 128,
 };
 static const int8_t cqi_prior_bare[CQI_BARE_WEIGHTS] = {
-    0, -66, -2, 26, 44, 29, 6, -13, -17, -7, -2, 1, 0, 1, 0, 0, 0, -67, 5, 28, 36, 19,
-    17, -8, -22, -8, -1, -1, 1, 0, 1, 0, 0, -96, -13, 16, 32, 31, 31, 23, 11, -2, -5, -9,
-    -4, -2, -6, -7, 0, -63, 6, 34, 49, 31, 8, -17, -25, -18, -5, -1, 0, -2, 1, 2, 0, -66,
-    10, 35, 43, 22, 19, -10, -30, -20, -3, -3, 1, -2, 3, 0, 0, -87, -4, 25, 37, 33, 31, 20,
-    13, -1, -7, -11, -7, -11, -13, -18, -23, -29, -23, -10, -13, -51, -30, -34, -22, -22, -22, -53, -33, -41,
-    -24, -26, -21, -47, -22, -27, 68, 63, 61, 58, -11, -30, 67, 61, 58, 57, -56, -57, 64, 58, 58, 54,
-    32, 44, 0, 0, 0, 0, 0, 0, 0, 0, 3, 2, 1, 2, 4, 6, 22, 17, 0, 0, 0, 0,
-    10, 18, -1, -5, 2, 2, 3, 2, 0, 0, 0, 0, 14, 23, -8, -9, -4, -6, -4, -6, -2, -2,
-    -4, -8, 6, 9, -6, -7, -6, -2, -10, -10, -6, -8, -10, -11, 21, 14, -6, -9, -11, -14, -14, -15,
-    -12, -15, -16, -15, 15, 22, 0, -4, -14, -14, -7, -8, -12, -17, -13, -18, 11, 22, 2, -1, -13, -15,
-    -1, -2, -11, -12, -15, -14, 16, 18, 0, 0, -12, -15, 7, 6, -4, 1, -4, -9, 14, 12, 3, 0,
-    -10, -12, 5, 4, -2, 1, -3, -4, 8, 11, -1, 0, -3, -6, 6, -1, 8, -3, -2, 0, 6, 12,
-    0, 0, -2, -7, 2, -1, 2, 12, -1, 0, 9, 8, 0, 0, -5, 0, -1, 0, 3, -4, 2, -1,
-    8, 6, -1, 0, -8, 5, 0, 1, -1, 8, 5, 4, 18, 19, 6, 17, 18, 17, 13, 14, -10, -13,
-    -18, -25, -20, -27, -15, -18, -5, -6, 3, 2, 0, 0, 8, 0, -2, 4, 7, 0, 14, 36, 7, 7,
-    11, 18, 3, 6, -5, -6, 4, 7, -16, -12, -11, -11, -10, -13, 3, -5, 3, 0, 5, 0, 9, 3,
-    -2, 0, -2, 5, 22, 22, 6, 9, 2, 2, -2, -3, -3, -6, -8, -7, -9, -9, -8, -7, -4, -3,
-    -3, 0, 1, 1, 3, 5, 1, 0, 1, -4, 4, 10, 6, -5, 8, -3, 6, -1, 0, -2, -2, -2,
-    -4, -1, -5, -3, -2, 1, -5, 4, -5, -5, -3, 0, -5, 3, 7, 3, 10, 19, -3, 6, -3, 4,
-    -2, 3, 0, -2, -2, -4, 0, -6, 0, -7, 1, -3, -4, -6, 4, -1, 0, -3, -5, -4, 5, 5,
+    0, -70, 0, 27, 45, 29, 6, -13, -17, -6, -2, 1, 0, 1, 0, -1, 0, -70, 7, 29, 36, 19,
+    17, -8, -22, -8, -1, -1, 1, 0, 1, 0, 0, -99, -12, 17, 31, 31, 32, 24, 12, -2, -5, -9,
+    -4, -2, -7, -8, 0, -64, 7, 35, 50, 32, 8, -18, -27, -18, -4, -1, -1, -2, 1, 3, 0, -68,
+    11, 37, 44, 23, 19, -11, -31, -21, -3, -3, 1, -2, 3, 0, 0, -89, -4, 25, 37, 33, 31, 20,
+    13, -1, -7, -10, -7, -11, -13, -18, -21, -28, -21, -10, -11, -52, -28, -33, -21, -22, -22, -58, -31, -39,
+    -24, -27, -22, -53, -20, -25, 70, 63, 60, 57, -9, -28, 69, 61, 57, 54, -56, -60, 64, 57, 56, 53,
+    29, 35, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 1, 3, 5, 21, 17, 0, 0, 0, 0,
+    9, 19, -1, -6, 1, 1, 2, 1, 0, 0, 0, 0, 13, 23, -9, -11, -5, -7, -5, -6, -3, -3,
+    -5, -9, 7, 10, -6, -8, -7, -3, -9, -9, -6, -8, -9, -10, 21, 15, -6, -10, -12, -15, -12, -14,
+    -11, -14, -14, -13, 16, 23, 0, -4, -15, -16, -6, -7, -11, -16, -11, -14, 12, 23, 2, -1, -14, -16,
+    0, -2, -11, -11, -14, -11, 17, 20, 0, 0, -13, -18, 7, 6, -4, 1, -3, -7, 15, 12, 3, 0,
+    -10, -13, 5, 4, -2, 1, -3, -3, 9, 11, -1, 0, -4, -8, 7, -1, 9, -2, -1, 2, 6, 14,
+    0, 0, -2, -8, 2, 0, 2, 13, -1, 1, 10, 8, 0, 0, -5, -1, -1, 0, 4, -3, 3, 0,
+    9, 7, -1, 0, -9, 4, 0, 1, -2, 8, 5, 4, 14, 16, 5, 16, 18, 17, 12, 13, -11, -14,
+    -19, -25, -19, -26, -14, -17, -4, -5, 3, 2, 1, 0, 9, 0, -2, 5, 8, 0, 12, 34, 6, 3,
+    11, 17, 2, 5, -6, -7, 5, 8, -14, -10, -9, -8, -9, -11, 2, -5, 3, 0, 4, 1, 9, 3,
+    -2, 1, -4, 4, 19, 17, 5, 8, 1, 1, -4, -4, -3, -6, -7, -6, -8, -8, -6, -5, -4, -3,
+    -1, 1, 3, 2, 3, 6, 4, 2, -1, -6,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    0, -34, -5, 17, 30, 19, 3, -12, -11, -4, -2, 1, 0, 0, 0, 0, 0, -37, 2, 19, 22, 7,
-    11, -7, -14, -3, -1, -1, 0, 0, 1, -1, 0, -60, -13, 12, 20, 19, 22, 18, 9, -3, -4, -9,
-    -4, 0, -5, -2, 0, -37, 3, 16, 28, 18, 5, -9, -11, -9, -5, -1, 0, -1, 1, 3, 0, -40,
-    8, 19, 25, 10, 14, -6, -17, -13, -1, -3, 2, -1, 3, 0, 0, -53, -2, 12, 21, 20, 23, 16,
-    11, -2, -6, -10, -5, -7, -9, -10, -19, -22, -17, -6, -12, -49, -27, -30, -16, -18, -19, -54, -29, -40,
-    -24, -26, -21, -50, -19, -28, 61, 58, 58, 54, -10, -33, 60, 58, 56, 53, -52, -59, 59, 55, 55, 52,
-    23, 31, 0, 0, 0, 0, 0, 0, 0, 0, -2, -4, 1, 0, 0, 2, 16, 13, 0, 0, 0, 0,
-    6, 14, -2, -5, -1, 0, 1, 1, 0, 0, 0, 0, 11, 19, -7, -8, -5, -6, -4, -4, -3, -3,
-    -2, -5, -2, 0, -2, -4, -4, 0, -8, -6, -5, -6, -8, -7, 12, 5, 0, -3, -8, -9, -11, -10,
-    -9, -11, -13, -10, 7, 8, 0, -3, -8, -7, -1, -2, -7, -13, -7, -11, -1, 9, 2, 0, -7, -7,
-    3, 0, -6, -3, -5, -7, 4, 4, 0, 0, -12, -10, 9, 8, 1, 4, 3, 1, 4, -1, 2, 0,
-    -8, -7, 5, 4, 2, 5, 4, 5, 0, -3, -1, -1, 2, -2, 6, 0, 14, 0, 1, 6, -2, 1,
-    0, 0, 0, -5, 1, 0, 4, 14, 5, 8, 3, -6, 0, 0, -2, 4, -1, 0, 3, 1, 7, 2,
-    -2, -4, -1, 0, -7, 8, 1, 1, 2, 12, 13, 11, -4, -5, 0, 5, 13, 7, 9, 10, -13, -15,
-    -16, -22, -14, -20, -9, -10, 1, 4, 4, 4, 2, 1, 8, 1, -2, 3, 7, 1, 8, 30, 2, 0,
-    7, 15, 1, 4, -6, -6, 6, 9, -13, -9, -5, -8, -5, -10, 3, -1, 3, 0, 7, 1, 9, 2,
-    -4, 2, -5, 1, 19, 22, 3, 7, -1, 0, -4, -4, -4, -6, -7, -7, -9, -9, -7, -7, -3, -3,
-    -2, 2, 6, 1, 5, 6, 3, 0, 1, -3, 4, 11, 10, 4, 11, 4, 9, 4, 2, 1, 0, 1,
-    -3, 0, -4, -3, -4, 0, -4, 2, -6, -8, -7, -5, -8, 0, 0, -11, 12, 17, 5, 10, 4, 9,
-    2, 6, 2, 0, 0, -2, 0, -5, 1, -4, 0, 0, -7, -10, -1, -4, -4, -9, -5, -6, -9, -3,
-    42, 43, 27, 28, 12, 13, 2, 2, -4, -4, -8, -9, -10, -12, -13, -13, -15, -17, -14, -12, -14, -13,
-    -13, -13, -17, -17, 0, -1, -10, -9, 35, 36, -8, -3, -7, -5, -10, -10, -10, -5, -4, -11, -8, -6,
-    -11, -16, -2, 6, -5, -11, -10, -11, -7, 8, 3, 5, -7, -17, -10, 1, 8, 10, 9, 8, -3, -16,
-    -8, 6, 10, 16, 13, 8, -10, -16, -2, 10, 12, 9, 14, 14, -13, -10, 1, 6, 10, 13, 8, 15,
-    -12, 0, 5, 7, 11, 12, 14, 10, 19, 24, 20, 17, 14, 11, 5, -3, 24, 20, 19, 17, 12, 4,
-    -7, -18, 22, 19, 17, 16, 9, -1, -16, -23, 17, 15, 15, 15, 3, -12, -24, -16, 15, 11, 10, 2,
-    0, -12, -21, -9, 12, 4, -4, -9, -13, -14, -22, -10, 6, -8, -16, -17, -17, -23, -15, -14, -2, -10,
-    -11, -8, -11, -11, -9, -9, 0, 0, 0, 0, 0, 0, 0, 0, -3, -8, -16, -17, -10, -23, -29, -26,
-    36, 25, 17, 11, 2, -3, 0, 0, 22, 9, 2, -2, -3, -5, -3, -1, 14, 2, 1, 5, 8, 13,
-    17, 12, -6, -11, -12, -10, -8, -26, -26, -30, 21, 15, 8, 1, -4, -9, -4, 4, 22, 8, 2, 1,
-    5, 4, 5, 4,
+    0, -39, -4, 22, 36, 22, 3, -19, -14, -5, -2, 0, 0, 1, 0, 0, 0, -40, 3, 24, 26, 9,
+    11, -12, -18, -4, -1, -1, 1, 0, 1, 0, 0, -66, -14, 15, 23, 22, 23, 17, 6, -5, -7, -7,
+    0, 1, -4, -4, 0, -43, -1, 17, 32, 21, 8, -9, -11, -9, -5, -1, 0, -2, 0, 2, 0, -46,
+    6, 19, 27, 12, 17, -4, -16, -13, -1, -3, 1, -2, 3, 0, 0, -60, -6, 11, 21, 22, 26, 20,
+    15, 3, -2, -6, -5, -9, -11, -18, -17, -22, -19, -11, -12, -53, -26, -29, -17, -21, -25, -62, -27, -38,
+    -5, -8, -11, -21, -20, -29, 59, 55, 54, 49, -11, -34, 58, 55, 53, 48, -55, -65, 56, 51, 51, 48,
+    17, 20, 0, 0, 0, 0, 0, 0, 0, 0, -6, -6, -2, -4, -3, -4, 13, 11, 0, 0, 0, 0,
+    5, 12, -5, -8, -4, -4, -2, -2, 0, 0, 0, 0, 11, 18, -9, -10, -8, -9, -6, -5, -5, -5,
+    -5, -6, 1, -1, -3, -5, -4, -1, -8, -5, -5, -6, -7, -6, 12, 5, 0, -4, -9, -11, -10, -9,
+    -9, -10, -11, -8, 9, 10, 0, -1, -8, -8, 1, 0, -6, -11, -4, -8, -1, 9, 2, 0, -8, -7,
+    5, 2, -5, -2, -4, -4, 5, 6, 0, 0, -13, -11, 10, 7, 0, 4, 3, 1, 6, 0, 3, 0,
+    -9, -6, 6, 4, 3, 5, 4, 7, 1, -3, -1, -1, 2, -4, 6, 0, 13, 2, 3, 9, -1, 3,
+    0, 0, 0, -5, 1, 1, 5, 15, 5, 9, 4, -5, 0, 0, -2, 3, -1, 0, 5, 1, 9, 6,
+    -1, -2, -1, 0, -5, 10, 1, 1, 5, 15, 16, 14, -2, -3, -3, 1, 10, 3, 6, 7, -17, -20,
+    -17, -23, -12, -18, -7, -8, 3, 8, 4, 6, 3, 2, 9, 3, -1, 3, 8, 2, 14, 35, -1, -6,
+    4, 10, -2, 0, -8, -9, 8, 11, -11, -8, -2, -4, -3, -7, 3, -2, 3, 1, 7, 2, 10, 3,
+    -3, 3, -2, 6, 16, 18, -1, 3, -4, -3, -7, -7, -5, -6, -6, -5, -8, -7, -5, -6, -1, -2,
+    2, 3, 5, 3, 6, 8, 6, 3, 2, -3, 27, 28, 10, 11, 9, 7, -2, -4, -4, -3, -8, -9,
+    -3, -5, -8, -6, -9, -11, -8, -6, -9, -7, -9, -8, -11, -12, 0, -1, -18, -18, 44, 43, 29, 16,
+    6, -7, -11, -13, -11, -4, 13, 5, -1, -9, -10, -14, -6, -10, 5, 2, 5, -4, 1, -6, -4, -4,
+    -6, -4, -3, 0, 2, -2, -2, 0, -10, -7, -3, -2, 2, 2, 1, 5, -11, -9, -5, 1, -1, 13,
+    -2, 2, -11, -10, -9, 2, -2, 6, 7, 6, -4, -11, -3, 3, 7, 4, 7, 35, 16, 21, 19, 14,
+    13, 10, 5, -2, 22, 17, 17, 14, 11, 5, -5, -16, 19, 17, 14, 14, 7, -1, -13, -24, 14, 13,
+    13, 13, 2, -12, -22, -16, 14, 9, 9, 2, -1, -12, -23, -9, 11, 4, -5, -8, -13, -16, -18, -12,
+    6, -5, -14, -15, -17, -23, -21, -12, -1, -11, -8, -7, -14, -15, -10, -15, 0, 0, 0, 0, 0, 0,
+    0, 0, -5, -7, -9, -15, -6, -22, -30, -37, 37, 28, 18, 13, 5, 2, 2, 3, 22, 8, 3, -2,
+    -5, -5, -6, -8, 14, 3, 3, 0, 8, 5, 6, 0, -5, -9, -1, -6, -10, -33, -42, -40, 22, 19,
+    10, 3, -4, -5, -4, 4, 21, 8, 4, 2, 1, 1, -2, -8,
 };
 /* priors end */
 
@@ -2135,9 +2138,9 @@ static void cqi_read_offsets(cq_decoder *d, int channel)
     int k;
     r->channel = channel;
     for (k = 0; k < r->size; k++) {
-        const cq_value *at = d->channel[channel] + (size_t)r->vertex[k] * stride;
-        int is_real = r->real[k + 1] - r->real[k];
-        for (c = 0; c < stride; c++) r->offset[k][c] = is_real ? (int32_t)at[c] - (int32_t)centre[c] : 0;
+        const int is_real = r->real[k + 1] - r->real[k];
+        const cq_value *at = is_real ? d->channel[channel] + (size_t)r->vertex[k] * stride : centre;
+        for (c = 0; c < stride; c++) r->offset[k][c] = (int32_t)at[c] - (int32_t)centre[c];
     }
 }
 
@@ -2145,7 +2148,6 @@ static void cqi_read_offsets(cq_decoder *d, int channel)
 typedef struct cqi_fans {
     int32_t sum_a, sum_b;            /* over the neighbours of A and of B but for each other */
     int32_t n_a, n_b;                /* their number, and 1 */
-    uint32_t spread;                 /* sum of the distances of all ring vertices */
 } cqi_fans;
 
 static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
@@ -2158,15 +2160,11 @@ static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
 static void cqi_sum_fans(const cqi_ring *r, uint32_t component, int p, int q, cqi_fans *fans)
 {
     int k;
-    fans->sum_a = fans->sum_b = 0;
-    fans->spread = 0;
-    for (k = 0; k < r->size; k++) {
-        int32_t x = r->offset[k][component];
-        fans->spread += cqi_abs(x);
-        fans->sum_a += x;
-        if (k >= p && k <= q) fans->sum_b += x;
-    }
-    fans->sum_a += r->offset[p][component] + r->offset[q][component] - fans->sum_b;
+    fans->sum_a = r->offset[p][component] + r->offset[q][component];
+    fans->sum_b = 0;
+    for (k = 0; k < r->size; k++) fans->sum_a += r->offset[k][component];
+    for (k = p; k <= q; k++) fans->sum_b += r->offset[k][component];
+    fans->sum_a -= fans->sum_b;
 }
 
 /* B - A if both were the mean of their neighbours and the centre their midpoint. With 18-bit values no product exceeds
@@ -2174,7 +2172,7 @@ static void cqi_sum_fans(const cqi_ring *r, uint32_t component, int p, int q, cq
 static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
 {
     int shift = bits > 18 ? bits - 18 : 0;
-    int32_t b = cqi_scale_down(f->sum_b, shift), a = cqi_scale_down(f->sum_a, shift);
+    int32_t b = cqi_floor_shift(f->sum_b, shift), a = cqi_floor_shift(f->sum_a, shift);
     return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
 }
 
@@ -2185,22 +2183,6 @@ static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t channel,
 }
 
 /* -- Vectors of up to 26 bits -- */
-
-static cqi_vector cqi_add(cqi_vector a, cqi_vector b)
-{
-    a.x += b.x;
-    a.y += b.y;
-    a.z += b.z;
-    return a;
-}
-
-static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
 
 static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
 {
@@ -2217,8 +2199,6 @@ static inline cqi_vector cqi_shift(cqi_vector a, int bits)
     a.z = cqi_floor_shift(a.z, bits);
     return a;
 }
-
-static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /* Scaled by the power of two that gives the largest component so many bits. */
 static cqi_vector cqi_fit(cqi_vector a, int bits)
@@ -2241,11 +2221,6 @@ static inline int32_t cqi_norm(cqi_vector a)
  * A turn in a plane is three shears, each rounded, so it can be taken back exactly, whatever the factors are. */
 
 enum { CQI_TURNED_BITS = 18, CQI_TURN_BITS = 9 };
-
-/* tan(angle / 2) and sin(angle), times 2^CQI_TURN_BITS, |angle| <= 90 degrees. */
-typedef struct cqi_turn {
-    int32_t tangent, sine;
-} cqi_turn;
 
 /* The length of (x, y) within 0.2 %: an estimate and one step of Newton's method. 0 <= x, y < 2^15. */
 static int32_t cqi_hypotenuse(int32_t x, int32_t y)
@@ -2297,22 +2272,6 @@ typedef struct cqi_axes {
     int along, normal;
 } cqi_axes;
 
-/* The normal of the patch, by the areas of its triangles, with 14 bits. */
-static cqi_vector cqi_normal(const cqi_ring *r)
-{
-    cqi_vector n = { 0, 0, 0 };
-    cqi_vector a = cqi_subtract(r->sum[r->size], r->sum[r->size - 1]);
-    int k;
-    for (k = 0; k < r->size; k++) {
-        cqi_vector b = cqi_subtract(r->sum[k + 1], r->sum[k]);
-        n.x += a.y * b.z - a.z * b.y;
-        n.y += a.z * b.x - a.x * b.z;
-        n.z += a.x * b.y - a.y * b.x;
-        a = b;
-    }
-    return cqi_fit(n, 14);
-}
-
 /* Bits to expect of a length that is an eighth of `x` in the scale of the ring, in half bits. */
 static int cqi_expect(const cqi_ring *r, int32_t x)
 {
@@ -2322,12 +2281,9 @@ static int cqi_expect(const cqi_ring *r, int32_t x)
 
 static void cqi_find_axes(const cqi_ring *r, const int32_t *predicted, cqi_axes *axes)
 {
-    const cqi_vector normal = cqi_normal(r);
-    cqi_vector n = normal, along;
-    int32_t off = 0;
-    int k;
-    axes->turn[0] = cqi_find_turn(&n.x, n.y);
-    axes->turn[1] = cqi_find_turn(&n.z, n.x);
+    cqi_vector along;
+    axes->turn[0] = r->turn[0];
+    axes->turn[1] = r->turn[1];
     along.x = predicted[0];
     along.y = predicted[1];
     along.z = predicted[2];
@@ -2336,9 +2292,8 @@ static void cqi_find_axes(const cqi_ring *r, const int32_t *predicted, cqi_axes 
     along.z = 0;
     along = cqi_fit(along, 14);
     axes->turn[2] = cqi_find_turn(&along.x, along.y);
-    for (k = 0; k < r->size; k++) off += (int32_t)cqi_abs(cqi_dot(cqi_subtract(r->sum[k + 1], r->sum[k]), normal));
     axes->along = cqi_expect(r, 3 * r->mean_length);
-    axes->normal = cqi_expect(r, off / ((int32_t)(cqi_abs(n.z) >> 3) + 1) / r->size);
+    axes->normal = cqi_expect(r, 8 * r->height / r->size);
 }
 
 /* Codes the residual of a position along the axes of the patch. False if it is beyond any difference of values. */
@@ -2365,9 +2320,13 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
 }
 
 /* The residual of one component alone: the wider the patch, the larger. */
-static int32_t cqi_code_plain(cq_decoder *d, const cqi_fans *fans, int32_t residual)
+static int32_t cqi_code_plain(cq_decoder *d, uint32_t component, int32_t residual)
 {
-    return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
+    const cqi_ring *r = &d->ring;
+    uint32_t spread = 0;
+    int k;
+    for (k = 0; k < r->size; k++) spread += cqi_abs(r->offset[k][component]);
+    return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(spread / (uint32_t)r->size), residual);
 }
 
 /* d->delta for a split of v at ring positions p, q, first as predicted. */
@@ -2386,7 +2345,7 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
             cqi_sum_fans(&d->ring, c, p, q, &fans);
             predicted[c] = cqi_predict_delta(&fans, channel->bits);
             residual[c] = CQI_ENCODING(d) ? cqi_plan_delta(d, v, k, c) - predicted[c] : 0;
-            if (!turned) residual[c] = cqi_code_plain(d, &fans, residual[c]);
+            if (!turned) residual[c] = cqi_code_plain(d, c, residual[c]);
         }
         if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
         for (c = 0; c < stride; c++, n++) {
@@ -2563,7 +2522,7 @@ static cq_result cqi_code_patch(cq_decoder *d)
 
 enum {
     CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
-    CQI_STILL = 64        /* probability in 1/65536 below which a candidate learns nothing */
+    CQI_SHARES = 16 * (CQI_HEAVIEST + 1)
 };
 
 /* State of a ring vertex: how many patches that wait hold it, and whether one that was left did. */
@@ -2571,37 +2530,49 @@ enum { CQI_FREE, CQI_FREE_LEFT, CQI_HELD, CQI_HELD_LEFT, CQI_HELD_OFTEN, CQI_NEV
 
 enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
 
-/* 2^(-(k + 1/2) / 64) * 2^CQI_HEAVIEST */
-static const uint16_t cqi_exp2[64] = {
-    8148, 8060, 7973, 7887, 7802, 7718, 7635, 7553, 7472, 7391, 7311, 7233, 7155, 7078, 7001, 6926,
-    6851, 6778, 6705, 6632, 6561, 6490, 6420, 6351, 6283, 6215, 6148, 6082, 6016, 5952, 5887, 5824,
-    5761, 5699, 5638, 5577, 5517, 5458, 5399, 5341, 5283, 5226, 5170, 5114, 5059, 5005, 4951, 4897,
-    4845, 4792, 4741, 4690, 4639, 4589, 4540, 4491, 4443, 4395, 4347, 4301, 4254, 4208, 4163, 4118
+/* 1 + 2^(-(k + 1/2) / 16) * 2^CQI_HEAVIEST */
+static const uint16_t cqi_shares[CQI_SHARES] = {
+    8017, 7677, 7352, 7040, 6742, 6456, 6182, 5920, 5669, 5429, 5199, 4978, 4767, 4565, 4372, 4186, 4009, 3839, 3676,
+    3520, 3371, 3228, 3091, 2960, 2835, 2715, 2600, 2489, 2384, 2283, 2186, 2093, 2005, 1920, 1838, 1760, 1686, 1614,
+    1546, 1480, 1418, 1358, 1300, 1245, 1192, 1142, 1093, 1047, 1003, 960, 919, 880, 843, 807, 773, 740, 709, 679,
+    650, 623, 596, 571, 547, 524, 502, 480, 460, 440, 422, 404, 387, 370, 355, 340, 325, 312, 298, 286, 274, 262, 251,
+    240, 230, 220, 211, 202, 194, 185, 178, 170, 163, 156, 149, 143, 137, 131, 126, 120, 115, 110, 106, 101, 97, 93,
+    89, 85, 82, 78, 75, 72, 69, 66, 63, 60, 58, 55, 53, 51, 49, 47, 45, 43, 41, 39, 38, 36, 35, 33, 32, 30, 29, 28,
+    27, 26, 25, 24, 23, 22, 21, 20, 19, 18, 18, 17, 16, 15, 15, 14, 14, 13, 13, 12, 12, 11, 11, 10, 10, 9, 9, 9, 8, 8,
+    8, 7, 7, 7, 7, 6, 6, 6, 6, 5, 5, 5, 5, 5, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2,
+    2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
 };
 
 /* Share of a candidate whose score is `below` under the best one. */
 static inline uint32_t cqi_share(uint32_t below)
 {
-    uint32_t octaves = below >> CQI_UNIT;
-    return octaves > CQI_HEAVIEST ? 1 : 1 + (uint32_t)(cqi_exp2[below >> (CQI_UNIT - 6) & 63] >> octaves);
+    const uint32_t k = below >> (CQI_UNIT - 4);
+    return cqi_shares[k < CQI_SHARES ? k : CQI_SHARES - 1];
 }
 
-/* Moves a weight, but not beyond CQI_MOST. */
 static inline void cqi_learn(cqi_model *m, int index, int32_t gradient)
 {
-    int32_t x = m->weight[index] + gradient;
 #ifdef CQ_TRAINING
     if (CQI_OMITTED(index)) return;
 #endif
-    if (x >= -CQI_MOST && x <= CQI_MOST) m->weight[index] = x;
+    m->weight[index] += gradient;
+}
+
+static void cqi_limit_weights(cqi_model *m)
+{
+    int k;
+    for (k = 0; k < CQI_WEIGHTS; k++) {
+        if (m->weight[k] > CQI_MOST) m->weight[k] = CQI_MOST;
+        if (m->weight[k] < -CQI_MOST) m->weight[k] = -CQI_MOST;
+    }
 }
 
 /* -- The patch -- */
 
 static uint8_t cqi_ring_state(int mark)
 {
-    int left = (mark & CQI_LEFT) != 0, holders = mark & CQI_MANY;
-    return (uint8_t)(holders > 1 ? CQI_HELD_OFTEN : holders ? CQI_HELD + left : CQI_FREE + left);
+    const int holders = mark & CQI_MANY, left = (mark & CQI_LEFT) != 0;
+    return (uint8_t)cqi_at_most(2 * holders + left, CQI_HELD_OFTEN);
 }
 
 /* A ring vertex has three neighbours or more: with two, its component were a pillow. */
@@ -2632,16 +2603,19 @@ static void cqi_leave(cq_decoder *d, cq_index spoke)
     cqi_ring *r = &d->ring;
     cq_index h = spoke;
     int n = 0;
+    r->real[0] = 0;
     do {
         cq_index in = m->twin[h], v = m->origin[in];
-        int mark = m->mark[v], holders = mark & CQI_MANY;
-        if (holders > 0 && holders < CQI_MANY) mark--;
+        int mark = m->mark[v];
+        mark -= (unsigned)(mark & CQI_MANY) - 1 < CQI_MANY - 1;
         m->mark[v] = (uint8_t)(mark | CQI_LEFT);
         if (n < CQ_MAX_VALENCE) {
+            const int is_real = !cq_is_virtual(m, v);
             r->spoke[n] = h;
             r->vertex[n] = v;
+            r->real[n + 1] = (uint8_t)(r->real[n] + is_real);
             r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? (int)m->valence[v] : CQI_LARGE_VALENCE);
-            r->state[n] = cq_is_virtual(m, v) ? (uint8_t)CQI_NEVER : cqi_ring_state(mark);
+            r->state[n] = is_real ? cqi_ring_state(mark) : (uint8_t)CQI_NEVER;
             n++;
         }
         h = cq_next(in);
@@ -2653,17 +2627,8 @@ static void cqi_leave(cq_decoder *d, cq_index spoke)
 static void cqi_read_ring(cq_decoder *d)
 {
     cqi_ring *r = &d->ring;
-    int k;
-    r->real[0] = 0;
-    for (k = 0; k < r->size; k++) {
-        r->real[k + 1] = (uint8_t)(r->real[k] + (r->state[k] != CQI_NEVER));
-        r->valence_class[k + 1] = (uint8_t)cqi_valence_class(r->valence[k]);
-    }
-    r->valence_class[0] = r->valence_class[r->size];
-    r->valence_class[r->size + 1] = r->valence_class[1];
     r->channel = -1;
     r->side = cqi_side_of_patch(d, d->mesh.origin[r->spoke[0]], r->vertex[0]);
-    r->least_q = r->side == 1 ? r->size - 1 : 1;
     r->level_class = cqi_level_class(d);
 }
 
@@ -2697,83 +2662,141 @@ static int cqi_offset_shift(const cqi_ring *r)
 }
 
 /* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5
- * .. 7: 1 .. 3 through A's. And 2^19 over the denominator of cqi_predict_delta times the mean length of the spokes. */
-static void cqi_prepare_steps(cqi_ring *r, const int16_t *length)
+ * .. 7: 1 .. 3 through A's. And 2^22 over the denominator of cqi_predict_delta times the mean length of the spokes. */
+static void cqi_prepare_steps(cqi_ring *r)
 {
-    int32_t mean = 0;
-    int k, b;
-    for (k = 0; k < r->size; k++) mean += length[k];
-    r->mean_length = mean = mean / r->size + 1;
-    for (b = 1; b < r->size; b++) {
-        int a = r->size - b, n_a = a + 2, n_b = b + 2;
-        r->apart[b] = (uint8_t)(b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3));
-        r->displacement[b] = ((int32_t)1 << 19) / ((2 * n_a * n_b + n_a + n_b) * mean);
+    int b, a;
+    for (b = 1, a = r->size - 1; b <= a; b++, a--) {
+        const int n_a = a + 2, n_b = b + 2;
+        r->apart[a] = (uint8_t)(8 * (4 + cqi_at_most(b, 3)));
+        r->apart[b] = (uint8_t)(8 * (b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3)));
+        r->displacement[a] = ((int32_t)1 << 22) / ((2 * n_a * n_b + n_a + n_b) * r->mean_length);
+        r->displacement[b] = r->displacement[a];
     }
+}
+
+/* Offsets in the scale of the ring. */
+static void cqi_scale_offsets(cqi_ring *r)
+{
+    const int shift = cqi_offset_shift(r), down = shift < 0 ? -shift : 0;
+    const int32_t up = (int32_t)1 << (shift < 0 ? 0 : shift);
+    int k;
+    r->shift = shift;
+    for (k = 0; k < r->size; k++) {
+        r->scaled[k].x = cqi_floor_shift(r->offset[k][0] * up, down);
+        r->scaled[k].y = cqi_floor_shift(r->offset[k][1] * up, down);
+        r->scaled[k].z = cqi_floor_shift(r->offset[k][2] * up, down);
+    }
+}
+
+/* The normal of the patch, by the areas of its triangles, with 14 bits. */
+static cqi_vector cqi_normal(const cqi_ring *r)
+{
+    cqi_vector n = { 0, 0, 0 }, a = r->scaled[r->size - 1];
+    int k;
+    for (k = 0; k < r->size; k++) {
+        const cqi_vector b = r->scaled[k];
+        n.x += a.y * b.z - a.z * b.y;
+        n.y += a.z * b.x - a.x * b.z;
+        n.z += a.x * b.y - a.y * b.x;
+        a = b;
+    }
+    return cqi_fit(n, 14);
+}
+
+/* The ring as seen along its normal. */
+static void cqi_flatten_ring(cqi_ring *r, int16_t *length)
+{
+    cqi_vector normal = cqi_normal(r);
+    const cqi_turn around_z = cqi_find_turn(&normal.x, normal.y), around_y = cqi_find_turn(&normal.z, normal.x);
+    cqi_point sum = { 0, 0 };
+    int32_t sum_of_lengths = 0, height = 0;
+    int k;
+    for (k = 0; k < r->size; k++) {
+        cqi_vector x = r->scaled[k];
+        const int32_t norm = cqi_norm(x) + 1, scale = ((int32_t)1 << 16) / norm;
+        length[k] = (int16_t)norm;
+        sum_of_lengths += norm;
+        cqi_turn_forth(&around_z, &x.x, &x.y);
+        cqi_turn_forth(&around_y, &x.z, &x.x);
+        height += (int32_t)cqi_abs(x.z);
+        r->sum[k] = sum;
+        sum.x += x.x;
+        sum.y += x.y;
+        r->direction[k + 1].x = cqi_floor_shift(x.x * scale, 10);
+        r->direction[k + 1].y = cqi_floor_shift(x.y * scale, 10);
+    }
+    r->sum[k] = sum;
+    r->direction[0] = r->direction[k];
+    r->direction[k + 1] = r->direction[1];
+    r->turn[0] = around_z;
+    r->turn[1] = around_y;
+    r->height = height;
+    r->mean_length = sum_of_lengths / k + 1;
 }
 
 static void cqi_locate_ring(cq_decoder *d, int channel)
 {
-    cqi_ring *r = &d->ring;
     int16_t length[CQ_MAX_VALENCE];
-    int k, shift;
     cqi_read_offsets(d, channel);
-    r->shift = shift = cqi_offset_shift(r);
-    memset(&r->sum[0], 0, sizeof r->sum[0]);
-    for (k = 0; k < r->size; k++) {
-        cqi_vector x;
-        x.x = r->offset[k][0];
-        x.y = r->offset[k][1];
-        x.z = r->offset[k][2];
-        x = shift < 0 ? cqi_shift(x, -shift) : cqi_scale(x, (int32_t)1 << shift);
-        r->sum[k + 1] = cqi_add(r->sum[k], x);
-        length[k] = (int16_t)(cqi_norm(x) + 1);
-        r->direction[k + 1] = cqi_shift(cqi_scale(x, ((int32_t)1 << 16) / length[k]), 10);
-    }
-    r->direction[0] = r->direction[r->size];
-    r->direction[r->size + 1] = r->direction[1];
-    cqi_classify_edges(r, length);
-    cqi_prepare_steps(r, length);
+    cqi_scale_offsets(&d->ring);
+    cqi_flatten_ring(&d->ring, length);
+    cqi_classify_edges(&d->ring, length);
+    cqi_prepare_steps(&d->ring);
 }
 
-/* Eight classes of how far a displacement goes in a direction, each an eighth of the mean length of the spokes. */
-static inline int cqi_advance(cqi_vector u, cqi_vector axis, int32_t scale)
+static inline int32_t cqi_dot(cqi_point a, cqi_point b) { return a.x * b.x + a.y * b.y; }
+
+/* Eight classes of numbers from -4 to 3, and beyond. */
+static inline int cqi_octant(int32_t x)
 {
-    int32_t x = cqi_dot(u, axis) * scale + ((int32_t)4 << 21);
-    return x < 0 ? 0 : x >> 21 > 7 ? 7 : (int)(x >> 21);
+    x = x < -4 ? -4 : x;
+    return 4 + (int)(x > 3 ? 3 : x);
 }
 
-/* How far p and q are apart, in steps and in eight classes of the angle between their spokes. */
-static inline uint8_t cqi_between(const cqi_ring *r, int p, int q)
+/* How far a displacement goes in a direction, in eighths of the mean length of the spokes. */
+static inline int cqi_advance(cqi_point u, cqi_point displacement)
 {
-    int32_t x = cqi_dot(r->direction[p + 1], r->direction[q + 1]) + 4096;
-    return (uint8_t)(8 * r->apart[q - p] + (x < 0 ? 0 : x >> 10 > 7 ? 7 : (int)(x >> 10)));
+    return cqi_octant(cqi_floor_shift(cqi_dot(u, displacement), 9));
 }
 
-/* Features of a candidate from the displacement B - A that its fans predict (see cqi_predict_delta): how far it goes
- * towards the vertices beside the common neighbours. |displacement| < 2 * 24 mean lengths, so nothing overflows. */
-static inline void cqi_locate_candidate(const cqi_ring *r, int p, int q, cqi_angles *angles)
+/* Features of a candidate. Half the displacement B - A that its fans predict (cqi_predict_delta), in 1/128 of the mean
+ * length of the spokes, is less than 7 of them, since no spoke counts more than max(n_a, n_b) / (2 n_a n_b) <= 1/6. */
+static inline void cqi_locate_candidate(const cqi_ring *r, cqi_located *c)
 {
-    const cqi_vector *u = r->direction + 1;
-    const int32_t steps = q - p, scale = r->displacement[steps];
-    cqi_vector b = cqi_subtract(r->sum[q + 1], r->sum[p]);
-    cqi_vector a = cqi_add(cqi_subtract(r->sum[r->size], r->sum[q]), r->sum[p + 1]);
-    cqi_vector axis = cqi_subtract(cqi_scale(b, r->size - steps + 2), cqi_scale(a, steps + 2));
-    angles->inner = (uint8_t)(8 * cqi_advance(u[p + 1], axis, scale) + cqi_advance(u[q - 1], axis, scale));
-    angles->outer = (uint8_t)(8 * cqi_advance(u[p - 1], axis, scale) + cqi_advance(u[q + 1], axis, scale));
-    angles->between = cqi_between(r, p, q);
+    const cqi_point *p = r->sum + c->p, *q = r->sum + c->q, all = r->sum[r->size];
+    const cqi_point *u = r->direction + c->p + 1, *v = r->direction + c->q + 1;
+    const int steps = c->q - c->p, n_a = r->size - steps + 2, n_b = steps + 2;
+    const int32_t scale = r->displacement[steps];
+    cqi_point x;
+    x.x = cqi_floor_shift((n_a * (q[1].x - p[0].x) - n_b * (all.x - q[0].x + p[1].x)) * scale, 15);
+    x.y = cqi_floor_shift((n_a * (q[1].y - p[0].y) - n_b * (all.y - q[0].y + p[1].y)) * scale, 15);
+    c->edges = (uint8_t)(r->edge[c->p] / 2 * 8 + r->edge[c->q] / 2);
+    c->outer = (uint8_t)(8 * cqi_advance(u[-1], x) + cqi_advance(v[1], x));
+    c->between = (uint8_t)(r->apart[steps] + cqi_octant(cqi_floor_shift(cqi_dot(*u, *v), 10)));
 }
 
 /* -- The model -- */
 
-/* The smallest valence of a vertex that B could have been instead, from one end of the ring to k: the neighbours of A
- * that no waiting patch holds. As a common neighbour, k itself has one more neighbour than now. */
-static void cqi_find_alternatives(const cqi_ring *r, int from, int step, uint8_t *best)
+/* Its valence if B could have been the ring vertex instead: a neighbour of A that no waiting patch holds. */
+static int cqi_alternative(const cqi_ring *r, int k)
 {
-    int k, smallest = CQI_LARGE_VALENCE;
-    for (k = from; k >= 0 && k < r->size; k += step) {
-        int available = r->state[k] <= CQI_FREE_LEFT;
-        best[k] = (uint8_t)(available && r->valence[k] < smallest ? r->valence[k] + 1 : smallest);
-        if (available) smallest = cqi_at_most(r->valence[k], smallest);
+    return r->valence[k] | CQI_LARGE_VALENCE * (r->state[k] > CQI_FREE_LEFT);
+}
+
+/* The smallest one from each end of the ring to k. As a common neighbour, k itself has one more neighbour than now. */
+static void cqi_find_alternatives(cqi_ring *r)
+{
+    int smallest = CQI_LARGE_VALENCE, k;
+    for (k = 0; k < r->size; k++) {
+        const int valence = cqi_alternative(r, k);
+        r->best_before[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + k);
+        smallest = cqi_at_most(valence, smallest);
+    }
+    for (smallest = CQI_LARGE_VALENCE; k--;) {
+        const int valence = cqi_alternative(r, k);
+        r->best_after[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + CQ_MAX_VALENCE - k);
+        smallest = cqi_at_most(valence, smallest);
     }
 }
 
@@ -2784,131 +2807,134 @@ static const uint8_t cqi_rule_class[CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1] = {
     4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5
 };
 
-static inline int cqi_rule(int before, int after, int steps)
-{
-    return 6 * cqi_rule_class[before - steps + CQ_MAX_VALENCE] + cqi_rule_class[after - steps + CQ_MAX_VALENCE];
-}
-
-/* Features of a ring vertex: entries for p, each with that for q behind it. */
-static void cqi_end_entries(const cqi_ring *r, int k, uint16_t *entry)
-{
-    const uint8_t *valence = r->valence_class + 1 + k;
-    entry[0] = (uint16_t)(CQI_END_STATE + 2 * (CQI_STATES * valence[0] + r->state[k]));
-    entry[1] = (uint16_t)(CQI_END_VALENCE + 2 * (14 * r->level_class + valence[0]));
-    entry[2] = (uint16_t)(CQI_END_BEFORE + 2 * valence[-1]);
-    entry[3] = (uint16_t)(CQI_END_BEHIND + 2 * valence[1]);
-    entry[4] = (uint16_t)(CQI_END_EDGE + 2 * r->edge[k]);
-}
-
 /* There are positions, and so edges with lengths. */
 static int cqi_is_located(const cqi_ring *r) { return r->channel >= 0; }
 
+/* Features of the ring vertices: entries for p, each with that for q behind it; and their scores. */
 static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
 {
-    int k, end;
+    const int located = cqi_is_located(r);
+    int k;
     for (k = 0; k < r->size; k++) {
-        uint16_t *entry = r->entry[k];
-        cqi_end_entries(r, k, entry);
-        for (end = 0; end < 2; end++) {
-            const int32_t *w = m->weight + end;
-            r->score[end][k] = w[entry[0]] + w[entry[1]] + w[entry[2]] + w[entry[3]];
-            if (cqi_is_located(r)) r->score[end][k] += w[entry[4]];
-        }
+        const int valence = cqi_valence_class(r->valence[k]);
+        const int by_state = CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]);
+        const int by_level = CQI_END_VALENCE + 2 * (14 * r->level_class + valence);
+        const int32_t *a = m->weight + by_state, *b = m->weight + by_level, *c = m->weight;
+        r->entry[k][0] = (uint16_t)by_state;
+        r->entry[k][1] = (uint16_t)by_level;
+        r->of_p[k] = a[0] + b[0];
+        r->of_q[k] = a[1] + b[1];
+        if (!located) continue;
+        c += r->entry[k][2] = (uint16_t)(CQI_END_EDGE + 2 * r->edge[k]);
+        r->of_p[k] += c[0];
+        r->of_q[k] += c[1];
     }
 }
 
-/* Features of the number of neighbours that go to B. */
-static int cqi_size_b(const cqi_ring *r, int length)
+/* Features of the number of neighbours that go to B, and of those that stay. */
+static int cqi_size_b(const cqi_ring *r, int steps)
 {
-    return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(length, 15);
+    return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(steps, 15);
 }
 
-static int cqi_size_a(const cqi_ring *r, int length)
+static int cqi_size_a(const cqi_ring *r, int steps)
 {
-    return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - length, 15);
+    return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - steps, 15);
 }
 
-/* The pairs that the patch's side allows: p below p_end, q from q_begin(p) on. */
-static int cqi_p_end(const cqi_ring *r) { return r->side == 2 ? 1 : r->size - 1; }
-static int cqi_q_begin(const cqi_ring *r, int p) { return p < r->least_q ? r->least_q : p + 1; }
+/* Candidates are listed by q, then by p. */
+static int cqi_pair_number(int p, int q) { return q * (q - 1) / 2 + p; }
 
 /* Scores of all candidates by valences. Returns the best one. */
 static int32_t cqi_score_candidates(cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
-    const int32_t *rule_weight = d->model.weight + CQI_RULE;
-    const int n = r->size, p_end = cqi_p_end(r);
-    int32_t best = CQI_WORST;
-    int p, q, row = 0;
-    for (p = 0; p < p_end; p++, row += n) {
-        const int32_t score_of_p = r->score[0][p];
-        const int before = r->best_before[p];
-        row -= q = cqi_q_begin(r, p);
-        for (; q < n; q++) {
-            int rule = cqi_rule(before, r->best_after[q], q - p);
-            int32_t score = score_of_p + r->score[1][q] + r->score_of_length[q - p] + rule_weight[rule];
-            best = score > best ? score : best;
-            d->score[row + q] = score;
+    const int32_t *weight = d->model.weight + CQI_RULE;
+    int32_t *score = d->score, best = INT32_MIN;
+    uint8_t *rule = d->rule;
+    int p, q;
+    for (q = 1; q < r->size; q++) {
+        const uint8_t *before = cqi_rule_class + CQ_MAX_VALENCE - q, *after = cqi_rule_class + r->best_after[q];
+        const int32_t *of_steps = r->of_steps + q, of_q = r->of_q[q];
+        for (p = 0; p < q; p++) {
+            const int x = 6 * before[r->best_before[p]] + after[p];
+            const int32_t sum = of_q + r->of_p[p] + of_steps[-p] + weight[x];
+            rule[p] = (uint8_t)x;
+            score[p] = sum;
+            best = sum > best ? sum : best;
         }
+        rule += q;
+        score += q;
     }
     return best;
 }
 
-/* Adds to the scores what the positions say, but for candidates that valences have settled. Returns the best one. */
-static int32_t cqi_locate_candidates(cq_decoder *d, int32_t enough)
+static int32_t cqi_best(const int32_t *score, int count)
 {
-    const cqi_ring *r = &d->ring;
-    const int32_t *weight = d->model.weight;
-    const int n = r->size, p_end = cqi_p_end(r);
-    int32_t best = CQI_WORST;
-    int p, q, row = 0;
-    for (p = 0; p < p_end; p++, row += n) {
-        row -= q = cqi_q_begin(r, p);
-        for (; q < n; q++) {
-            int32_t score = d->score[row + q];
-            cqi_angles *angles = &d->angles[row + q];
-            angles->known = score >= enough;
-            if (angles->known) {
-                cqi_locate_candidate(r, p, q, angles);
-                score += weight[CQI_INNER + angles->inner] + weight[CQI_OUTER + angles->outer] +
-                         weight[CQI_BETWEEN + angles->between];
-                d->score[row + q] = score;
-            }
-            best = score > best ? score : best;
+    int32_t best = score[0];
+    int k;
+    for (k = 1; k < count; k++) best = score[k] > best ? score[k] : best;
+    return best;
+}
+
+/* Lists the candidates that valences have not settled. */
+static void cqi_list_located(cq_decoder *d, int32_t enough)
+{
+    const int32_t *score = d->score;
+    cqi_located *c = d->located, *const last = c + CQI_LOCATED;
+    int p, q, number = 0;
+    for (q = 1; q < d->ring.size; q++) {
+        for (p = 0; p < q; p++, number++) {
+            c->number = (uint16_t)number;
+            c->p = (uint8_t)p;
+            c->q = (uint8_t)q;
+            c += (score[number] >= enough) & (c < last);
         }
     }
-    return best;
+    d->num_located = (int)(c - d->located);
+}
+
+/* Adds to the scores what the positions say. */
+static void cqi_locate_candidates(cq_decoder *d)
+{
+    const int32_t *weight = d->model.weight;
+    cqi_located *c = d->located, *const end = c + d->num_located;
+    for (; c < end; c++) {
+        cqi_locate_candidate(&d->ring, c);
+        d->score[c->number] +=
+            weight[CQI_EDGES + c->edges] + weight[CQI_OUTER + c->outer] + weight[CQI_BETWEEN + c->between];
+    }
 }
 
 /* Gets the ring's features and their scores ready. */
 static void cqi_score_ring(cq_decoder *d)
 {
     cqi_ring *r = &d->ring;
-    const int32_t *weight = d->model.weight;
-    int k, channel = cqi_position_channel(&d->shape);
+    int channel = cqi_position_channel(&d->shape), k;
     if (channel >= 0) cqi_locate_ring(d, channel);
-    cqi_find_alternatives(r, 0, 1, r->best_before);
-    cqi_find_alternatives(r, r->size - 1, -1, r->best_after);
+    cqi_find_alternatives(r);
     cqi_score_ends(&d->model, r);
-    for (k = 1; k < r->size; k++) r->score_of_length[k] = weight[cqi_size_b(r, k)] + weight[cqi_size_a(r, k)];
+    for (k = 1; k < r->size; k++)
+        r->of_steps[k] = d->model.weight[cqi_size_b(r, k)] + d->model.weight[cqi_size_a(r, k)];
 }
 
-/* Number of the pairs before p, q in their order. */
-static int cqi_pair_number(const cqi_ring *r, int p, int q)
+/* At a first gate that was a centre one end is known: the others get no share. Returns what they had. */
+static uint32_t cqi_forbid(const cqi_ring *r, int32_t *share)
 {
-    int number = q - cqi_q_begin(r, p);
-    while (p-- > 0) number += r->size - cqi_q_begin(r, p);
-    return number;
-}
-
-static void cqi_pair_of_number(const cqi_ring *r, int number, int *p, int *q)
-{
-    for (*p = 0; number >= r->size - cqi_q_begin(r, *p); ++*p) number -= r->size - cqi_q_begin(r, *p);
-    *q = cqi_q_begin(r, *p) + number;
+    uint32_t lost = 0;
+    int p, q;
+    for (q = 1; q < r->size; q++) {
+        for (p = 0; p < q; p++, share++) {
+            if (r->side == 1 ? q == r->size - 1 : p == 0) continue;
+            lost += (uint32_t)*share;
+            *share = 0;
+        }
+    }
+    return lost;
 }
 
 /* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(int32_t *score, int count, int32_t best)
+static uint32_t cqi_share_range(const cqi_ring *r, int32_t *score, int count, int32_t best)
 {
     uint32_t total = 0;
     int k;
@@ -2917,7 +2943,7 @@ static uint32_t cqi_share_range(int32_t *score, int count, int32_t best)
         score[k] = (int32_t)share;
         total += share;
     }
-    return total;
+    return r->side ? total - cqi_forbid(r, score) : total;
 }
 
 /* Codes one of several numbers that have shares of a total. */
@@ -2936,88 +2962,96 @@ static int cqi_code_share(cq_decoder *d, const int32_t *share, uint32_t total, i
     return k;
 }
 
-/* What a pair has alone; what pairs share is summed up for later. */
-static inline void cqi_learn_pair(cq_decoder *d, int p, int q, const cqi_angles *angles, int32_t gradient)
-{
-    const cqi_ring *r = &d->ring;
-    d->gradient.of_q[q] += gradient;
-    d->gradient.of_length[q - p] += gradient;
-    cqi_learn(&d->model, CQI_RULE + cqi_rule(r->best_before[p], r->best_after[q], q - p), gradient);
-    if (!cqi_is_located(r) || !angles->known) return;
-    cqi_learn(&d->model, CQI_INNER + angles->inner, gradient);
-    cqi_learn(&d->model, CQI_OUTER + angles->outer, gradient);
-    cqi_learn(&d->model, CQI_BETWEEN + angles->between, gradient);
-}
-
-/* After p, q was chosen: what the other pairs lose, that one gains, so that the sum of all scores does not drift. Pairs
- * with less than CQI_STILL of the range do not move. */
-static void cqi_learn_pairs(cq_decoder *d, uint32_t total, int chosen, int chosen_p, int chosen_q)
+/* After a candidate was chosen: all others lose in proportion to their shares, which become what they lose. What they
+ * have in common is summed up in the ring. Returns the sum of all. */
+static int32_t cqi_learn_losses(cq_decoder *d, uint32_t total)
 {
     const uint32_t scale = ((uint32_t)CQI_TUNED(step, CQI_STEP) << 14) / total;
-    const int32_t still = (int32_t)(CQI_STILL * total >> 16);
-    const int n = d->ring.size, p_end = cqi_p_end(&d->ring);
-    int32_t gained = 0;
-    int p, q, row = 0;
-    for (p = 0; p < p_end; p++, row += n) {
-        const int32_t gained_before = gained;
-        row -= q = cqi_q_begin(&d->ring, p);
-        for (; q < n; q++) {
-            const int32_t share = d->score[row + q];
-            int32_t lost;
-            if (share <= still || row + q == chosen) continue;
-            lost = (int32_t)((uint32_t)share * scale >> 14);
-            cqi_learn_pair(d, p, q, &d->angles[row + q], -lost);
-            gained += lost;
+    cqi_ring *r = &d->ring;
+    const uint8_t *rule = d->rule;
+    int32_t *share = d->score, all = 0;
+    int p, q;
+    for (q = 0; q < r->size; q++) r->of_p[q] = r->of_q[q] = r->of_steps[q] = 0;
+    for (q = 1; q < r->size; q++) {
+        int32_t *of_steps = r->of_steps + q, of_q = 0;
+        for (p = 0; p < q; p++) {
+            const int32_t lost = share[p] = (int32_t)((uint32_t)share[p] * scale >> 14);
+            of_q -= lost;
+            r->of_p[p] -= lost;
+            of_steps[-p] -= lost;
+            cqi_learn(&d->model, CQI_RULE + rule[p], -lost);
         }
-        d->gradient.of_p[p] = gained_before - gained;
+        r->of_q[q] = of_q;
+        all -= of_q;
+        share += q;
+        rule += q;
     }
-    cqi_learn_pair(d, chosen_p, chosen_q, &d->angles[chosen], gained);
-    d->gradient.of_p[chosen_p] += gained;
+    return all;
 }
 
-/* A ring vertex, by its entries for p or, with `end` 1, for q. */
-static inline void cqi_learn_end(cqi_model *m, const uint16_t *entry, int end, int located, int32_t gradient)
+static void cqi_learn_shared(cqi_model *m, const cqi_ring *r)
 {
-    if (!gradient) return;
-    cqi_learn(m, entry[0] + end, gradient);
-    cqi_learn(m, entry[1] + end, gradient);
-    cqi_learn(m, entry[2] + end, gradient);
-    cqi_learn(m, entry[3] + end, gradient);
-    if (located) cqi_learn(m, entry[4] + end, gradient);
+    int k, j;
+    for (j = 0; j < 2 + cqi_is_located(r); j++) {
+        for (k = 0; k < r->size; k++) {
+            cqi_learn(m, r->entry[k][j], r->of_p[k]);
+            cqi_learn(m, r->entry[k][j] + 1, r->of_q[k]);
+        }
+    }
+    for (k = 1; k < r->size; k++) {
+        cqi_learn(m, cqi_size_b(r, k), r->of_steps[k]);
+        cqi_learn(m, cqi_size_a(r, k), r->of_steps[k]);
+    }
 }
 
+static void cqi_learn_located(cq_decoder *d)
+{
+    const cqi_located *c = d->located, *const end = c + d->num_located;
+    for (; c < end; c++) {
+        const int32_t gradient = -d->score[c->number];
+        cqi_learn(&d->model, CQI_EDGES + c->edges, gradient);
+        cqi_learn(&d->model, CQI_OUTER + c->outer, gradient);
+        cqi_learn(&d->model, CQI_BETWEEN + c->between, gradient);
+    }
+}
+
+/* What the others lose the chosen one gains, so that the sum of all scores does not drift. */
 static void cqi_learn_split(cq_decoder *d, uint32_t total, int chosen, int p, int q)
 {
-    const cqi_ring *r = &d->ring;
-    const cqi_gradient *g = &d->gradient;
-    const int located = cqi_is_located(r);
-    int k;
-    memset(&d->gradient, 0, sizeof d->gradient);
-    cqi_learn_pairs(d, total, chosen, p, q);
-    for (k = 0; k < r->size; k++) {
-        cqi_learn_end(&d->model, r->entry[k], 0, located, g->of_p[k]);
-        cqi_learn_end(&d->model, r->entry[k], 1, located, g->of_q[k]);
-        if (!g->of_length[k]) continue;
-        cqi_learn(&d->model, cqi_size_b(r, k), g->of_length[k]);
-        cqi_learn(&d->model, cqi_size_a(r, k), g->of_length[k]);
-    }
+    cqi_ring *r = &d->ring;
+    int32_t gained;
+    d->score[chosen] = 0;
+    gained = cqi_learn_losses(d, total);
+    d->score[chosen] = -gained;
+    r->of_p[p] += gained;
+    r->of_q[q] += gained;
+    r->of_steps[q - p] += gained;
+    cqi_learn(&d->model, CQI_RULE + d->rule[chosen], gained);
+    cqi_learn_shared(&d->model, r);
+    if (cqi_is_located(r)) cqi_learn_located(d);
+    if (d->mesh.num_vertices % CQI_LIMIT_EVERY == 0) cqi_limit_weights(&d->model);
 }
 
 /* Codes the pair p, q of the patch in d->ring, and adapts. */
 static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     const cqi_ring *r = &d->ring;
-    int count, chosen = 0;
+    const int count = r->size * (r->size - 1) / 2;
+    int chosen = 0;
     uint32_t total;
     int32_t best;
     cqi_score_ring(d);
-    count = cqi_pair_number(r, cqi_p_end(r) - 1, r->size - 1) + 1;
     best = cqi_score_candidates(d);
-    if (cqi_is_located(r)) best = cqi_locate_candidates(d, best - CQI_TUNED(settled, CQI_SETTLED));
-    total = cqi_share_range(d->score, count, best);
-    if (CQI_ENCODING(d)) chosen = cqi_pair_number(r, *p, *q);
+    if (cqi_is_located(r)) {
+        cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
+        cqi_locate_candidates(d);
+        best = cqi_best(d->score, count);
+    }
+    total = cqi_share_range(r, d->score, count, best);
+    if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
     chosen = cqi_code_share(d, d->score, total, chosen);
-    cqi_pair_of_number(r, chosen, p, q);
+    for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
+    *p = chosen - cqi_pair_number(0, *q);
     cqi_learn_split(d, total, chosen, *p, *q);
 }
 

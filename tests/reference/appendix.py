@@ -25,8 +25,8 @@ BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTH
 BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
            "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1", "PLAIN": "6.1"}
 WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("STATE", "END_STATE"),
-                 ("VALENCE", "END_VALENCE"), ("BEFORE", "END_BEFORE"), ("BEHIND", "END_BEHIND"), ("EDGE", "END_EDGE"),
-                 ("INNER", "INNER"), ("OUTER", "OUTER"), ("BETWEEN", "BETWEEN")]
+                 ("VALENCE", "END_VALENCE"), ("EDGE", "END_EDGE"), ("EDGES", "EDGES"), ("OUTER", "OUTER"),
+                 ("BETWEEN", "BETWEEN")]
 
 
 def number(text, names):
@@ -60,12 +60,12 @@ def numbers(text):
 
 
 def header_tables(header):
-    """The three lists of the header: bit priors, weight priors (two), exp2."""
+    """The three lists of the header: bit priors, weight priors (two), shares."""
     bits = numbers(re.search(r"cqi_prior_bit\[.*?\] = \{(.*?)\};", header, re.S).group(1))
     bare = numbers(re.search(r"cqi_prior_bare\[.*?\] = \{(.*?)\};", header, re.S).group(1))
     located = numbers(re.search(r"cqi_prior_located\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    exp2 = numbers(re.search(r"cqi_exp2\[64\] = \{(.*?)\};", header, re.S).group(1))
-    return bits, bare, located, exp2
+    shares = numbers(re.search(r"cqi_shares\[.*?\] = \{(.*?)\};", header, re.S).group(1))
+    return bits, bare, located, shares
 
 
 def block(values):
@@ -75,11 +75,11 @@ def block(values):
 def appendix():
     header = HEADER.read_text()
     enum = enum_values(header)
-    bits, weights, located, exp2 = header_tables(header)
+    bits, weights, located, shares = header_tables(header)
     starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
     assert len(weights) == enum["CQI_BARE_WEIGHTS"] == enum["CQI_END_EDGE"]
-    assert len(located) == enum["CQI_WEIGHTS"] and len(exp2) == 64
+    assert len(located) == enum["CQI_WEIGHTS"] and len(shares) == enum["CQI_SHARES"]
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
     for k, (name, _) in enumerate(BIT_TABLES):
@@ -89,7 +89,8 @@ def appendix():
     text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
     text += block(weights)
     text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
-    text += "\n### A.4 exp2\n\n2^(13 - (k + 1/2) / 64), rounded, for k = 0 .. 63:\n\n" + block(exp2)
+    text += f"\n### A.4 shares\n\n1 + 2^({enum['CQI_HEAVIEST']} - (k + 1/2) / 16), rounded down, for k = 0 .. "
+    text += f"{enum['CQI_SHARES'] - 2}, and a last 1:\n\n" + block(shares)
     return text
 
 
@@ -116,15 +117,17 @@ def check():
         results.append(("8.2 " + name, rows.get(name) == (firsts[k], firsts[k + 1] - firsts[k])))
     for name in "CQI_SETTLED", "CQI_MOST":
         enum[name] >>= enum["CQI_UNIT"]
+    enum["last_share"] = enum["CQI_SHARES"] - 1
     enum["residual"] = tuple(enum["CQI_" + name] for name in ("SIGN", "TOP", "BITS"))
     enum["kinds"] = tuple(enum[f"CQI_{b}"] - enum[f"CQI_{a}"] for a, b in [("OF_BASE", "ALONG"), ("ALONG", "ACROSS"),
                           ("ACROSS", "NORMAL"), ("NORMAL", "PLAIN"), ("PLAIN", "MODELS")])
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
                        ("CQ_MAX_VALENCE", "valence is above %d"),
                        ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),
-                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_STILL", "%d · T >> 16"),
-                       ("CQI_SETTLED", "highest plain score minus %d octaves; then"),
-                       ("CQI_MOST", "beyond %d octaves ("),
+                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_LIMIT_EVERY", "a multiple of %d,"),
+                       ("CQI_LOCATED", "if %d candidates before it"), ("last_share", "min(t >> 18, %d)"),
+                       ("CQI_SETTLED", "highest plain score minus %d octaves, or"),
+                       ("CQI_MOST", "beyond %d octaves is set"),
                        ("residual", "SIGN is model %d, TOP[n] is model %d + n and BITS[n] is model %d + n"),
                        ("CQI_TURNED_BITS", "at most %d bits per value"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
         results.append((name, name in enum and text % enum[name] in " ".join(spec.split())))

@@ -30,7 +30,7 @@ class Tables:
         parts = re.split(r"^### A\.[1-4] .*$", text[text.index("## Appendix A."):], flags=re.M)[1:]
         lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
                  for part in parts]
-        self.bits, self.plain, self.located, self.exp2 = lists
+        self.bits, self.plain, self.located, self.shares = lists
         rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
         self.first = {name: int(first) for name, first, _ in rows}
         self.bits += self.bits[self.first["ALONG"]:self.first["ACROSS"]]  # A.1: PLAIN begins like ALONG
@@ -39,8 +39,7 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-SIZE_B, SIZE_A, RULE, STATE, VALENCE, BEFORE, BEHIND, EDGE, INNER, OUTER, BETWEEN = \
-    0, 48, 96, 132, 300, 384, 412, 440, 472, 536, 600
+SIZE_B, SIZE_A, RULE, STATE, VALENCE, EDGE, EDGES, OUTER, BETWEEN = 0, 48, 96, 132, 300, 384, 416, 480, 544
 
 OCTAVE = 1 << 22
 
@@ -423,7 +422,7 @@ def valence_class(valence):  # 8.3
 
 
 def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return a[0] * b[0] + a[1] * b[1]
 
 
 def cross(a, b):
@@ -481,31 +480,45 @@ class Geometry:
         self.h = 8 - max(bits_of(*o) for o in offsets)
         self.s = [[x << self.h if self.h >= 0 else x >> -self.h for x in o] for o in offsets]
         lengths = [(11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4) + 1 for v in self.s]
-        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.s, lengths)]
         self.mean = sum(lengths) // self.count + 1
         s1, s2 = sorted(length for length, position in zip(lengths, positions) if position)[:2]
         self.edge = [15 if position is None else 14 if length > 2 * (s1 + s2) else
                      clamp((length * ((1 << 26) // (s1 + s2)) >> 23) - 3, 0, 14)
                      for length, position in zip(lengths, positions)]
+        normal = [0, 0, 0]
+        for k in range(self.count):
+            normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
+        normal = fit(*normal)
+        self.first = Turn(normal[0], normal[1])
+        self.second = Turn(normal[2], self.first.length)
+        turned = [self.turn_forth(v) for v in self.s]
+        self.flat = [v[:2] for v in turned]
+        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.flat, lengths)]
+        self.height = sum(abs(v[2]) for v in turned)
+
+    def turn_forth(self, vector):
+        v = list(vector)
+        self.first.forth(v, 0, 1)
+        self.second.forth(v, 2, 0)
+        return v
 
     def features(self, p, q):
-        """The numbers of the weights in INNER, OUTER, BETWEEN."""
+        """The numbers of the weights in EDGES, OUTER, BETWEEN."""
         count, apart = self.count, q - p
         n_b, n_a = apart + 2, count - apart + 2
-        r_b = [sum(self.s[k][c] for k in range(p, q + 1)) for c in range(3)]
-        r_a = [sum(self.s[k][c] for k in range(count) if k <= p or k >= q) for c in range(3)]
-        axis = [n_a * b - n_b * a for a, b in zip(r_a, r_b)]
-        scale = (1 << 19) // ((2 * n_a * n_b + n_a + n_b) * self.mean)
+        r_b = [sum(self.flat[k][c] for k in range(p, q + 1)) for c in range(2)]
+        r_a = [sum(self.flat[k][c] for k in range(count) if k <= p or k >= q) for c in range(2)]
+        scale = (1 << 22) // ((2 * n_a * n_b + n_a + n_b) * self.mean)
+        move = [(n_a * b - n_b * a) * scale >> 15 for a, b in zip(r_a, r_b)]
 
         def advance(k):
-            return clamp(dot(self.dir[k % count], axis) * scale + (1 << 23) >> 21, 0, 7)
+            return clamp((dot(self.dir[k % count], move) >> 9) + 4, 0, 7)
 
-        inner = 8 * advance(p + 1) + advance(q - 1)
-        outer = 8 * advance(p - 1) + advance(q + 1)
         rest = count - apart
         steps = min(apart, 4) if apart < rest else 4 + min(rest, 3)
-        turn = clamp(dot(self.dir[p], self.dir[q]) + 4096 >> 10, 0, 7)
-        return INNER + inner, OUTER + outer, BETWEEN + 8 * steps + turn
+        angle = clamp((dot(self.dir[p], self.dir[q]) >> 10) + 4, 0, 7)
+        return (EDGES + 8 * (self.edge[p] // 2) + self.edge[q] // 2, OUTER + 8 * advance(p - 1) + advance(q + 1),
+                BETWEEN + 8 * steps + angle)
 
     # 6.4
     def expect(self, x):
@@ -513,19 +526,9 @@ class Geometry:
 
     def axes(self, predicted):
         """Three turns, and the half bits to expect along the surface and along the normal."""
-        normal = [0, 0, 0]
-        for k in range(self.count):
-            normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
-        normal = fit(*normal)
-        first = Turn(normal[0], normal[1])
-        second = Turn(normal[2], first.length)
-        v = list(predicted)
-        first.forth(v, 0, 1)
-        second.forth(v, 2, 0)
-        third = Turn(*fit(v[0], v[1]))
-        off = sum(abs(dot(s, normal)) for s in self.s)
-        return (first, second, third, self.expect(3 * self.mean),
-                self.expect(off // ((abs(second.length) >> 3) + 1) // self.count))
+        third = Turn(*fit(*self.turn_forth(predicted)[:2]))
+        return (self.first, self.second, third, self.expect(3 * self.mean),
+                self.expect(8 * self.height // self.count))
 
 
 class Model:
@@ -533,10 +536,6 @@ class Model:
 
     def __init__(self, located):
         self.weight = [n << 18 for n in (TABLES.located if located else TABLES.plain)]
-
-    def learn(self, w, y):  # 8.7
-        if abs(self.weight[w] + y) <= 8 * OCTAVE:
-            self.weight[w] += y
 
     def score(self, features):
         return sum(self.weight[w] for w in features)
@@ -556,21 +555,21 @@ class Model:
             return RULE + 6 * clamp(low[p] - vb + 2, 0, 5) + clamp(high[q] - vb + 2, 0, 5)
 
         # 8.1
-        last_p = 0 if case == 2 else count - 2
-        pairs = [(p, q) for p in range(last_p + 1) for q in range(count - 1 if case == 1 else p + 1, count)]
+        pairs = [(p, q) for q in range(1, count) for p in range(q)]
+        allowed = [(case != 1 or q == count - 1) and (case != 2 or p == 0) for p, q in pairs]
         # 8.6
-        score_p, score_q, score_length = (list(map(self.score, features)) for features in (*ends, lengths))
-        scores = [score_p[p] + score_q[q] + score_length[q - p] + self.weight[rule(p, q)] for p, q in pairs]
-        located = [()] * len(pairs)
+        features = [[*ends[0][p], *ends[1][q], *lengths[q - p], rule(p, q)] for p, q in pairs]
+        scores = list(map(self.score, features))
         if geometry:
-            least = max(scores) - 7 * OCTAVE
-            located = [geometry.features(*pair) if score >= least else () for pair, score in zip(pairs, scores)]
-            scores = [score + self.score(features) for score, features in zip(scores, located)]
+            least = max(scores) - 5 * OCTAVE
+            for k in [k for k, score in enumerate(scores) if score >= least][:63]:
+                located = geometry.features(*pairs[k])
+                features[k] += located
+                scores[k] += self.score(located)
         highest = max(scores)
-        freqs = [1 + (TABLES.exp2[(highest - score >> 16) % 64] >> (highest - score >> 22)) for score in scores]
+        freqs = [TABLES.shares[min(highest - score >> 18, 223)] * ok for score, ok in zip(scores, allowed)]
         chosen = coder.symbol(freqs, "pair")
-        self.learn_pair(pairs, [(rule(*pair),) + features for pair, features in zip(pairs, located)], freqs, chosen,
-                        ends, lengths)
+        self.learn(features, freqs, chosen)
         return pairs[chosen]
 
     @staticmethod
@@ -579,8 +578,7 @@ class Model:
         vc = [valence_class(v) for v in val]
         ends = [], []
         for k in range(len(val)):
-            numbers = [STATE + 2 * (6 * vc[k] + states[k]), VALENCE + 2 * (14 * level_class + vc[k]),
-                       BEFORE + 2 * vc[k - 1], BEHIND + 2 * vc[(k + 1) % len(val)]]
+            numbers = [STATE + 2 * (6 * vc[k] + states[k]), VALENCE + 2 * (14 * level_class + vc[k])]
             if geometry:
                 numbers.append(EDGE + 2 * geometry.edge[k])
             for end in 0, 1:
@@ -597,31 +595,16 @@ class Model:
                 best = min(best, val[k])
         return result
 
-    def learn_pair(self, pairs, features, freqs, chosen, ends, lengths):  # 8.7
-        count = len(lengths)
-        yp, yq, yl = [0] * count, [0] * count, [0] * count
+    def learn(self, features, freqs, chosen):  # 8.7
+        unit = (110000 << 14) // sum(freqs)
+        y = [-(freq * unit >> 14) for freq in freqs]
+        y[chosen] -= sum(y)
+        for numbers, gradient in zip(features, y):
+            for w in numbers:
+                self.weight[w] += gradient
 
-        def learn_candidate(k, y):
-            p, q = pairs[k]
-            yp[p] += y
-            yq[q] += y
-            yl[q - p] += y
-            for w in features[k]:
-                self.learn(w, y)
-
-        total = sum(freqs)
-        unit = (81920 << 14) // total
-        gained = 0
-        for k, freq in enumerate(freqs):
-            if k != chosen and freq > 64 * total >> 16:
-                y = freq * unit >> 14
-                learn_candidate(k, -y)
-                gained += y
-        learn_candidate(chosen, gained)
-        for lists, ys in (ends[0], yp), (ends[1], yq), (lengths, yl):
-            for k in range(count):
-                for w in lists[k]:
-                    self.learn(w, ys[k])
+    def limit(self):
+        self.weight = [clamp(weight, -8 * OCTAVE, 8 * OCTAVE) for weight in self.weight]
 
 
 class Decoder:
@@ -754,9 +737,9 @@ class Decoder:
         in_b = [r[k] for k in r if p <= k <= q]
         in_a = [r[k] for k in r if k <= p or k >= q]
         n_b, n_a = len(in_b) + 1, len(in_a) + 1
-        m = 1 << max(bits - 18, 0)
-        difference = n_a * quotient(sum(in_b), m) - n_b * quotient(sum(in_a), m)
-        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) * m, sum(map(abs, r.values()))
+        w = max(bits - 18, 0)
+        difference = n_a * (sum(in_b) >> w) - n_b * (sum(in_a) >> w)
+        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) << w, sum(map(abs, r.values()))
 
     def turned(self, geometry, predictions):  # 6.4
         first, second, third, along, normal = geometry.axes(predictions)
@@ -864,6 +847,8 @@ class Decoder:
             geometry = Geometry(self.values[centre][at:at + 3], positions)
         valences = [mesh.valence[x] for x in ring]
         p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry)
+        if self.vertices % 1024 == 0:
+            self.model.limit()  # 8.7
         values = self.differences(centre, ring, p, q, geometry)
         self.end_step()
         virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
