@@ -70,8 +70,9 @@ extern "C" {
 #define CQ_VERSION_STRING "0.1.0"    /* of this library */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
-#define CQ_MAX_CHANNELS 8            /* vertex channels of one stream */
+#define CQ_MAX_CHANNELS 8            /* channels of one stream */
 #define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
+#define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
@@ -98,7 +99,7 @@ typedef enum cq_result {
     CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1 */
     CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
     CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
-    CQ_ERROR_UNSUPPORTED = -14,  /* stream: a feature that this build does not know or is too small for */
+    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build does not know or is too small for */
     CQ_ERROR_CORRUPT = -15,      /* stream: bytes that no encoder writes */
     CQ_ERROR_CHECKSUM = -16      /* stream: the check value does not match */
 } cq_result;
@@ -115,7 +116,7 @@ typedef int16_t cq_value;            /* one integer of a channel: 0 .. 2^15 - 1 
 #define CQ_MAX_BITS 15
 #else
 typedef uint32_t cq_index;
-typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1 */
+typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1, or any with CQ_EXACT_BITS */
 #define CQ_NONE ((cq_index)0xffffffffu)
 #define CQ_MAX_BITS 24
 #endif
@@ -127,19 +128,37 @@ typedef struct cq_place {
     cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
 } cq_place;
 
-/* What a channel's numbers mean to a reader of the stream. The codec treats all kinds alike but for the prediction. */
+/* What a channel's numbers mean to a reader of the stream. Only positions mean something to the codec: the first
+ * channel of them that is merged to midpoints tells where edges were collapsed. */
 typedef enum cq_kind {
-    CQ_POSITION = 0,      /* 3 components; a collapse puts the merged vertex at the midpoint */
-    CQ_GENERIC = 1        /* anything else that may be averaged */
+    CQ_POSITION = 0,      /* 3 components */
+    CQ_GENERIC = 1,       /* anything else */
+    CQ_NORMAL = 2,        /* 2 components, an octahedral pair; or 3, a vector */
+    CQ_TEXCOORD = 3,      /* 2 components */
+    CQ_COLOR = 4,         /* 3 components, red, green, blue; or 4, with alpha */
+    CQ_JOINTS = 5,        /* of skinning: numbers of the joints */
+    CQ_WEIGHTS = 6,       /* and their weights */
+    CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
+    CQ_GROUP = 8          /* 1 component: the material or group that it belongs to */
 } cq_kind;
 
-/* One per-vertex channel: `components` integers per vertex, each in 0 .. 2^bits - 1. A reader gets component k of
- * vertex v back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries. */
+/* What a collapse of B into A does to the values of A. */
+typedef enum cq_merge {
+    CQ_MIDPOINT = 0,      /* the merged vertex gets the midpoint, rounded down */
+    CQ_KEEP = 1,          /* it keeps the values of A: for what may not be averaged */
+    CQ_PER_FACE = 2       /* nothing: the channel has 1 component, and a value for each face instead of each vertex */
+} cq_merge;
+
+/* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. A reader gets component k of vertex v
+ * back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries.
+ *
+ * With CQ_EXACT_BITS and CQ_KEEP or CQ_PER_FACE a value is any 32-bit pattern, copied into a cq_value, and comes back
+ * bit for bit. It costs least if it is a float. Needs 32-bit indices, else CQ_ERROR_UNSUPPORTED. */
 typedef struct cq_channel {
     uint8_t kind;         /* cq_kind */
-    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS */
-    uint8_t bits;         /* 1 .. CQ_MAX_BITS */
-    uint8_t reserved;     /* 0 */
+    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS, as its kind says */
+    uint8_t bits;         /* 1 .. CQ_MAX_BITS, or CQ_EXACT_BITS */
+    uint8_t merge;        /* cq_merge */
     uint32_t step;
     uint32_t origin[CQ_MAX_COMPONENTS];
 } cq_channel;
@@ -322,8 +341,9 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 10
- * such bits and 29 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
+/* Bytes that one step can need. Probabilities of bits and candidates are at least 2^-11 and 2^-22. A residual has 10
+ * such bits and 29 raw ones, if exact 35: 145 bits, 1 more than here. The two face values of a split have 6 and 64. A
+ * join of the base has 3 and 32; a split does not need 50 of its bits, more than one for each of 32 components. */
 #define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
@@ -424,7 +444,8 @@ enum {
     CQI_NORMAL = CQI_ACROSS + 28 + 16 * CQI_EXPECTED,   /* along the normal, */
     CQI_PRIORS = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,
     CQI_PLAIN = CQI_PRIORS,                             /* and of one component alone; these begin as CQI_ALONG */
-    CQI_MODELS = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,
+    CQI_FACE = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,      /* [values refused][faces with it] value of a face: this one */
+    CQI_MODELS = CQI_FACE + 12,
     CQI_SIGN = 0,                             /* tables for each of these: */
     CQI_TOP = 1,                              /* [bits] the second highest bit */
     CQI_BITS = 28                             /* [expected][16] number of bits: fewer?, how many more, how many less */
@@ -449,10 +470,11 @@ typedef struct cq_bytes {
 CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
 
 /* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
- * c components of all channels together. */
+ * c components of all channels of vertices together. Each channel of faces needs CQ_FACE_BYTES(faces) more. */
 #define CQ_DECODER_BYTES(v, f, c) \
     (CQ_MESH_BYTES(v, f) + CQI_ROUND(((size_t)(f) / 3 + 1) * sizeof(cq_index)) \
      + CQI_ROUND((size_t)(v) * (size_t)(c) * sizeof(cq_value)))
+#define CQ_FACE_BYTES(f) CQI_ROUND((size_t)(f) * sizeof(cq_value))
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -462,7 +484,8 @@ CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 typedef struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
     cq_mesh mesh;                          /* of this moment; mesh.origin is the index buffer */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
+                                              CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t num_components;               /* of the mesh, once the base is read */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
@@ -483,7 +506,7 @@ typedef struct cq_decoder {
     cq_range_decoder range;
     cq_index gate, before, before2;        /* base: the border halfedge to grow at, and the two before it */
     cq_index scan, virtual_scan;           /* base: all halfedges before these are closed */
-    cq_index value;                        /* base: next vertex to get its values */
+    cq_index value;                        /* base: next vertex, then next face, to get its values */
     cq_index base_vertices;
     int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
     int rate;                              /* of adaptation of the bit models */
@@ -528,9 +551,10 @@ typedef enum cq_goal {
 typedef struct cq_input {
     cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
-    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] */
+    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
     cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers */
+    cq_index *face_map;                    /* the same for faces: cq_index[num_faces] */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
 } cq_input;
@@ -545,6 +569,10 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8.
  * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
  * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
+ *
+ * A decoder has its own order of vertices and faces, and a face may start at another corner: input vertex v is decoded
+ * vertex in->map[v], input face f decoded face in->face_map[f]. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
+ * cq_kind and cq_merge say.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -571,6 +599,10 @@ static int32_t cqi_scale_down(int32_t x, int bits) { return x < 0 ? -(-x >> bits
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
+
+/* Modulo 2^32, for exact values; of all others no sum is that large. */
+static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
+static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
 /* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
 static int cqi_bit_length(uint32_t x)
@@ -646,19 +678,21 @@ static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
-/* The first channel of positions, or -1. */
+/* The first channel of positions that move, or -1. */
 static int cqi_position_channel(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].kind == CQ_POSITION) return (int)k;
+        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge == CQ_MIDPOINT) return (int)k;
     return -1;
 }
 
-static uint32_t cqi_all_components(const cq_shape *s)
+/* Numbers per vertex or, that is all channels of them, per face. */
+static uint32_t cqi_all_components(const cq_shape *s, int per_face)
 {
     uint32_t k, n = 0;
-    for (k = 0; k < s->num_channels; k++) n += s->channel[k].components;
+    for (k = 0; k < s->num_channels; k++)
+        if ((s->channel[k].merge == CQ_PER_FACE) == per_face) n += s->channel[k].components;
     return n;
 }
 
@@ -1433,6 +1467,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
     uint32_t k;
     c->kind = (uint8_t)cqi_read_uint(r, 1);
+    c->merge = (uint8_t)(c->kind >> 4);
+    c->kind &= 15;
     c->components = (uint8_t)cqi_read_uint(r, 1);
     c->bits = (uint8_t)cqi_read_uint(r, 1);
     c->step = cqi_read_uint(r, 4);
@@ -1441,8 +1477,10 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    return c->kind <= CQ_GENERIC && c->components >= 1 && c->components <= CQ_MAX_COMPONENTS && c->bits >= 1 &&
-           c->bits <= 24 && c->reserved == 0 && (c->kind != CQ_POSITION || c->components == 3);
+    static const uint8_t components[CQ_GROUP + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2 }; /* bit n: n are allowed */
+    return c->kind <= CQ_GROUP && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+           c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
+           (c->bits <= 24 || (c->bits == CQ_EXACT_BITS && c->merge != CQ_MIDPOINT));
 }
 
 /* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
@@ -1520,7 +1558,8 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 size_t cq_decoder_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s));
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
+           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
 }
 
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
@@ -1546,7 +1585,9 @@ typedef struct cqi_plan {
     cq_range_encoder range;
     cq_mesh mesh;                       /* simplified step by step, in the end the base */
     const cq_value *positions;          /* those in value, if the nearest neighbour is to be chosen; or NULL */
-    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A */
+    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A,
+                                           with CQ_KEEP still B */
+    const cq_value *const *input;       /* values as handed in: those of faces */
     cq_index *to_decoded, *to_input;    /* vertex numbers, virtual ones too; CQ_NONE: not yet decoded */
     cq_index *top, *below;              /* last vertex collapsed into v; the one before it */
     cq_index *end_p, *end_q;            /* of a collapsed vertex: its two common neighbours */
@@ -1554,7 +1595,8 @@ typedef struct cqi_plan {
     cq_index *patch;                    /* of the conquest, as in the decoder */
     cq_index *seed;                     /* components: cq_index[components][2], L and R of the first gate */
     cq_index num_seeds, next_seed;
-    cq_index *face_input, *face_decoded;  /* base: input halfedge of decoded 3f; decoded halfedge of input 3f */
+    cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
+                                             split makes may be turned */
     uint32_t num_levels;
     uint32_t current;                   /* level being replayed */
 } cqi_plan;
@@ -1601,6 +1643,12 @@ static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
 {
     p->face_input[f] = h;
     p->face_decoded[h / 3] = (cq_index)(3 * f + (3 - h % 3) % 3);
+}
+
+/* Decoded faces first .. end - 1 are new: those that the collapse removed, as slots are reused last in, first out. */
+static void cqi_plan_new_faces(cqi_plan *p, cq_index first, cq_index end)
+{
+    for (; first < end; first++) cqi_plan_face(p, (cq_index)(3 * cqi_new_face(&p->mesh, 0)), first);
 }
 
 static cq_index cqi_plan_to_input(const cqi_plan *p, cq_index decoded)
@@ -1807,10 +1855,11 @@ static void cqi_model_init(cqi_model *m, int located)
     const int8_t *prior = located ? cqi_prior_located : cqi_prior_bare;
     const int num_weights = located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
     int k;
-    for (k = 0; k < CQI_MODELS; k++) {
+    for (k = 0; k < CQI_FACE; k++) {
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
         m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
+    for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     memset(m->weight, 0, sizeof m->weight);
     for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
@@ -2033,11 +2082,30 @@ static cq_result cqi_finish_base(cq_decoder *d)
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
  *
- * A collapse merges values a, b to floor((a + b) / 2) and leaves delta = b - a, from which the split gets both back. */
+ * A collapse merges values a, b to floor((a + b) / 2), or keeps a, and leaves delta = b - a, from which the split gets
+ * both back. */
 
 #define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
 
 static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
+
+/* What a collapse adds to the value of A. */
+static int32_t cqi_moved(const cq_channel *c, int32_t delta) { return c->merge == CQ_KEEP ? 0 : cqi_floor_half(delta); }
+
+/* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
+ * predictions the upper 24 bits take part. */
+static int cqi_is_exact(const cq_channel *c) { return CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS; }
+static int32_t cqi_number(const cq_channel *c, int32_t x) { return cqi_is_exact(c) && x < 0 ? x ^ 0x7fffffff : x; }
+
+static int32_t cqi_rough(const cq_channel *c, int32_t x)
+{
+    return cqi_is_exact(c) ? cqi_floor_shift(cqi_number(c, x), 8) : x;
+}
+
+static int32_t cqi_unrough(const cq_channel *c, int32_t x)
+{
+    return cqi_is_exact(c) ? (int32_t)((uint32_t)x << 8) : x;
+}
 
 /* A number, 0 .. 38: up to seven times whether it is more, each time by a model of its own, then raw. */
 static int cqi_code_count(cq_decoder *d, int index, int count)
@@ -2057,87 +2125,167 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
+/* Bits that a residual of the channel may have; and no more than 26 have a model for the second highest one. */
+static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
+
 /* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
-static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int32_t residual)
+static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int32_t residual)
 {
     uint32_t magnitude = cqi_abs(residual);
     int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
-    if (bits > 26) return CQI_WILD;
+    if (bits > most) return CQI_WILD;
     if (bits > 1) {
         uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
-        magnitude = 2 | (uint32_t)cqi_code_bit(d, kind + CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
+        int top = kind + CQI_TOP + cqi_at_most(bits, 26);
+        magnitude = 2 | (uint32_t)cqi_code_bit(d, top, (int)(magnitude >> (bits - 2) & 1));
         magnitude = magnitude << (bits - 2) | cqi_code_raw(d, low, bits - 2);
     } else {
         magnitude = 1;
     }
-    return cqi_code_bit(d, kind + CQI_SIGN, residual < 0) ? -(int32_t)magnitude : (int32_t)magnitude;
+    return (int32_t)(cqi_code_bit(d, kind + CQI_SIGN, residual < 0) ? (uint32_t)0 - magnitude : magnitude);
 }
 
 /* The residual of a split, of which half_bits / 2 bits are expected. */
-static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int32_t residual)
+static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
-    return cqi_code_residual(d, kind, row, half_bits / 2, residual);
+    return cqi_code_residual(d, kind, row, half_bits / 2, most, residual);
 }
 
 /* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
 static int cqi_half_bits(uint32_t x) { return x < 0x8000 ? cqi_bit_length(x * x) : 2 * cqi_bit_length(x); }
 
-static int cqi_value_fits(const cq_channel *c, int32_t value) { return value >= 0 && value >> c->bits == 0; }
+static int cqi_value_fits(const cq_channel *c, int32_t value)
+{
+    return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
+}
 
 /* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
-static int32_t cqi_predict_base(const cq_decoder *d, const cq_value *values, uint32_t stride, int32_t first, cq_index v)
+static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->draft;
+    const uint32_t stride = channel->components;
     cq_index h = m->out[v];
     int32_t sum = 0, n = 0;
     do {
         cq_index w = cq_target(m, h);
         if (w < v && n < 64) {
-            sum += values[(size_t)w * stride];
+            sum += cqi_rough(channel, values[(size_t)w * stride]);
             n++;
         }
         h = cq_clockwise(m, h);
     } while (h != m->out[v]);
-    return n ? sum / n : v ? values[(size_t)(v - 1) * stride] : first;
+    if (n) return cqi_unrough(channel, sum / n);
+    if (v) return cqi_number(channel, values[(size_t)(v - 1) * stride]);
+    return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
+/* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
+static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    cq_value *values = d->channel[k] + c;
+    int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
+    if (CQI_ENCODING(d))
+        x = cqi_difference(cqi_number(channel, d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c]), p);
+    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), x);
+    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? 1u << 28 : cqi_abs(x))) / 4;
+    x = cqi_number(channel, cqi_sum(p, x));
+    values[(size_t)v * stride] = (cq_value)x;
+    return cqi_value_fits(channel, x);
+}
 /* All channels of base vertex d->value. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
     uint32_t k, c, n = 0;
     cq_index v = d->value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        const cq_channel *channel = &d->shape.channel[k];
-        for (c = 0; c < channel->components; c++, n++) {
-            cq_value *values = d->channel[k] + c;
-            uint32_t stride = channel->components;
-            int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
-            if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
-            x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)d->delta[n]), x);
-            d->delta[n] = (3 * d->delta[n] + (int32_t)cqi_abs(x)) / 4;
-            x += p;
-            if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-            values[(size_t)v * stride] = (cq_value)x;
-        }
+        if (d->shape.channel[k].merge == CQ_PER_FACE) continue;
+        for (c = 0; c < d->shape.channel[k].components; c++)
+            if (!cqi_code_base_value(d, k, c, v, &d->delta[n++]))
+                return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
     }
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* -- Values of faces: mostly that of a face nearby -- */
+
+/* The value of a face of channel k, given those of faces near it. */
+static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *near, int n, int32_t value)
+{
+    int i, j, refused = 0;
+    for (i = 0; i < n; i++) {
+        int before = 0, same = 0;
+        for (j = 0; j < n; j++) {
+            same += near[j] == near[i];
+            before += j < i && near[j] == near[i];
+        }
+        if (before) continue;
+        if (cqi_code_bit(d, CQI_FACE + 4 * refused + same, value == near[i])) return near[i];
+        refused++;
+    }
+    return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
+}
+
+/* All channels of the next base face, each given the value of the face before it. */
+static cq_result cqi_code_base_face(cq_decoder *d)
+{
+    const cq_index f = (cq_index)(d->value++ - d->draft.num_vertices);
+    uint32_t k;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        cq_value *values = d->channel[k];
+        int32_t near = f ? values[f - 1] : 0, x = 0;
+        if (d->shape.channel[k].merge != CQ_PER_FACE) continue;
+        if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
+        values[f] = (cq_value)cqi_code_face(d, k, &near, 1, x);
+        cqi_charge_channel(d, k);
+    }
+    return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* Values of the faces of channel k that a split at p, q is going to make, the one at p first, given those of the faces
+ * that they will share an edge with. Virtual ones have none. */
+static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_value *values = d->channel[k];
+    cq_index f = m->num_faces, input = CQI_ENCODING(d) ? d->plan->mesh.free_face : 0; /* see cqi_plan_new_faces */
+    int32_t x = 0, near[3];
+    int end, side, n;
+    for (end = 0; end < 2; end++) {
+        cq_index spoke = d->ring.spoke[end ? q : p];
+        if (cq_is_virtual(m, cq_target(m, spoke))) continue;
+        near[0] = x;
+        n = f > m->num_faces;
+        for (side = 0; side < 2; side++, spoke = m->twin[spoke])
+            if (spoke / 3 < m->num_faces) near[n++] = values[spoke / 3];
+        if (CQI_ENCODING(d)) {
+            x = d->plan->input[k][input];
+            input = d->plan->mesh.origin[3 * input + 1];
+        }
+        x = cqi_code_face(d, k, near, n, x);
+        if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
+        f++;
+    }
 }
 
 /* Values around the patch, relative to the centre. */
 static void cqi_read_offsets(cq_decoder *d, int channel)
 {
     cqi_ring *r = &d->ring;
-    uint32_t stride = d->shape.channel[channel].components, c;
+    const cq_channel *form = &d->shape.channel[channel];
+    uint32_t stride = form->components, c;
     const cq_value *centre = d->channel[channel] + (size_t)d->mesh.origin[r->spoke[0]] * stride;
     int k;
     r->channel = channel;
     for (k = 0; k < r->size; k++) {
         const cq_value *at = d->channel[channel] + (size_t)r->vertex[k] * stride;
         int is_real = r->real[k + 1] - r->real[k];
-        for (c = 0; c < stride; c++) r->offset[k][c] = is_real ? (int32_t)at[c] - (int32_t)centre[c] : 0;
+        for (c = 0; c < stride; c++)
+            r->offset[k][c] = is_real ? cqi_rough(form, at[c]) - cqi_rough(form, centre[c]) : 0;
     }
 }
 
@@ -2169,19 +2317,27 @@ static void cqi_sum_fans(const cqi_ring *r, uint32_t component, int p, int q, cq
     fans->sum_a += r->offset[p][component] + r->offset[q][component] - fans->sum_b;
 }
 
-/* B - A if both were the mean of their neighbours and the centre their midpoint. With 18-bit values no product exceeds
+/* B - A if both were the mean of their neighbours and the centre their midpoint; if the centre is A, no difference, or
+ * that of exact values if B is the mean of its neighbours. With 18-bit values no product exceeds
  * 2 * 24 * 24 * 2^18 < 2^29; wider ones are shifted down to that first, which costs precision, not correctness. */
-static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
+static int32_t cqi_predict_delta(const cqi_fans *f, const cq_channel *channel)
 {
-    int shift = bits > 18 ? bits - 18 : 0;
-    int32_t b = cqi_scale_down(f->sum_b, shift), a = cqi_scale_down(f->sum_a, shift);
+    int shift = channel->bits > 18 ? channel->bits - 18 : 0;
+    int32_t b, a;
+    if (channel->merge == CQ_KEEP) return cqi_is_exact(channel) ? cqi_unrough(channel, f->sum_b / f->n_b) : 0;
+    b = cqi_scale_down(f->sum_b, shift);
+    a = cqi_scale_down(f->sum_a, shift);
     return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
 }
 
-static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t channel, uint32_t component)
+static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t k, uint32_t component)
 {
+    const cq_channel *channel = &d->shape.channel[k];
     cq_index b = d->plan->top[d->plan->to_input[v]];
-    return d->plan->value[channel][(size_t)b * d->shape.channel[channel].components + component];
+    int32_t x = d->plan->value[k][(size_t)b * channel->components + component];
+    if (channel->merge == CQ_MIDPOINT) return x;
+    return cqi_difference(cqi_number(channel, x),
+                          cqi_number(channel, d->channel[k][(size_t)v * channel->components + component]));
 }
 
 /* -- Vectors of up to 26 bits -- */
@@ -2351,9 +2507,9 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
     cqi_turn_forth(&axes.turn[0], &x, &y);
     cqi_turn_forth(&axes.turn[1], &z, &x);
     cqi_turn_forth(&axes.turn[2], &x, &y);
-    x = cqi_code_expected(d, CQI_ALONG, axes.along, x);
-    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, y);
-    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, z);
+    x = cqi_code_expected(d, CQI_ALONG, axes.along, 26, x);
+    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, 26, y);
+    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, 26, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
     cqi_turn_back(&axes.turn[2], &x, &y);
     cqi_turn_back(&axes.turn[1], &z, &x);
@@ -2365,36 +2521,49 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
 }
 
 /* The residual of one component alone: the wider the patch, the larger. */
-static int32_t cqi_code_plain(cq_decoder *d, const cqi_fans *fans, int32_t residual)
+static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, const cqi_fans *fans, int32_t residual)
 {
-    return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(fans->spread / (uint32_t)d->ring.size), residual);
+    int half_bits = cqi_half_bits(fans->spread / (uint32_t)d->ring.size) + (cqi_is_exact(channel) ? 2 * 8 : 0);
+    return cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), residual);
 }
 
-/* d->delta for a split of v at ring positions p, q, first as predicted. */
+/* delta[] of channel k for a split of v at ring positions p, q. */
+static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q, cqi_fans *fans, int32_t *delta)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    const cq_value *values = d->channel[k] + (size_t)v * stride;
+    const int turned = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
+    int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
+    uint32_t c;
+    if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
+    for (c = 0; c < stride; c++) {
+        cqi_sum_fans(&d->ring, c, p, q, fans);
+        predicted[c] = cqi_predict_delta(fans, channel);
+        residual[c] = CQI_ENCODING(d) ? cqi_difference(cqi_plan_delta(d, v, k, c), predicted[c]) : 0;
+        if (!turned) residual[c] = cqi_code_plain(d, channel, fans, residual[c]);
+    }
+    if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
+    for (c = 0; c < stride; c++) {
+        int32_t low;
+        delta[c] = cqi_sum(predicted[c], residual[c]);
+        low = cqi_difference(values[c], cqi_moved(channel, delta[c]));
+        if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, cqi_sum(low, delta[c]))) return 0;
+    }
+    return 1;
+}
+
+/* d->delta, and the values of the new faces. */
 static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 {
-    uint32_t k, c, n = 0;
+    int32_t *delta = d->delta;
+    uint32_t k;
     cqi_fans fans;
     cqi_count_fans(&d->ring, p, q, &fans);
     for (k = 0; k < d->shape.num_channels; k++) {
-        const cq_channel *channel = &d->shape.channel[k];
-        const uint32_t stride = channel->components;
-        const int turned = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
-        int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
-        if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
-        for (c = 0; c < stride; c++) {
-            cqi_sum_fans(&d->ring, c, p, q, &fans);
-            predicted[c] = cqi_predict_delta(&fans, channel->bits);
-            residual[c] = CQI_ENCODING(d) ? cqi_plan_delta(d, v, k, c) - predicted[c] : 0;
-            if (!turned) residual[c] = cqi_code_plain(d, &fans, residual[c]);
-        }
-        if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
-        for (c = 0; c < stride; c++, n++) {
-            int32_t delta = predicted[c] + residual[c];
-            int32_t low = (int32_t)d->channel[k][(size_t)v * stride + c] - cqi_floor_half(delta);
-            if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, low + delta)) return 0;
-            d->delta[n] = delta;
-        }
+        if (d->shape.channel[k].merge == CQ_PER_FACE) cqi_code_new_faces(d, k, p, q);
+        else if (!cqi_code_channel(d, k, v, p, q, &fans, delta)) return 0;
+        delta += d->shape.channel[k].components;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -2402,13 +2571,16 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 
 static void cqi_apply_deltas(cq_decoder *d, cq_index a, cq_index b)
 {
-    uint32_t k, c, n = 0;
-    for (k = 0; k < d->shape.num_channels; k++) {
-        uint32_t stride = d->shape.channel[k].components;
-        for (c = 0; c < stride; c++, n++) {
-            cq_value *at = d->channel[k] + (size_t)a * stride + c;
-            *at = (cq_value)(*at - cqi_floor_half(d->delta[n]));
-            d->channel[k][(size_t)b * stride + c] = (cq_value)(*at + d->delta[n]);
+    const int32_t *delta = d->delta;
+    uint32_t k, c;
+    for (k = 0; k < d->shape.num_channels; delta += d->shape.channel[k++].components) {
+        const cq_channel *channel = &d->shape.channel[k];
+        if (channel->merge == CQ_PER_FACE) continue;
+        for (c = 0; c < channel->components; c++) {
+            cq_value *at = d->channel[k] + (size_t)a * channel->components + c;
+            *at = (cq_value)(*at - cqi_moved(channel, delta[c]));
+            d->channel[k][(size_t)b * channel->components + c] =
+                (cq_value)cqi_number(channel, cqi_sum(cqi_number(channel, *at), delta[c]));
         }
     }
 }
@@ -3044,6 +3216,7 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
 /* The split of the patch in d->ring: both indices, then the values, then the mesh. */
 static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
 {
+    const cq_index num_faces = d->mesh.num_faces;
     cq_index b;
     int p = 0, q = 0;
     cqi_read_ring(d);
@@ -3061,6 +3234,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
         cq_index input = d->plan->to_input[centre], removed = d->plan->top[input];
         d->plan->top[input] = d->plan->below[removed];
         cqi_plan_vertex(d->plan, removed, b);
+        cqi_plan_new_faces(d->plan, num_faces, d->mesh.num_faces);
     }
     return CQ_OK;
 }
@@ -3095,6 +3269,8 @@ static cq_result cqi_step_base(cq_decoder *d)
 static cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
+    if (d->value - d->draft.num_vertices < d->draft.num_faces && cqi_all_components(&d->shape, 1))
+        return cqi_code_base_face(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->draft.num_vertices;
@@ -3193,12 +3369,16 @@ static void cqi_start(cq_decoder *d)
     arena.left = d->memory_size;
     cqi_mesh_carve(&d->mesh, &d->shape, &arena);
     d->patch = (cq_index *)cqi_take(&arena, cqi_all_faces(&d->shape) / 3 + 1, sizeof(cq_index));
-    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape), sizeof(cq_value));
+    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, 0), sizeof(cq_value));
     for (k = 0; k < d->shape.num_channels; k++) {
+        if (d->shape.channel[k].merge == CQ_PER_FACE) {
+            d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
+            continue;
+        }
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
-    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
+    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
     d->draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     memset(d->delta, 0, sizeof d->delta);
@@ -3216,11 +3396,13 @@ cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
     return CQ_OK;
 }
 
+static int cqi_fits_value(const cq_channel *c) { return c->bits <= CQ_MAX_BITS || cqi_is_exact(c); }
+
 static cq_result cqi_fits_build(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].bits > CQ_MAX_BITS) return CQ_ERROR_UNSUPPORTED;
+        if (!cqi_fits_value(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     return cq_decoder_bytes(s) ? CQ_OK : CQ_ERROR_TOO_LARGE;
 }
 
@@ -3353,9 +3535,9 @@ size_t cq_encoder_bytes(const cq_shape *s)
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
-    c = cqi_all_components(s);
+    c = cqi_all_components(s, 0);
     notes = (7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v + v * c * sizeof(cq_value) + 12 * 3;  /* 12 roundings */
-    return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + CQ_DECODER_BYTES(v, f, c);
+    return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + cq_decoder_bytes(s);
 }
 
 /* Joins the values of b to those of a; b's become the difference. */
@@ -3364,6 +3546,7 @@ static void cqi_merge_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_inde
     uint32_t k, c;
     for (k = 0; k < s->num_channels; k++) {
         uint32_t stride = s->channel[k].components;
+        if (s->channel[k].merge != CQ_MIDPOINT) continue;
         for (c = 0; c < stride; c++) {
             cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
             int32_t delta = *bt - *at;
@@ -3378,6 +3561,7 @@ static void cqi_split_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_inde
     uint32_t k, c;
     for (k = 0; k < s->num_channels; k++) {
         uint32_t stride = s->channel[k].components;
+        if (s->channel[k].merge != CQ_MIDPOINT) continue;
         for (c = 0; c < stride; c++) {
             cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
             *at = (cq_value)(*at - cqi_floor_half(*bt));
@@ -3543,19 +3727,27 @@ static void cqi_find_components(cqi_plan *p, cq_index *stack)
     }
 }
 
+static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
+{
+    const cq_channel *channel = &in->shape.channel[k];
+    const int per_face = channel->merge == CQ_PER_FACE;
+    size_t i, c, n = per_face ? in->shape.num_faces : in->shape.num_vertices;
+    if (!cqi_channel_is_valid(channel) || !in->values[k]) return CQ_ERROR_ARGUMENT;
+    if (!cqi_fits_value(channel)) return CQ_ERROR_UNSUPPORTED;
+    for (i = 0; i < n; i++)
+        for (c = 0; c < channel->components; c++)
+            if (!cqi_value_fits(channel, in->values[k][i * channel->components + c]))
+                return cqi_error(place, CQ_ERROR_VALUE, per_face ? (cq_index)i : CQ_NONE,
+                                 per_face ? CQ_NONE : (cq_index)i, CQ_NONE);
+    return CQ_OK;
+}
+
 static cq_result cqi_check_values(const cq_input *in, cq_place *place)
 {
+    cq_result result = CQ_OK;
     uint32_t k;
-    size_t v, c;
-    for (k = 0; k < in->shape.num_channels; k++) {
-        const cq_channel *channel = &in->shape.channel[k];
-        if (!cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS || !in->values[k]) return CQ_ERROR_ARGUMENT;
-        for (v = 0; v < in->shape.num_vertices; v++)
-            for (c = 0; c < channel->components; c++)
-                if (!cqi_value_fits(channel, in->values[k][v * channel->components + c]))
-                    return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
-    }
-    return CQ_OK;
+    for (k = 0; k < in->shape.num_channels && result == CQ_OK; k++) result = cqi_check_channel(in, k, place);
+    return result;
 }
 
 /* Lays out the encoder behind its struct, and copies the values. */
@@ -3580,13 +3772,15 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->to_decoded, 0xff, v * sizeof(cq_index));
     memset(p->top, 0xff, v * sizeof(cq_index));
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
-    values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s), sizeof(cq_value));
+    values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s, 0), sizeof(cq_value));
     for (k = 0; k < s->num_channels; k++) {
         size_t n = (size_t)s->num_vertices * s->channel[k].components;
+        if (s->channel[k].merge == CQ_PER_FACE) continue;
         p->value[k] = values;
         memcpy(values, in->values[k], n * sizeof(cq_value));
         values += n;
     }
+    p->input = in->values;
     if (in->goal == CQ_SMALLEST && cqi_position_channel(s) >= 0) p->positions = p->value[cqi_position_channel(s)];
     e->replay.shape = *s;
     e->replay.plan = p;
@@ -3647,7 +3841,8 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_uint(&to, s->num_channels, 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
-        cqi_write_uint(&to, c->kind | (uint32_t)c->components << 8 | (uint32_t)c->bits << 16, 3);
+        cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
+        cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
     }
@@ -3682,6 +3877,13 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     cqi_write_header(header, s, payload_size, cqi_crc32(0, out + header_size, payload_size));
     memcpy(out, header, header_size);
     return CQ_OK;
+}
+
+static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
+{
+    cq_index f;
+    if (in->map) memcpy(in->map, p->to_decoded, in->shape.num_vertices * sizeof(cq_index));
+    for (f = 0; in->face_map && f < in->shape.num_faces; f++) in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
 }
 
 static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
@@ -3722,7 +3924,7 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     cqi_replay(e, in);
     result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &in->shape, *stream_size);
-    if (in->map) memcpy(in->map, e->plan.to_decoded, in->shape.num_vertices * sizeof(cq_index));
+    cqi_write_maps(in, &e->plan);
     return result;
 }
 
