@@ -609,7 +609,8 @@ CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *fro
  * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
 CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
 
-/* Values to the nearest floats; never NaN or infinite, whatever the channel says. */
+/* Values to the nearest floats; never NaN or infinite, whatever the channel says. With CQ_EXACT_BITS both functions copy
+ * the floats, whatever they are. */
 CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
 
 /* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
@@ -2233,7 +2234,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     if (CQI_ENCODING(d))
         x = cqi_difference(cqi_number(channel, d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c]), p);
     x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), x);
-    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? 1u << 28 : cqi_abs(x))) / 4;
+    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
     x = cqi_number(channel, cqi_sum(p, x));
     values[(size_t)v * stride] = (cq_value)x;
     return cqi_value_fits(channel, x);
@@ -4107,8 +4108,12 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     double step, end;
     size_t v;
     uint32_t c;
-    if (!channel || (count && (!from || !to)) || !cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS)
+    if (!channel || (count && (!from || !to)) || !cqi_channel_is_valid(channel) || !cqi_fits_value(channel))
         return CQ_ERROR_ARGUMENT;
+    if (cqi_is_exact(channel)) {
+        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
+    }
     step = cqi_float(channel->step);
     end = (double)((uint32_t)1 << channel->bits);
     for (v = 0; v < count; v++) {
@@ -4128,6 +4133,10 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
     const double step = cqi_float(channel->step);
     size_t v;
     uint32_t c;
+    if (cqi_is_exact(channel)) {
+        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        return;
+    }
     for (v = 0; v < count; v++)
         for (c = 0; c < channel->components; c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
 }

@@ -7,24 +7,129 @@
 #include <time.h>
 #include <unistd.h>
 
-/* -- Positions ----------------------------------------------------------------------------------------------------- */
+/* -- Channels ------------------------------------------------------------------------------------------------------ */
 
+enum { NORMAL_BITS = 10, TEXCOORD_BITS = 12, COLOR_BITS = 8 };
+
+/* A channel with room for its values. NULL if there is no memory. */
+static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
+{
+    uint32_t k = e->input.shape.num_channels++;
+    cq_channel *channel = &e->input.shape.channel[k];
+    channel->kind = (uint8_t)kind;
+    channel->merge = (uint8_t)merge;
+    channel->components = (uint8_t)components;
+    channel->bits = (uint8_t)bits;
+    e->values[k] = calloc((size_t)e->input.shape.num_vertices + 1, (size_t)components * sizeof(cq_value));
+    e->input.values[k] = e->values[k];
+    return e->values[k] != NULL ? channel : NULL;
+}
+
+/* On a grid over the bounding box, or exactly. */
 static int add_positions(struct encoding *e, const struct mesh_file *mesh, const char *path, uint32_t bits)
 {
-    cq_channel *channel = &e->input.shape.channel[0];
-    cq_result result;
-    e->positions = malloc((3 * (size_t)mesh->num_vertices + 1) * sizeof *e->positions);
-    if (e->positions == NULL)
+    cq_merge merge = bits == CQ_EXACT_BITS ? CQ_KEEP : CQ_MIDPOINT;
+    cq_channel *channel = add_channel(e, CQ_POSITION, merge, 3, bits);
+    cq_result result = CQ_OK;
+    if (channel == NULL)
         return complain(path, "out of memory");
-    channel->kind = CQ_POSITION;
-    channel->components = 3;
-    channel->bits = (uint8_t)bits;
-    result = cq_fit_grid(channel, mesh->positions, mesh->num_vertices, NULL);
+    if (bits != CQ_EXACT_BITS)
+        result = cq_fit_grid(channel, mesh->positions, mesh->num_vertices, NULL);
     if (result == CQ_OK)
-        result = cq_quantise(channel, mesh->positions, mesh->num_vertices, e->positions, NULL);
-    e->input.shape.num_channels = 1;
-    e->input.values[0] = e->positions;
+        result = cq_quantise(channel, mesh->positions, mesh->num_vertices, e->values[0], NULL);
     return result == CQ_OK || complain(path, "too large for %lu bits", (unsigned long)bits);
+}
+
+/* Normals without a length are no reason to refuse a mesh, but have no direction to keep. */
+static int add_normals(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float *from = mesh->attribute[MESH_NORMALS];
+    uint32_t k = e->input.shape.num_channels;
+    cq_place place;
+    if (add_channel(e, CQ_NORMAL, CQ_MIDPOINT, 2, NORMAL_BITS) == NULL)
+        return complain(path, "out of memory");
+    if (cq_quantise_normals(NORMAL_BITS, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
+        return 1;
+    complain(path, "dropped: normals: vertex %lu has one of no length", (unsigned long)place.vertex);
+    free(e->values[k]);
+    e->values[k] = NULL;
+    e->input.shape.num_channels = k;
+    memset(&e->input.shape.channel[k], 0, sizeof e->input.shape.channel[k]);
+    return 1;
+}
+
+static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float *from = mesh->attribute[MESH_TEXCOORDS];
+    uint32_t k = e->input.shape.num_channels;
+    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_MIDPOINT, 2, TEXCOORD_BITS);
+    if (channel == NULL)
+        return complain(path, "out of memory");
+    return (cq_fit_grid(channel, from, mesh->num_vertices, NULL) == CQ_OK
+            && cq_quantise(channel, from, mesh->num_vertices, e->values[k], NULL) == CQ_OK)
+        || complain(path, "texture coordinates too large for %d bits", TEXCOORD_BITS);
+}
+
+/* The grid is the one of colors of 8 bits, so that those come back as they are. */
+static int add_colors(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float step = 1.0f / ((1 << COLOR_BITS) - 1);
+    uint32_t k = e->input.shape.num_channels;
+    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_MIDPOINT, mesh->components[MESH_COLORS], COLOR_BITS);
+    if (channel == NULL)
+        return complain(path, "out of memory");
+    memcpy(&channel->step, &step, sizeof step);
+    return cq_quantise(channel, mesh->attribute[MESH_COLORS], mesh->num_vertices, e->values[k], NULL) == CQ_OK
+        || complain(path, "a color outside 0 .. 1");
+}
+
+static int bits_for(uint32_t largest)
+{
+    int bits = 1;
+    while (bits < 32 && largest >> bits != 0)
+        bits++;
+    return bits;
+}
+
+/* The vertices' own numbers. */
+static int add_order(struct encoding *e, const char *path)
+{
+    uint32_t k = e->input.shape.num_channels, n = e->input.shape.num_vertices;
+    int bits = bits_for(n);
+    if (add_channel(e, CQ_NUMBER, CQ_KEEP, 1, bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS) == NULL)
+        return complain(path, "out of memory");
+    for (uint32_t v = 0; v < n; v++)
+        e->values[k][v] = (cq_value)v;
+    return 1;
+}
+
+static int add_attribute(struct encoding *e, const struct mesh_file *mesh, const char *path, enum mesh_attribute a)
+{
+    switch (a) {
+    case MESH_NORMALS: return add_normals(e, mesh, path);
+    case MESH_TEXCOORDS: return add_texcoords(e, mesh, path);
+    default: return add_colors(e, mesh, path);
+    }
+}
+
+static void tell_dropped(const struct mesh_file *mesh, const char *path)
+{
+    for (int i = 0; i < mesh->num_dropped; i++)
+        complain(path, "dropped: %s", mesh->dropped[i]);
+}
+
+static int add_channels(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                        const struct options *options)
+{
+    if (!options->connectivity && !add_positions(e, mesh, path, options->bits))
+        return 0;
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
+        if ((options->attributes >> a & 1) != 0 && mesh->attribute[a] != NULL
+                && !add_attribute(e, mesh, path, (enum mesh_attribute)a))
+            return 0;
+    if (options->attributes != 0 && !options->quiet)
+        tell_dropped(mesh, path);
+    return !options->keep_order || add_order(e, path);
 }
 
 /* -- Progress ------------------------------------------------------------------------------------------------------ */
@@ -113,7 +218,7 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     if (e->input.map == NULL)
         return complain(path, "out of memory");
-    return options->connectivity || add_positions(e, mesh, path, options->bits);
+    return add_channels(e, mesh, path, options);
 }
 
 int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options)
@@ -133,7 +238,8 @@ int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *pa
 
 void free_encoding(struct encoding *e)
 {
-    free(e->positions);
+    for (int k = 0; k < CQ_MAX_CHANNELS; k++)
+        free(e->values[k]);
     free(e->input.map);
     free(e->stream);
 }
