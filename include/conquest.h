@@ -609,8 +609,8 @@ CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *fro
  * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
 CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
 
-/* Values to the nearest floats; never NaN or infinite, whatever the channel says. With CQ_EXACT_BITS both functions copy
- * the floats, whatever they are. */
+/* Values to the nearest floats; never NaN or infinite, whatever the channel says. With CQ_EXACT_BITS both functions
+ * copy the floats, whatever they are. */
 CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
 
 /* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
@@ -2239,21 +2239,6 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     values[(size_t)v * stride] = (cq_value)x;
     return cqi_value_fits(channel, x);
 }
-/* All channels of base vertex d->value. */
-static cq_result cqi_code_base_values(cq_decoder *d)
-{
-    uint32_t k, c, n = 0;
-    cq_index v = d->value++;
-    for (k = 0; k < d->shape.num_channels; k++) {
-        if (d->shape.channel[k].merge == CQ_PER_FACE) continue;
-        for (c = 0; c < d->shape.channel[k].components; c++)
-            if (!cqi_code_base_value(d, k, c, v, &d->delta[n++]))
-                return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-        cqi_charge_channel(d, k);
-    }
-    return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
-}
-
 /* -- Values of faces: mostly that of a face nearby -- */
 
 /* The value of a face of channel k, given those of faces near it. */
@@ -2273,17 +2258,28 @@ static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *near, int
     return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
 }
 
-/* All channels of the next base face, each given the value of the face before it. */
-static cq_result cqi_code_base_face(cq_decoder *d)
+/* Channel k of base face f, given the value of the face before it. */
+static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
-    const cq_index f = (cq_index)(d->value++ - d->draft.num_vertices);
-    uint32_t k;
+    cq_value *values = d->channel[k];
+    int32_t near = f ? values[f - 1] : 0, x = 0;
+    if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
+    values[f] = (cq_value)cqi_code_face(d, k, &near, 1, x);
+}
+
+/* All channels of vertices or of faces, of the next base vertex or face. */
+static cq_result cqi_code_base_values(cq_decoder *d)
+{
+    const int of_face = d->value >= d->draft.num_vertices;
+    const cq_index v = (cq_index)(of_face ? d->value - d->draft.num_vertices : d->value);
+    int32_t *size = d->delta;
+    uint32_t k, c;
+    d->value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        cq_value *values = d->channel[k];
-        int32_t near = f ? values[f - 1] : 0, x = 0;
-        if (d->shape.channel[k].merge != CQ_PER_FACE) continue;
-        if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
-        values[f] = (cq_value)cqi_code_face(d, k, &near, 1, x);
+        if ((d->shape.channel[k].merge == CQ_PER_FACE) != of_face) continue;
+        if (of_face) cqi_code_base_face(d, k, v);
+        for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
+            if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
     }
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
@@ -3311,9 +3307,8 @@ static cq_result cqi_step_base(cq_decoder *d)
 
 static cq_result cqi_step_base_values(cq_decoder *d)
 {
-    if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
-    if (d->value - d->draft.num_vertices < d->draft.num_faces && cqi_all_components(&d->shape, 1))
-        return cqi_code_base_face(d);
+    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? d->draft.num_faces : 0);
+    if (d->value < d->draft.num_vertices + faces) return cqi_code_base_values(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->draft.num_vertices;
