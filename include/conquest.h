@@ -2239,20 +2239,21 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     values[(size_t)v * stride] = (cq_value)x;
     return cqi_value_fits(channel, x);
 }
+
 /* -- Values of faces: mostly that of a face nearby -- */
 
 /* The value of a face of channel k, given those of faces near it. */
-static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *near, int n, int32_t value)
+static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
     for (i = 0; i < n; i++) {
-        int before = 0, same = 0;
+        int asked = 0, same = 0;
         for (j = 0; j < n; j++) {
-            same += near[j] == near[i];
-            before += j < i && near[j] == near[i];
+            same += beside[j] == beside[i];
+            asked += j < i && beside[j] == beside[i];
         }
-        if (before) continue;
-        if (cqi_code_bit(d, CQI_FACE + 4 * refused + same, value == near[i])) return near[i];
+        if (asked) continue;
+        if (cqi_code_bit(d, CQI_FACE + 4 * refused + same, value == beside[i])) return beside[i];
         refused++;
     }
     return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
@@ -2262,9 +2263,9 @@ static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *near, int
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
-    int32_t near = f ? values[f - 1] : 0, x = 0;
+    int32_t before = f ? values[f - 1] : 0, x = 0;
     if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
-    values[f] = (cq_value)cqi_code_face(d, k, &near, 1, x);
+    values[f] = (cq_value)cqi_code_face(d, k, &before, 1, x);
 }
 
 /* All channels of vertices or of faces, of the next base vertex or face. */
@@ -2292,20 +2293,20 @@ static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
     const cq_mesh *m = &d->mesh;
     cq_value *values = d->channel[k];
     cq_index f = m->num_faces, input = CQI_ENCODING(d) ? d->plan->mesh.free_face : 0; /* see cqi_plan_new_faces */
-    int32_t x = 0, near[3];
+    int32_t x = 0, beside[3];
     int end, side, n;
     for (end = 0; end < 2; end++) {
         cq_index spoke = d->ring.spoke[end ? q : p];
         if (cq_is_virtual(m, cq_target(m, spoke))) continue;
-        near[0] = x;
+        beside[0] = x;
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
-            if (spoke / 3 < m->num_faces) near[n++] = values[spoke / 3];
+            if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
         if (CQI_ENCODING(d)) {
             x = d->plan->input[k][input];
             input = d->plan->mesh.origin[3 * input + 1];
         }
-        x = cqi_code_face(d, k, near, n, x);
+        x = cqi_code_face(d, k, beside, n, x);
         if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
     }

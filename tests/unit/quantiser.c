@@ -280,6 +280,27 @@ TEST(any_pair_is_a_unit_vector) {
     }
 }
 
+#if CQ_INDEX_BITS == 32
+TEST(exact_channels_copy_floats_whatever_they_are) {
+    const uint32_t patterns[] = { 0x80000000u, NOT_A_NUMBER | 77, INFINITE, 1, LARGEST, 0xffffffffu };
+    cq_channel c = channel_of(CQ_POSITION, 3, CQ_EXACT_BITS);
+    float from[6], back[6];
+    cq_value values[6];
+    cq_place place;
+    memcpy(from, patterns, sizeof from);
+    CHECK_EQ(cq_quantise(&c, from, 2, values, &place), CQ_ERROR_ARGUMENT);  /* midpoints of floats */
+    c.merge = CQ_KEEP;
+    CHECK_EQ(cq_fit_grid(&c, from, 2, &place), CQ_ERROR_ARGUMENT);
+    REQUIRE_EQ(cq_quantise(&c, from, 2, values, &place), CQ_OK);
+    CHECK_EQ(place.vertex, CQ_NONE);
+    CHECK(memcmp(values, patterns, sizeof patterns) == 0);
+    cq_reconstruct(&c, values, 2, back);
+    CHECK(memcmp(back, patterns, sizeof patterns) == 0);
+    CHECK_EQ(cq_quantise(&c, NULL, 0, NULL, NULL), CQ_OK);
+    cq_reconstruct(&c, NULL, 0, NULL);
+}
+#endif
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side);
@@ -297,5 +318,8 @@ int main(int argc, char **argv) {
     RUN(axes_come_back_exactly_and_length_does_not_matter);
     RUN(a_vector_without_a_direction_is_an_error);
     RUN(any_pair_is_a_unit_vector);
+#if CQ_INDEX_BITS == 32
+    RUN(exact_channels_copy_floats_whatever_they_are);
+#endif
     return TEST_END();
 }
