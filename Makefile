@@ -115,7 +115,7 @@ build/generated/torus_270x135.off: build/meshgen
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers ref_data examples channels embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -225,6 +225,11 @@ build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
 	@tests/demo/examples.sh >$@ 2>&1 || true
 	@echo "examples: $$(tail -n 1 $@)"
+
+build/log/channels.log: build/tests/cqm build/meshgen tests/demo/channels.py
+	@mkdir -p $(@D)
+	@python3 tests/demo/channels.py build/tests/cqm build/meshgen build/channels >$@ 2>&1 || true
+	@echo "channels: $$(tail -n 1 $@)"
 
 build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)

@@ -119,7 +119,9 @@ static cq_result load(cq_bytes *in)
     size_t size = cq_decoder_bytes(&shape);
     if (result == CQ_OK) result = cq_decoder_init(&dec, allocate(size), size);
     if (result == CQ_OK) result = cq_decode(&dec, in, 1);
-    return result == CQ_OK && dec.shape.num_channels == 0 ? CQ_ERROR_UNSUPPORTED : result;
+    if (result == CQ_OK && (dec.shape.num_channels == 0 || dec.shape.channel[0].merge == CQ_PER_FACE))
+        return CQ_ERROR_UNSUPPORTED;
+    return result;
 }
 
 static cq_result play(cq_bytes *in)

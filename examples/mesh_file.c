@@ -99,6 +99,57 @@ static int check_corners(struct reader *r, size_t face, double corners)
     return corners == 3 || fail(r, "face %zu has %.12g corners; only triangles are supported", face, corners);
 }
 
+/* -- Attributes ---------------------------------------------------------------------------------------------------- */
+
+const char *mesh_attribute_name(enum mesh_attribute attribute)
+{
+    static const char *const names[MESH_NUM_ATTRIBUTES] = { "normals", "texture coordinates", "colors" };
+    return names[attribute];
+}
+
+/* Notes what is not kept, and why; of more than fit nothing but the last one. */
+static void note_dropped(struct mesh_file *mesh, const char *format, ...)
+{
+    va_list arguments;
+    int last = mesh->num_dropped < MESH_MAX_DROPPED ? mesh->num_dropped++ : MESH_MAX_DROPPED - 1;
+    va_start(arguments, format);
+    vsnprintf(mesh->dropped[last], MESH_ERROR_BYTES, format, arguments);
+    va_end(arguments);
+}
+
+static void drop_attribute(struct mesh_file *mesh, enum mesh_attribute attribute, const char *why, size_t vertex)
+{
+    note_dropped(mesh, "%s: vertex %zu %s", mesh_attribute_name(attribute), vertex, why);
+    free(mesh->attribute[attribute]);
+    mesh->attribute[attribute] = NULL;
+}
+
+static int allocate_attribute(struct reader *r, struct mesh_file *mesh, enum mesh_attribute attribute, int components)
+{
+    mesh->components[attribute] = components;
+    mesh->attribute[attribute] = calloc((size_t)mesh->num_vertices + 1, (size_t)components * sizeof(float));
+    return mesh->attribute[attribute] != NULL || fail(r, "out of memory for %s", mesh_attribute_name(attribute));
+}
+
+/* NaN marks what the file has not said. */
+static float attribute_value(double value)
+{
+    return fabs(value) <= FLT_MAX ? (float)value : NAN;
+}
+
+/* Attributes that some vertex does not have, or not as the numbers that they are, go. */
+static void check_attribute(struct mesh_file *mesh, enum mesh_attribute attribute)
+{
+    size_t components = (size_t)mesh->components[attribute], count = components * mesh->num_vertices;
+    for (size_t i = 0; i < count && mesh->attribute[attribute] != NULL; i++) {
+        float x = mesh->attribute[attribute][i];
+        if (!isfinite(x))
+            drop_attribute(mesh, attribute, "has none, or one that is not finite", i / components);
+        else if (attribute == MESH_COLORS && !(x >= 0 && x <= 1))
+            drop_attribute(mesh, attribute, "has one outside 0 .. 1", i / components);
+    }
+}
+
 /* -- Text: words and lines ----------------------------------------------------------------------------------------- */
 
 static int at_line_end(const struct reader *r)
@@ -191,7 +242,7 @@ static int take_position(struct reader *r, float position[3])
 
 /* Takes "OFF", with or without the marks of colours, normals and texture coordinates. Some files have no blank between
  * it and the first count. */
-static int off_keyword(struct reader *r)
+static int off_keyword(struct reader *r, struct mesh_file *mesh)
 {
     static const char *const keywords[] = { "OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF", "STCNOFF" };
     seek_word(r);
@@ -199,6 +250,8 @@ static int off_keyword(struct reader *r)
         size_t length = strlen(keywords[i]);
         if (r->size - r->at >= length && memcmp(r->data + r->at, keywords[i], length) == 0) {
             r->at += length;
+            if (i > 0)
+                note_dropped(mesh, "what %s has beside positions is not read", keywords[i]);
             return 1;
         }
     }
@@ -262,65 +315,223 @@ static int off_faces(struct reader *r, struct mesh_file *mesh)
 
 static int read_off(struct reader *r, struct mesh_file *mesh)
 {
-    return off_keyword(r) && off_counts(r, mesh) && off_vertices(r, mesh) && off_faces(r, mesh);
+    return off_keyword(r, mesh) && off_counts(r, mesh) && off_vertices(r, mesh) && off_faces(r, mesh);
 }
 
 /* -- OBJ ----------------------------------------------------------------------------------------------------------- */
 
-/* Counts the lines that begin with v and f, and goes back to the start. */
-static void obj_count(struct reader *r, size_t *vertices, size_t *faces)
+/* Normals and texture coordinates have numbers of their own, and corners name them: attribute a of the file is a list,
+ * and corner[a] says for each corner which item it has, or OBJ_NONE. */
+#define OBJ_NONE UINT32_MAX
+enum { OBJ_LISTS = MESH_TEXCOORDS + 1 };
+
+struct obj {
+    size_t vertices, faces;            /* lines, in all; then so far */
+    size_t items[OBJ_LISTS];           /* likewise */
+    size_t others;                     /* lines that are not read */
+    char other[WORD_BYTES];            /* the first word of one */
+    float *list[OBJ_LISTS];
+    uint32_t *corner[OBJ_LISTS];
+};
+
+static const char *const obj_words[OBJ_LISTS] = { "vn", "vt" };
+static const int obj_components[OBJ_LISTS] = { 3, 2 };
+
+static void obj_count_line(struct obj *obj, const char *word)
+{
+    static const char *const without_content[] = { "o", "s", "mtllib" };
+    int known = 1;
+    if (strcmp(word, "v") == 0)
+        obj->vertices++;
+    else if (strcmp(word, "f") == 0)
+        obj->faces++;
+    else if (strcmp(word, obj_words[MESH_NORMALS]) == 0)
+        obj->items[MESH_NORMALS]++;
+    else if (strcmp(word, obj_words[MESH_TEXCOORDS]) == 0)
+        obj->items[MESH_TEXCOORDS]++;
+    else
+        known = 0;
+    for (int i = 0; i < 3 && !known; i++)
+        known = strcmp(word, without_content[i]) == 0;
+    if (!known && obj->others++ == 0)
+        memcpy(obj->other, word, WORD_BYTES);
+}
+
+/* Counts lines by what they begin with, and goes back to the start. */
+static void obj_count(struct reader *r, struct obj *obj)
 {
     char word[WORD_BYTES];
-    *vertices = *faces = 0;
     while (seek_word(r)) {
         take_word(r, word);
-        *vertices += strcmp(word, "v") == 0;
-        *faces += strcmp(word, "f") == 0;
+        obj_count_line(obj, word);
         next_line(r);
     }
     r->at = 0;
     r->line = 1;
 }
 
-/* Stores the vertex of a corner "v", "v/vt", "v//vn" or "v/vt/vn": counted from 1, or backwards from the last one yet,
- * which is -1. */
-static int obj_corner(struct reader *r, struct mesh_file *mesh, size_t corner, char *word, size_t vertices)
+static int obj_allocate(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
-    double number;
-    word[strcspn(word, "/")] = '\0';
-    if (!parse_number(word, &number) || number == 0)
-        return fail(r, "face %zu has a corner '%s'", corner / 3, word);
-    return store_corner(r, mesh, corner, number > 0 ? number - 1 : (double)vertices + number);
+    if (!allocate(r, mesh, obj->vertices, obj->faces))
+        return 0;
+    for (int a = 0; a < OBJ_LISTS; a++) {
+        if (obj->items[a] == 0)
+            continue;
+        obj->list[a] = calloc(obj->items[a], (size_t)obj_components[a] * sizeof *obj->list[a]);
+        obj->corner[a] = malloc((3 * obj->faces + 1) * sizeof *obj->corner[a]);
+        if (obj->list[a] == NULL || obj->corner[a] == NULL)
+            return fail(r, "out of memory for %s", mesh_attribute_name((enum mesh_attribute)a));
+        memset(obj->corner[a], 0xff, (3 * obj->faces + 1) * sizeof *obj->corner[a]);
+    }
+    return 1;
 }
 
-/* vertices: how many have been defined so far. */
-static int obj_face(struct reader *r, struct mesh_file *mesh, size_t face, size_t vertices)
+/* The next number of the line, or NaN. */
+static float obj_optional_number(struct reader *r)
+{
+    char word[WORD_BYTES];
+    double value;
+    take_word(r, word);
+    return parse_number(word, &value) ? attribute_value(value) : NAN;
+}
+
+/* A position, and perhaps three numbers for a color; a fourth coordinate is none. */
+static int obj_vertex(struct reader *r, struct mesh_file *mesh, size_t vertex)
+{
+    float rgb[3];
+    if (!take_position(r, &mesh->positions[3 * vertex]))
+        return 0;
+    for (int i = 0; i < 3; i++)
+        rgb[i] = obj_optional_number(r);
+    if (isnan(rgb[2]) && mesh->attribute[MESH_COLORS] == NULL)
+        return 1;
+    if (mesh->attribute[MESH_COLORS] == NULL) {
+        if (!allocate_attribute(r, mesh, MESH_COLORS, 3))
+            return 0;
+        for (size_t i = 0; i < 3 * vertex; i++)
+            mesh->attribute[MESH_COLORS][i] = NAN;
+    }
+    memcpy(&mesh->attribute[MESH_COLORS][3 * vertex], rgb, sizeof rgb);
+    return 1;
+}
+
+/* A number of a corner counts from 1, or backwards from the last one yet, which is -1. NaN if it is none. */
+static double obj_number(const char *word, size_t so_far)
+{
+    double number;
+    if (!parse_number(word, &number) || number == 0)
+        return NAN;
+    return number > 0 ? number - 1 : (double)so_far + number;
+}
+
+/* The normal or texture coordinates of a corner; OBJ_NONE for what does not exist. */
+static uint32_t obj_item(const char *word, size_t so_far, size_t end)
+{
+    double number = obj_number(word, so_far);
+    return number >= 0 && number < (double)end && number == floor(number) ? (uint32_t)number : OBJ_NONE;
+}
+
+/* Cuts "v/vt/vn" into its parts; missing ones are "". */
+static void obj_cut(char *word, const char *part[3])
+{
+    for (int i = 0; i < 3; i++) {
+        part[i] = word;
+        word += strcspn(word, "/");
+        if (*word != '\0')
+            *word++ = '\0';
+    }
+}
+
+static int obj_corner(struct reader *r, struct mesh_file *mesh, struct obj *obj, const size_t *all, size_t corner,
+                      char *word)
+{
+    const char *part[3];
+    obj_cut(word, part);
+    double vertex = obj_number(part[0], obj->vertices);
+    if (isnan(vertex))
+        return fail(r, "face %zu has a corner '%s'", corner / 3, part[0]);
+    if (!store_corner(r, mesh, corner, vertex))
+        return 0;
+    for (int a = 0; a < OBJ_LISTS; a++)
+        if (obj->corner[a] != NULL)
+            obj->corner[a][corner] = obj_item(part[a == MESH_TEXCOORDS ? 1 : 2], obj->items[a], all[a]);
+    return 1;
+}
+
+static int obj_face(struct reader *r, struct mesh_file *mesh, struct obj *obj, const size_t *all)
 {
     char word[WORD_BYTES];
     size_t corners = 0;
     for (take_word(r, word); word[0] != '\0'; take_word(r, word), corners++)
-        if (corners < 3 && !obj_corner(r, mesh, 3 * face + corners, word, vertices))
+        if (corners < 3 && !obj_corner(r, mesh, obj, all, 3 * obj->faces + corners, word))
             return 0;
-    return check_corners(r, face, (double)corners);
+    return check_corners(r, obj->faces++, (double)corners);
+}
+
+static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    char word[WORD_BYTES];
+    size_t all[OBJ_LISTS];
+    memcpy(all, obj->items, sizeof all);
+    obj->vertices = obj->faces = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = 0;
+    while (seek_word(r)) {
+        take_word(r, word);
+        if (strcmp(word, "v") == 0 && !obj_vertex(r, mesh, obj->vertices++))
+            return 0;
+        if (strcmp(word, "f") == 0 && !obj_face(r, mesh, obj, all))
+            return 0;
+        for (int a = 0; a < OBJ_LISTS; a++)
+            if (strcmp(word, obj_words[a]) == 0) {
+                float *item = obj->list[a] + (size_t)obj_components[a] * obj->items[a]++;
+                for (int i = 0; i < obj_components[a]; i++)
+                    item[i] = obj_optional_number(r);
+            }
+        next_line(r);
+    }
+    return 1;
+}
+
+/* Gives each vertex what its corners name, if they agree. */
+static int obj_attribute(struct reader *r, struct mesh_file *mesh, const struct obj *obj, enum mesh_attribute a)
+{
+    size_t components = (size_t)obj_components[a];
+    if (obj->corner[a] == NULL)
+        return 1;
+    if (!allocate_attribute(r, mesh, a, obj_components[a]))
+        return 0;
+    for (size_t i = 0; i < components * mesh->num_vertices; i++)
+        mesh->attribute[a][i] = NAN;
+    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces; c++) {
+        uint32_t item = obj->corner[a][c], vertex = mesh->indices[c];
+        if (item == OBJ_NONE) {
+            drop_attribute(mesh, a, "has a corner without", vertex);
+            return 1;
+        }
+        float *at = mesh->attribute[a] + components * vertex;
+        const float *value = obj->list[a] + components * item;
+        if (!isnan(at[0]) && memcmp(at, value, components * sizeof *at) != 0) {
+            drop_attribute(mesh, a, "has corners that differ", vertex);
+            return 1;
+        }
+        memcpy(at, value, components * sizeof *at);
+    }
+    return 1;
 }
 
 static int read_obj(struct reader *r, struct mesh_file *mesh)
 {
-    char word[WORD_BYTES];
-    size_t vertices, faces;
-    obj_count(r, &vertices, &faces);
-    if (!allocate(r, mesh, vertices, faces))
-        return 0;
-    vertices = faces = 0;
-    while (seek_word(r)) {
-        take_word(r, word);
-        if (strcmp(word, "v") == 0 && !take_position(r, &mesh->positions[3 * vertices++]))
-            return 0;
-        if (strcmp(word, "f") == 0 && !obj_face(r, mesh, faces++, vertices))
-            return 0;
-        next_line(r);
+    struct obj obj;
+    memset(&obj, 0, sizeof obj);
+    obj_count(r, &obj);
+    int ok = obj_allocate(r, mesh, &obj) && obj_lines(r, mesh, &obj) && obj_attribute(r, mesh, &obj, MESH_NORMALS)
+             && obj_attribute(r, mesh, &obj, MESH_TEXCOORDS);
+    for (int a = 0; a < OBJ_LISTS; a++) {
+        free(obj.list[a]);
+        free(obj.corner[a]);
     }
-    return 1;
+    if (obj.others > 0)
+        note_dropped(mesh, "%zu lines that are not read, such as '%s'", obj.others, obj.other);
+    return ok;
 }
 
 /* -- PLY: header --------------------------------------------------------------------------------------------------- */
@@ -329,7 +540,7 @@ static int read_obj(struct reader *r, struct mesh_file *mesh)
 #define PLY_MAX_PROPERTIES 256       /* of all elements together */
 
 enum ply_encoding { PLY_ASCII, PLY_LITTLE_ENDIAN, PLY_BIG_ENDIAN };
-enum ply_role { PLY_X, PLY_Y, PLY_Z, PLY_CORNERS, PLY_SKIPPED };
+enum ply_role { PLY_X, PLY_Y, PLY_Z, PLY_CORNERS, PLY_ATTRIBUTE, PLY_SKIPPED };
 
 struct ply_type {
     const char *name, *other_name;
@@ -341,16 +552,20 @@ struct ply_property {
     const struct ply_type *count_type;   /* of a list; NULL for a scalar */
     const struct ply_type *type;
     enum ply_role role;
+    enum mesh_attribute attribute;       /* of PLY_ATTRIBUTE */
+    int component;
 };
 
 struct ply_element {
     enum { PLY_VERTEX, PLY_FACE, PLY_OTHER } kind;
     size_t count;
     size_t first, end;                   /* its properties */
+    char name[WORD_BYTES];
 };
 
 struct ply {
     enum ply_encoding encoding;
+    unsigned components[MESH_NUM_ATTRIBUTES];   /* those that properties have, a bit for each */
     size_t num_elements, num_properties;
     struct ply_element element[PLY_MAX_ELEMENTS];
     struct ply_property property[PLY_MAX_PROPERTIES];
@@ -391,6 +606,7 @@ static int ply_element_kind(struct reader *r, struct ply *ply, struct ply_elemen
     take_word(r, name);
     if (strcmp(name, "tristrips") == 0)
         return fail(r, "triangle strips (element tristrips) are not supported");
+    memcpy(element->name, name, sizeof name);
     element->kind = strcmp(name, "vertex") == 0 ? PLY_VERTEX : strcmp(name, "face") == 0 ? PLY_FACE : PLY_OTHER;
     for (size_t i = 0; i < ply->num_elements; i++)
         if (element->kind != PLY_OTHER && ply->element[i].kind == element->kind)
@@ -425,6 +641,27 @@ static enum ply_role ply_role_of(const struct ply_element *element, const char *
     return PLY_SKIPPED;
 }
 
+/* Is a scalar of the vertices part of an attribute? Each component is read from its first property. */
+static int ply_is_attribute(struct ply *ply, struct ply_property *property, const char *name)
+{
+    static const struct { const char *name; enum mesh_attribute attribute; int component; } names[] = {
+        { "nx", MESH_NORMALS, 0 }, { "ny", MESH_NORMALS, 1 }, { "nz", MESH_NORMALS, 2 },
+        { "s", MESH_TEXCOORDS, 0 }, { "t", MESH_TEXCOORDS, 1 }, { "u", MESH_TEXCOORDS, 0 }, { "v", MESH_TEXCOORDS, 1 },
+        { "texture_u", MESH_TEXCOORDS, 0 }, { "texture_v", MESH_TEXCOORDS, 1 },
+        { "red", MESH_COLORS, 0 }, { "green", MESH_COLORS, 1 }, { "blue", MESH_COLORS, 2 }, { "alpha", MESH_COLORS, 3 },
+    };
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        unsigned bit = 1u << names[i].component;
+        if (strcmp(name, names[i].name) != 0 || (ply->components[names[i].attribute] & bit) != 0)
+            continue;
+        ply->components[names[i].attribute] |= bit;
+        property->attribute = names[i].attribute;
+        property->component = names[i].component;
+        return 1;
+    }
+    return 0;
+}
+
 /* Takes "TYPE NAME" or "list TYPE TYPE NAME". */
 static int ply_property_types(struct reader *r, struct ply_property *property)
 {
@@ -442,7 +679,7 @@ static int ply_property_types(struct reader *r, struct ply_property *property)
     return ply_type_named(r, word, &property->type);
 }
 
-static int ply_property_line(struct reader *r, struct ply *ply)
+static int ply_property_line(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
     char name[WORD_BYTES];
     if (ply->num_elements == 0)
@@ -455,6 +692,11 @@ static int ply_property_line(struct reader *r, struct ply *ply)
         return 0;
     take_word(r, name);
     property->role = ply_role_of(element, name, property->count_type != NULL);
+    if (property->role == PLY_SKIPPED && element->kind == PLY_VERTEX && property->count_type == NULL
+            && ply_is_attribute(ply, property, name))
+        property->role = PLY_ATTRIBUTE;
+    if (property->role == PLY_SKIPPED && element->count > 0)
+        note_dropped(mesh, "property '%s' of element '%s'", name, element->name);
     if (property->role == PLY_CORNERS && property->type->kind == PLY_FLOAT)
         return fail(r, "vertex numbers of faces cannot be of type %s", property->type->name);
     element->end = ++ply->num_properties;
@@ -462,7 +704,7 @@ static int ply_property_line(struct reader *r, struct ply *ply)
 }
 
 /* Takes lines up to and with end_header. */
-static int ply_header(struct reader *r, struct ply *ply)
+static int ply_header(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
     char word[WORD_BYTES];
     int has_encoding = 0;
@@ -480,7 +722,7 @@ static int ply_header(struct reader *r, struct ply *ply)
         else if (strcmp(word, "element") == 0)
             ok = ply_element_line(r, ply);
         else if (strcmp(word, "property") == 0)
-            ok = ply_property_line(r, ply);
+            ok = ply_property_line(r, ply, mesh);
         else if (strcmp(word, "comment") != 0 && strcmp(word, "obj_info") != 0 && strcmp(word, "end_header") != 0)
             ok = fail(r, "unknown header line '%s'", word);
         if (!ok)
@@ -527,6 +769,22 @@ static int ply_allocate(struct reader *r, const struct ply *ply, struct mesh_fil
         faces += element->kind == PLY_FACE ? element->count : 0;
     }
     return allocate(r, mesh, vertices, faces);
+}
+
+/* Only whole attributes are kept: all components, or of colors all but alpha. */
+static int ply_allocate_attributes(struct reader *r, struct ply *ply, struct mesh_file *mesh)
+{
+    static const unsigned whole[MESH_NUM_ATTRIBUTES] = { 7, 3, 7 };
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
+        unsigned found = ply->components[a];
+        int alpha = a == MESH_COLORS && (found & 8) != 0;
+        if (found != 0 && (found & whole[a]) != whole[a])
+            note_dropped(mesh, "%s: a component is missing", mesh_attribute_name((enum mesh_attribute)a));
+        else if (found != 0
+                 && !allocate_attribute(r, mesh, (enum mesh_attribute)a, a == MESH_TEXCOORDS ? 2 : 3 + alpha))
+            return 0;
+    }
+    return 1;
 }
 
 /* -- PLY: data ----------------------------------------------------------------------------------------------------- */
@@ -626,6 +884,29 @@ static int ply_list(struct reader *r, const struct ply *ply, const struct ply_pr
     return 1;
 }
 
+/* Takes a component of an attribute: NaN if it is no number. Integers are fractions of the largest one. */
+static int ply_attribute(struct reader *r, const struct ply *ply, const struct ply_property *property,
+                         struct mesh_file *mesh, size_t row)
+{
+    const struct ply_type *type = property->type;
+    size_t components = (size_t)mesh->components[property->attribute];
+    double value = NAN;
+    if (ply->encoding == PLY_ASCII) {
+        char word[WORD_BYTES];
+        if (!ply_seek_word(r))
+            return 0;
+        take_word(r, word);
+        value = parse_number(word, &value) ? value : NAN;
+    } else if (!ply_take(r, ply, type, &value)) {
+        return 0;
+    }
+    if (property->attribute == MESH_COLORS && type->kind != PLY_FLOAT)
+        value /= ldexp(1, 8 * type->size - (type->kind == PLY_SIGNED)) - 1;
+    if (mesh->attribute[property->attribute] != NULL)
+        mesh->attribute[property->attribute][components * row + (size_t)property->component] = attribute_value(value);
+    return 1;
+}
+
 static int ply_row(struct reader *r, const struct ply *ply, const struct ply_element *element, struct mesh_file *mesh,
                    size_t row)
 {
@@ -634,6 +915,7 @@ static int ply_row(struct reader *r, const struct ply *ply, const struct ply_ele
         double value;
         int ok = property->count_type != NULL ? ply_list(r, ply, property, mesh, row)
                : property->role == PLY_SKIPPED ? ply_skip(r, ply, property->type)
+               : property->role == PLY_ATTRIBUTE ? ply_attribute(r, ply, property, mesh, row)
                : ply_take(r, ply, property->type, &value)
                  && store_coordinate(r, &mesh->positions[3 * row + (size_t)(property->role - PLY_X)], value);
         if (!ok)
@@ -645,8 +927,9 @@ static int ply_row(struct reader *r, const struct ply *ply, const struct ply_ele
 static int read_ply(struct reader *r, struct mesh_file *mesh)
 {
     struct ply ply;
-    ply.num_elements = ply.num_properties = 0;
-    if (!ply_header(r, &ply) || !ply_allocate(r, &ply, mesh))
+    memset(&ply, 0, sizeof ply);
+    if (!ply_header(r, &ply, mesh) || !ply_allocate(r, &ply, mesh)
+            || !ply_allocate_attributes(r, &ply, mesh))
         return 0;
     if (ply.encoding != PLY_ASCII)
         r->line = 0;
@@ -815,8 +1098,11 @@ int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mes
     r.size = size;
     r.error = error;
     memset(mesh, 0, sizeof *mesh);
-    if (read_format(&r, mesh, format))
+    if (read_format(&r, mesh, format)) {
+        for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
+            check_attribute(mesh, (enum mesh_attribute)a);
         return 1;
+    }
     mesh_free(mesh);
     return 0;
 }
@@ -825,39 +1111,76 @@ void mesh_free(struct mesh_file *mesh)
 {
     free(mesh->positions);
     free(mesh->indices);
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
+        free(mesh->attribute[a]);
     memset(mesh, 0, sizeof *mesh);
 }
 
 /* -- Writing ------------------------------------------------------------------------------------------------------- */
 
-static void write_text_vertices(const struct mesh_file *mesh, FILE *file, const char *prefix)
-{
-    for (size_t v = 0; v < mesh->num_vertices; v++) {
-        const float *p = &mesh->positions[3 * v];
-        fprintf(file, "%s%.9g %.9g %.9g\n", prefix, (double)p[0], (double)p[1], (double)p[2]);
-    }
-}
-
-/* first: the number of the first vertex. */
-static void write_text_faces(const struct mesh_file *mesh, FILE *file, const char *prefix, unsigned long first)
-{
-    for (size_t f = 0; f < mesh->num_faces; f++) {
-        const uint32_t *i = &mesh->indices[3 * f];
-        fprintf(file, "%s%lu %lu %lu\n", prefix, i[0] + first, i[1] + first, i[2] + first);
-    }
-}
-
 static void write_off(const struct mesh_file *mesh, FILE *file)
 {
     fprintf(file, "OFF\n%lu %lu 0\n", (unsigned long)mesh->num_vertices, (unsigned long)mesh->num_faces);
-    write_text_vertices(mesh, file, "");
-    write_text_faces(mesh, file, "3 ", 0);
+    for (size_t v = 0; v < mesh->num_vertices; v++) {
+        const float *p = &mesh->positions[3 * v];
+        fprintf(file, "%.9g %.9g %.9g\n", (double)p[0], (double)p[1], (double)p[2]);
+    }
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        const uint32_t *i = &mesh->indices[3 * f];
+        fprintf(file, "3 %lu %lu %lu\n", (unsigned long)i[0], (unsigned long)i[1], (unsigned long)i[2]);
+    }
+}
+
+static void write_numbers(FILE *file, const float *numbers, int count)
+{
+    for (int i = 0; i < count; i++)
+        fprintf(file, " %.9g", (double)numbers[i]);
+}
+
+static void write_obj_attribute(const struct mesh_file *mesh, FILE *file, enum mesh_attribute a, const char *word)
+{
+    size_t components = (size_t)mesh->components[a];
+    for (size_t v = 0; mesh->attribute[a] != NULL && v < mesh->num_vertices; v++) {
+        fputs(word, file);
+        write_numbers(file, mesh->attribute[a] + components * v, mesh->components[a]);
+        fputc('\n', file);
+    }
+}
+
+static void write_obj_vertices(const struct mesh_file *mesh, FILE *file)
+{
+    size_t components = (size_t)mesh->components[MESH_COLORS];
+    for (size_t v = 0; v < mesh->num_vertices; v++) {
+        fputc('v', file);
+        write_numbers(file, mesh->positions + 3 * v, 3);
+        if (mesh->attribute[MESH_COLORS] != NULL)
+            write_numbers(file, mesh->attribute[MESH_COLORS] + components * v, 3);
+        fputc('\n', file);
+    }
+}
+
+/* A vertex has the same number everywhere. */
+static void write_obj_faces(const struct mesh_file *mesh, FILE *file)
+{
+    int texcoords = mesh->attribute[MESH_TEXCOORDS] != NULL, normals = mesh->attribute[MESH_NORMALS] != NULL;
+    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces; c++) {
+        unsigned long v = mesh->indices[c] + 1ul;
+        fprintf(file, c % 3 == 0 ? "f %lu" : " %lu", v);
+        if (texcoords)
+            fprintf(file, "/%lu", v);
+        if (normals)
+            fprintf(file, texcoords ? "/%lu" : "//%lu", v);
+        if (c % 3 == 2)
+            fputc('\n', file);
+    }
 }
 
 static void write_obj(const struct mesh_file *mesh, FILE *file)
 {
-    write_text_vertices(mesh, file, "v ");
-    write_text_faces(mesh, file, "f ", 1);
+    write_obj_vertices(mesh, file);
+    write_obj_attribute(mesh, file, MESH_TEXCOORDS, "vt");
+    write_obj_attribute(mesh, file, MESH_NORMALS, "vn");
+    write_obj_faces(mesh, file);
 }
 
 static void put_u32(uint8_t *bytes, uint32_t value)
@@ -866,25 +1189,56 @@ static void put_u32(uint8_t *bytes, uint32_t value)
         bytes[i] = (uint8_t)(value >> 8 * i);
 }
 
-static void put_position(uint8_t bytes[12], const float position[3])
+static void put_floats(uint8_t *bytes, const float *numbers, int count)
 {
-    uint32_t bits[3];
-    memcpy(bits, position, sizeof bits);
-    for (int i = 0; i < 3; i++)
-        put_u32(bytes + 4 * i, bits[i]);
+    for (int i = 0; i < count; i++) {
+        uint32_t bits;
+        memcpy(&bits, &numbers[i], sizeof bits);
+        put_u32(bytes + 4 * i, bits);
+    }
+}
+
+static void write_ply_header(const struct mesh_file *mesh, FILE *file)
+{
+    fprintf(file, "ply\nformat binary_little_endian 1.0\n"
+            "element vertex %lu\nproperty float x\nproperty float y\nproperty float z\n",
+            (unsigned long)mesh->num_vertices);
+    if (mesh->attribute[MESH_NORMALS] != NULL)
+        fputs("property float nx\nproperty float ny\nproperty float nz\n", file);
+    if (mesh->attribute[MESH_TEXCOORDS] != NULL)
+        fputs("property float s\nproperty float t\n", file);
+    if (mesh->attribute[MESH_COLORS] != NULL)
+        fputs("property uchar red\nproperty uchar green\nproperty uchar blue\n", file);
+    if (mesh->attribute[MESH_COLORS] != NULL && mesh->components[MESH_COLORS] == 4)
+        fputs("property uchar alpha\n", file);
+    fprintf(file, "element face %lu\nproperty list uchar uint vertex_indices\nend_header\n",
+            (unsigned long)mesh->num_faces);
+}
+
+static void write_ply_vertex(const struct mesh_file *mesh, FILE *file, size_t v)
+{
+    uint8_t row[12];
+    put_floats(row, &mesh->positions[3 * v], 3);
+    fwrite(row, 12, 1, file);
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
+        if (mesh->attribute[a] == NULL)
+            continue;
+        size_t components = (size_t)mesh->components[a];
+        const float *value = mesh->attribute[a] + components * v;
+        if (a != MESH_COLORS)
+            put_floats(row, value, mesh->components[a]);
+        for (size_t i = 0; a == MESH_COLORS && i < components; i++)
+            row[i] = (uint8_t)(255 * fmax(0, fmin((double)value[i], 1)) + 0.5);
+        fwrite(row, components * (a == MESH_COLORS ? 1 : 4), 1, file);
+    }
 }
 
 static void write_ply(const struct mesh_file *mesh, FILE *file)
 {
     uint8_t row[13];
-    fprintf(file, "ply\nformat binary_little_endian 1.0\n"
-            "element vertex %lu\nproperty float x\nproperty float y\nproperty float z\n"
-            "element face %lu\nproperty list uchar uint vertex_indices\nend_header\n",
-            (unsigned long)mesh->num_vertices, (unsigned long)mesh->num_faces);
-    for (size_t v = 0; v < mesh->num_vertices; v++) {
-        put_position(row, &mesh->positions[3 * v]);
-        fwrite(row, 12, 1, file);
-    }
+    write_ply_header(mesh, file);
+    for (size_t v = 0; v < mesh->num_vertices; v++)
+        write_ply_vertex(mesh, file, v);
     row[0] = 3;
     for (size_t f = 0; f < mesh->num_faces; f++) {
         for (size_t i = 0; i < 3; i++)
@@ -919,10 +1273,10 @@ static void write_stl(const struct mesh_file *mesh, FILE *file)
         float normal[3];
         for (size_t i = 0; i < 3; i++) {
             corner[i] = &mesh->positions[3 * (size_t)mesh->indices[3 * f + i]];
-            put_position(row + 12 + 12 * i, corner[i]);
+            put_floats(row + 12 + 12 * i, corner[i], 3);
         }
         triangle_normal(corner[0], corner[1], corner[2], normal);
-        put_position(row, normal);
+        put_floats(row, normal, 3);
         fwrite(row, sizeof row, 1, file);
     }
 }

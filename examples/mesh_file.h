@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: MIT
  *
  * Vertices and faces come out as the file has them: same order, nothing merged, nothing dropped. Only STL, which has a
- * position for each corner, gets its indices here: corners with equal coordinates become one vertex.
+ * position for each corner, gets its indices here: corners with equal coordinates become one vertex. Normals, texture
+ * coordinates and colors are kept where each vertex has one; what else a file has is told in `dropped`.
  *
  *     struct mesh_file mesh;
  *     char error[MESH_ERROR_BYTES];
@@ -23,19 +24,33 @@
  *
  * MESH_OFF  OFF and its variants with colours (C), normals (N) and texture coordinates (ST), which are skipped, as is
  *           everything behind the corners of a face. One vertex or face a line. Written as OFF.
- * MESH_OBJ  `v` and `f` lines, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; others are skipped.
- * MESH_PLY  ascii and binary of both byte orders: x, y, z of element `vertex`; list `vertex_indices` or `vertex_index`
- *           of element `face`; other elements and properties are skipped. Written as binary little-endian.
+ * MESH_OBJ  `v` lines, also with red, green, blue behind the position; `vt` and `vn` lines, if all corners of a vertex
+ *           have the same; `f` lines, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end. Others are
+ *           skipped.
+ * MESH_PLY  ascii and binary of both byte orders: of element `vertex` x, y, z; nx, ny, nz; s, t or u, v or texture_u,
+ *           texture_v; red, green, blue, alpha; list `vertex_indices` or `vertex_index` of element `face`; other
+ *           elements and properties are skipped. Written as binary little-endian, colors in 8 bits.
  * MESH_STL  ascii and binary; written as binary. */
 enum mesh_format { MESH_UNKNOWN, MESH_OFF, MESH_OBJ, MESH_PLY, MESH_STL };
 
 #define MESH_ERROR_BYTES 160
+#define MESH_MAX_DROPPED 6
+
+/* What a vertex may have beside its position. */
+enum mesh_attribute { MESH_NORMALS, MESH_TEXCOORDS, MESH_COLORS, MESH_NUM_ATTRIBUTES };
 
 struct mesh_file {
     float *positions;                  /* float[3 * num_vertices], finite */
     uint32_t *indices;                 /* uint32_t[3 * num_faces], each < num_vertices */
     uint32_t num_vertices, num_faces;
+    float *attribute[MESH_NUM_ATTRIBUTES];    /* float[components * num_vertices], finite; NULL: none */
+    int components[MESH_NUM_ATTRIBUTES];      /* 3; 2; 3 or with alpha 4, each 0 .. 1 */
+    char dropped[MESH_MAX_DROPPED][MESH_ERROR_BYTES];   /* what the file has and this has not, and why */
+    int num_dropped;
 };
+
+/* "normals", "texture coordinates", "colors". */
+const char *mesh_attribute_name(enum mesh_attribute attribute);
 
 /* The format with this name ("off") or of a file with this path ("bunny.OFF"); MESH_UNKNOWN if there is none. */
 enum mesh_format mesh_format_by_name(const char *name);
@@ -46,7 +61,8 @@ enum mesh_format mesh_format_of_path(const char *path);
 int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mesh_format format,
               char error[MESH_ERROR_BYTES]);
 
-/* Writes a mesh. Text has enough digits to read back the same floats. Returns 1; or 0 if the file reports an error. */
+/* Writes a mesh. Text has enough digits to read back the same floats. OFF and STL hold no attributes, OBJ no alpha.
+ * Returns 1; or 0 if the file reports an error. */
 int mesh_write(const struct mesh_file *mesh, FILE *file, enum mesh_format format);
 
 void mesh_free(struct mesh_file *mesh);

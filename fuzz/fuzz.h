@@ -125,6 +125,17 @@ static inline void repair(stream *s) {
     for (k = 0; k < 2; k++) s->data[at + k] = (uint8_t)(crc >> (8 * k));
 }
 
+/* Any kind and any merge rule, with as many components as they may have. */
+static inline void choose_form(cq_channel *channel, uint32_t choice) {
+    channel->kind = (uint8_t)(choice % (CQ_GROUP + 1));
+    channel->merge = (uint8_t)(choice / (CQ_GROUP + 1) % (CQ_PER_FACE + 1));
+    if (CQ_MAX_BITS == 24 && channel->bits % 3 == 0 && channel->merge != CQ_MIDPOINT) channel->bits = CQ_EXACT_BITS;
+    while (!cqi_channel_is_valid(channel) && channel->components < CQ_MAX_COMPONENTS) channel->components++;
+    if (cqi_channel_is_valid(channel)) return;
+    channel->kind = CQ_GENERIC;
+    channel->components = 1;
+}
+
 static inline void take_channels(input *in, cq_shape *shape) {
     uint32_t k, c;
     shape->num_channels = take_below(in, 4);
@@ -134,6 +145,7 @@ static inline void take_channels(input *in, cq_shape *shape) {
         channel->kind = (uint8_t)(choice & 1 ? CQ_POSITION : CQ_GENERIC);
         channel->components = (uint8_t)(choice & 1 ? 3 : 1 + (choice >> 1) % CQ_MAX_COMPONENTS);
         channel->bits = (uint8_t)(1 + take_below(in, CQ_MAX_BITS));
+        if (choice >= 128) choose_form(channel, choice);
         channel->step = choice * 0x01020304u;
         for (c = 0; c < channel->components; c++) channel->origin[c] = ~channel->step + c;
     }
@@ -194,13 +206,18 @@ static inline void decoding_end(decoding *d) {
 
 static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_NEED_INPUT; }
 
-/* Every value of every vertex that is there is one that its channel may have. */
+/* Values of a channel, of all vertices or of all faces. */
+static inline size_t num_values(const cq_channel *c, size_t num_vertices, size_t num_faces) {
+    return c->merge == CQ_PER_FACE ? num_faces : num_vertices * c->components;
+}
+
+/* Every value of every vertex and face that is there is one that its channel may have. */
 static inline void check_values(const cq_decoder *d) {
     uint32_t k;
     size_t j;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *c = &d->shape.channel[k];
-        for (j = 0; j < (size_t)d->mesh.num_vertices * c->components; j++)
+        for (j = 0; j < num_values(c, d->mesh.num_vertices, d->mesh.num_faces) && c->bits != CQ_EXACT_BITS; j++)
             REQUIRE(d->channel[k][j] >= 0 && (uint32_t)d->channel[k][j] < (uint32_t)1 << c->bits);
     }
 }
@@ -341,7 +358,7 @@ static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
     }
     for (k = 0; k < a->shape.num_channels; k++)
         REQUIRE(memcmp(a->channel[k], b->channel[k],
-                       (size_t)m->num_vertices * a->shape.channel[k].components * sizeof(cq_value)) == 0);
+                       num_values(&a->shape.channel[k], m->num_vertices, m->num_faces) * sizeof(cq_value)) == 0);
 }
 
 #endif

@@ -1,5 +1,6 @@
 /* The readers of examples/mesh_file on any bytes: a message, or a mesh whose numbers are in range. What was read can be
- * written in each format and read back as it was; STL welds vertices, so there the corners are compared. */
+ * written in each format and read back as it was; STL welds vertices, so there the corners are compared. PLY and OBJ
+ * hold attributes too. */
 #define _POSIX_C_SOURCE 200809L /* open_memstream */
 #include "fuzz.h"
 
@@ -7,8 +8,35 @@
 
 static void check_mesh(const struct mesh_file *m) {
     size_t k;
+    int a;
     for (k = 0; k < 3 * (size_t)m->num_vertices; k++) REQUIRE(isfinite(m->positions[k]));
     for (k = 0; k < 3 * (size_t)m->num_faces; k++) REQUIRE(m->indices[k] < m->num_vertices);
+    for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
+        if (m->attribute[a] == NULL) continue;
+        REQUIRE(m->components[a] == (a == MESH_TEXCOORDS ? 2 : 3) || (a == MESH_COLORS && m->components[a] == 4));
+        for (k = 0; k < (size_t)m->components[a] * m->num_vertices; k++) {
+            REQUIRE(isfinite(m->attribute[a][k]));
+            REQUIRE(a != MESH_COLORS || (m->attribute[a][k] >= 0 && m->attribute[a][k] <= 1));
+        }
+    }
+    REQUIRE(m->num_dropped >= 0 && m->num_dropped <= MESH_MAX_DROPPED);
+    for (a = 0; a < m->num_dropped; a++) REQUIRE(strlen(m->dropped[a]) > 0 && strlen(m->dropped[a]) < MESH_ERROR_BYTES);
+}
+
+/* Normals and texture coordinates come back as they were, colors of PLY to 8 bits. */
+static void require_equal_attributes(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format) {
+    int i;
+    size_t k;
+    for (i = 0; i < MESH_NUM_ATTRIBUTES; i++) {
+        size_t shared = (size_t)(a->components[i] == 4 && format == MESH_OBJ ? 3 : a->components[i]);
+        if (a->num_vertices == 0 || a->num_faces == 0) continue;  /* OBJ tells them at corners */
+        if (format == MESH_OBJ && i != MESH_COLORS && b->attribute[i] == NULL) continue;  /* a vertex without a face */
+        REQUIRE((a->attribute[i] != NULL) == (b->attribute[i] != NULL));
+        for (k = 0; a->attribute[i] != NULL && k < shared * a->num_vertices; k++) {
+            float x = a->attribute[i][k / shared * (size_t)a->components[i] + k % shared], y = b->attribute[i][k];
+            REQUIRE(x == y || (i == MESH_COLORS && format == MESH_PLY && fabs((double)x - (double)y) < 0.0020));
+        }
+    }
 }
 
 static void require_equal_corners(const struct mesh_file *a, const struct mesh_file *b) {
@@ -44,6 +72,7 @@ static void check_writing(const struct mesh_file *m, enum mesh_format format) {
     check_mesh(&again);
     if (format == MESH_STL) require_equal_corners(m, &again);
     else check_same(m, &again);
+    if (format == MESH_PLY || format == MESH_OBJ) require_equal_attributes(m, &again, format);
     mesh_free(&again);
     free(exact);
     free(text);

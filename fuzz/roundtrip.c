@@ -40,29 +40,47 @@ static cq_index *face_set(const cq_index *indices, uint32_t num_faces, const cq_
     return set;
 }
 
-static void check_same(const model *m, const cq_index *map, const cq_decoder *d) {
-    uint32_t n = m->input.shape.num_vertices, faces = m->input.shape.num_faces, v, k, c;
-    cq_index *a, *b;
+static void check_permutation(const cq_index *map, uint32_t n) {
+    uint32_t v;
     uint8_t *seen = (uint8_t *)block(n);
-    REQUIRE(d->mesh.num_vertices == n && d->mesh.num_faces == faces);
     memset(seen, 0, n);
     for (v = 0; v < n; v++) {
         REQUIRE(map[v] < n && !seen[map[v]]);
         seen[map[v]] = 1;
     }
+    free(seen);
+}
+
+/* Does the triangle have the corners of the other one, through the map, in the same cyclic order? */
+static int is_turned(const cq_index *from, const cq_index *map, const cq_index *to) {
+    uint32_t k;
+    for (k = 0; k < 3; k++)
+        if (map[from[0]] == to[k] && map[from[1]] == to[(k + 1) % 3] && map[from[2]] == to[(k + 2) % 3]) return 1;
+    return 0;
+}
+
+static void check_same(const model *m, const cq_index *map, const cq_index *face_map, const cq_decoder *d) {
+    uint32_t n = m->input.shape.num_vertices, faces = m->input.shape.num_faces, f, k;
+    size_t j;
+    cq_index *a, *b;
+    REQUIRE(d->mesh.num_vertices == n && d->mesh.num_faces == faces);
+    check_permutation(map, n);
+    check_permutation(face_map, faces);
+    for (f = 0; f < faces; f++) REQUIRE(is_turned(m->indices + 3 * f, map, d->mesh.origin + 3 * (size_t)face_map[f]));
     a = face_set(m->indices, faces, map);
     b = face_set(d->mesh.origin, faces, NULL);
     REQUIRE(memcmp(a, b, 3 * (size_t)faces * sizeof *a) == 0);
     REQUIRE(memcmp(d->shape.channel, m->input.shape.channel, sizeof d->shape.channel) == 0);
-    for (k = 0; k < d->shape.num_channels; k++)
-        for (v = 0; v < n; v++)
-            for (c = 0; c < d->shape.channel[k].components; c++) {
-                uint32_t stride = d->shape.channel[k].components;
-                REQUIRE(d->channel[k][map[v] * stride + c] == m->values[k][v * stride + c]);
-            }
+    for (k = 0; k < d->shape.num_channels; k++) {
+        const cq_channel *channel = &d->shape.channel[k];
+        const cq_index *to = channel->merge == CQ_PER_FACE ? face_map : map;
+        for (j = 0; j < num_values(channel, n, faces); j++) {
+            size_t stride = channel->components;
+            REQUIRE(d->channel[k][to[j / stride] * stride + j % stride] == m->values[k][j]);
+        }
+    }
     free(a);
     free(b);
-    free(seen);
 }
 
 /* Encoder and decoder spend the same bits on the same things. */
@@ -105,26 +123,28 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     input in = { data, size };
     uint32_t kind = take(&in), n;
     model m = kind < 16 ? take_noise(&in) : take_model(&in);
-    cq_index *map = NULL;
+    cq_index *map = NULL, *face_map = NULL;
     cq_report *report = (cq_report *)block(sizeof *report);
     stream s;
     cq_result result;
     if (kind >= 240) damage(&m, &in);
     n = m.input.shape.num_vertices;
     map = (cq_index *)block(n * sizeof(cq_index));
-    result = encode(&m, &s, map, report);
+    face_map = (cq_index *)block(m.input.shape.num_faces * sizeof(cq_index));
+    result = encode(&m, &s, map, face_map, report);
     REQUIRE((result == CQ_OK) == is_manifold(m.indices, n, m.input.shape.num_faces));
     if (result == CQ_OK) {
         decoding d = decoding_begin(&s);
         decoding_run(&d, &s);
         REQUIRE(d.result == CQ_DONE && d.used == s.size);
-        check_same(&m, map, d.decoder);
+        check_same(&m, map, face_map, d.decoder);
         if (d.report != NULL) check_same_report(d.report, report);
         decoding_end(&d);
     }
     free(s.data);
     free(report);
     free(map);
+    free(face_map);
     model_free(&m);
     return 0;
 }

@@ -226,8 +226,8 @@ typedef struct model {
 /* Values: near to each other, all alike, only the limits, or noise. */
 static inline void fill_values(model *m, uint32_t k, uint32_t texture) {
     const cq_channel *c = &m->input.shape.channel[k];
-    size_t n = (size_t)m->input.shape.num_vertices * c->components, j;
-    uint32_t top = ((uint32_t)1 << c->bits) - 1, seed = texture;
+    size_t n = num_values(c, m->input.shape.num_vertices, m->input.shape.num_faces), j;
+    uint32_t top = c->bits == CQ_EXACT_BITS ? 0xffffffffu : ((uint32_t)1 << c->bits) - 1, seed = texture;
     m->values[k] = (cq_value *)block(n * sizeof(cq_value));
     for (j = 0; j < n; j++) {
         uint32_t random = next_random(&seed);
@@ -261,8 +261,8 @@ static inline void model_free(model *m) {
 }
 
 /* Encodes as the manual says, in exactly the memory and the output that it takes. An output that is a byte short must
- * be refused, with the same size. `map` and `report` may be NULL. */
-static inline cq_result encode(model *m, stream *s, cq_index *map, cq_report *report) {
+ * be refused, with the same size. The maps and `report` may be NULL. */
+static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *face_map, cq_report *report) {
     void *memory = NULL;
     size_t memory_size, size = 0, again = 0;
     cq_result result = CQ_ERROR_MEMORY;
@@ -270,6 +270,7 @@ static inline cq_result encode(model *m, stream *s, cq_index *map, cq_report *re
     s->data = NULL;
     s->size = 0;
     m->input.map = map;
+    m->input.face_map = face_map;
     for (tries = 0; result == CQ_ERROR_MEMORY && tries < 2; tries++) {
         free(memory);
         memory_size = cq_encoder_bytes(&m->input.shape);
@@ -293,7 +294,7 @@ static inline cq_result encode(model *m, stream *s, cq_index *map, cq_report *re
 static inline stream take_encoded_stream(input *in) {
     model m = take_model(in);
     stream s;
-    REQUIRE(encode(&m, &s, NULL, NULL) == CQ_OK);
+    REQUIRE(encode(&m, &s, NULL, NULL, NULL) == CQ_OK);
     model_free(&m);
     return s;
 }

@@ -55,8 +55,9 @@
 #endif
 
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
- * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports. CQ_ASSERT(condition) may be
- * defined there too; it only ever asks what a caller has promised, never what a stream contains. */
+ * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
+ * that use floating point. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has promised,
+ * never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -70,8 +71,9 @@ extern "C" {
 #define CQ_VERSION_STRING "0.1.0"    /* of this library */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
-#define CQ_MAX_CHANNELS 8            /* vertex channels of one stream */
+#define CQ_MAX_CHANNELS 8            /* channels of one stream */
 #define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
+#define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
@@ -95,10 +97,10 @@ typedef enum cq_result {
     CQ_ERROR_ORIENTATION = -8,   /* mesh: two faces run along an edge in the same direction */
     CQ_ERROR_VERTEX = -9,        /* mesh: the faces around a vertex are not one fan */
     CQ_ERROR_UNUSED = -10,       /* mesh: a vertex belongs to no face */
-    CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1 */
+    CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1, or a float that has none */
     CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
     CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
-    CQ_ERROR_UNSUPPORTED = -14,  /* stream: a feature that this build does not know or is too small for */
+    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build does not know or is too small for */
     CQ_ERROR_CORRUPT = -15,      /* stream: bytes that no encoder writes */
     CQ_ERROR_CHECKSUM = -16      /* stream: the check value does not match */
 } cq_result;
@@ -115,7 +117,7 @@ typedef int16_t cq_value;            /* one integer of a channel: 0 .. 2^15 - 1 
 #define CQ_MAX_BITS 15
 #else
 typedef uint32_t cq_index;
-typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1 */
+typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1, or any with CQ_EXACT_BITS */
 #define CQ_NONE ((cq_index)0xffffffffu)
 #define CQ_MAX_BITS 24
 #endif
@@ -127,19 +129,37 @@ typedef struct cq_place {
     cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
 } cq_place;
 
-/* What a channel's numbers mean to a reader of the stream. The codec treats all kinds alike but for the prediction. */
+/* What a channel's numbers mean to a reader of the stream. Only positions mean something to the codec: the first
+ * channel of them that is merged to midpoints tells where edges were collapsed. */
 typedef enum cq_kind {
-    CQ_POSITION = 0,      /* 3 components; a collapse puts the merged vertex at the midpoint */
-    CQ_GENERIC = 1        /* anything else that may be averaged */
+    CQ_POSITION = 0,      /* 3 components */
+    CQ_GENERIC = 1,       /* anything else */
+    CQ_NORMAL = 2,        /* 2 components, an octahedral pair; or 3, a vector */
+    CQ_TEXCOORD = 3,      /* 2 components */
+    CQ_COLOR = 4,         /* 3 components, red, green, blue; or 4, with alpha */
+    CQ_JOINTS = 5,        /* of skinning: numbers of the joints */
+    CQ_WEIGHTS = 6,       /* and their weights */
+    CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
+    CQ_GROUP = 8          /* 1 component: the material or group that it belongs to */
 } cq_kind;
 
-/* One per-vertex channel: `components` integers per vertex, each in 0 .. 2^bits - 1. A reader gets component k of
- * vertex v back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries. */
+/* What a collapse of B into A does to the values of A. */
+typedef enum cq_merge {
+    CQ_MIDPOINT = 0,      /* the merged vertex gets the midpoint, rounded down */
+    CQ_KEEP = 1,          /* it keeps the values of A: for what may not be averaged */
+    CQ_PER_FACE = 2       /* nothing: the channel has 1 component, and a value for each face instead of each vertex */
+} cq_merge;
+
+/* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. A reader gets component k of vertex v
+ * back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries.
+ *
+ * With CQ_EXACT_BITS and CQ_KEEP or CQ_PER_FACE a value is any 32-bit pattern, copied into a cq_value, and comes back
+ * bit for bit. It costs least if it is a float. Needs 32-bit indices, else CQ_ERROR_UNSUPPORTED. */
 typedef struct cq_channel {
     uint8_t kind;         /* cq_kind */
-    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS */
-    uint8_t bits;         /* 1 .. CQ_MAX_BITS */
-    uint8_t reserved;     /* 0 */
+    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS, as its kind says */
+    uint8_t bits;         /* 1 .. CQ_MAX_BITS, or CQ_EXACT_BITS */
+    uint8_t merge;        /* cq_merge */
     uint32_t step;
     uint32_t origin[CQ_MAX_COMPONENTS];
 } cq_channel;
@@ -322,8 +342,9 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes that one step can need: probabilities of bits and candidates are at least 2^-11 and 2^-22, a residual has 10
- * such bits and 29 raw ones, a join of the base 3 and 32, and decoding looks 4 bytes ahead. */
+/* Bytes that one step can need. Probabilities of bits and candidates are at least 2^-11 and 2^-22. A residual has 10
+ * such bits and 29 raw ones, if exact 35: 145 bits, 1 more than here. The two face values of a split have 6 and 64. A
+ * join of the base has 3 and 32; a split does not need 50 of its bits, more than one for each of 32 components. */
 #define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
@@ -432,7 +453,8 @@ enum {
     CQI_NORMAL = CQI_ACROSS + 28 + 16 * CQI_EXPECTED,   /* along the normal, */
     CQI_PRIORS = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,
     CQI_PLAIN = CQI_PRIORS,                             /* and of one component alone; these begin as CQI_ALONG */
-    CQI_MODELS = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,
+    CQI_FACE = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,      /* [values refused][faces with it] value of a face: this one */
+    CQI_MODELS = CQI_FACE + 12,
     CQI_SIGN = 0,                             /* tables for each of these: */
     CQI_TOP = 1,                              /* [bits] the second highest bit */
     CQI_BITS = 28                             /* [expected][16] number of bits: fewer?, how many more, how many less */
@@ -457,10 +479,11 @@ typedef struct cq_bytes {
 CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
 
 /* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
- * c components of all channels together. */
+ * c components of all channels of vertices together. Each channel of faces needs CQ_FACE_BYTES(faces) more. */
 #define CQ_DECODER_BYTES(v, f, c) \
     (CQ_MESH_BYTES(v, f) + CQI_ROUND(((size_t)(f) / 3 + 1) * sizeof(cq_index)) \
      + CQI_ROUND((size_t)(v) * (size_t)(c) * sizeof(cq_value)))
+#define CQ_FACE_BYTES(f) CQI_ROUND((size_t)(f) * sizeof(cq_value))
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -470,7 +493,8 @@ CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 typedef struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
     cq_mesh mesh;                          /* of this moment; mesh.origin is the index buffer */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
+                                              CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t num_components;               /* of the mesh, once the base is read */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
@@ -491,7 +515,7 @@ typedef struct cq_decoder {
     cq_range_decoder range;
     cq_index gate, before, before2;        /* base: the border halfedge to grow at, and the two before it */
     cq_index scan, virtual_scan;           /* base: all halfedges before these are closed */
-    cq_index value;                        /* base: next vertex to get its values */
+    cq_index value;                        /* base: next vertex, then next face, to get its values */
     cq_index base_vertices;
     int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
     int rate;                              /* of adaptation of the bit models */
@@ -537,9 +561,10 @@ typedef enum cq_goal {
 typedef struct cq_input {
     cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
-    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] */
+    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
     cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers */
+    cq_index *face_map;                    /* the same for faces: cq_index[num_faces] */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
 } cq_input;
@@ -555,9 +580,55 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
  * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
  *
+ * A decoder has its own order of vertices and faces, and a face may start at another corner: input vertex v is decoded
+ * vertex in->map[v], input face f decoded face in->face_map[f]. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
+ * cq_kind and cq_merge say.
+ *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                            size_t *stream_size, cq_place *place, cq_report *report);
+
+/* -- Quantiser -----------------------------------------------------------------------------------------------------
+ *
+ * Floats to values and back, for those who have no integers of their own: the one part that uses floating point. It
+ * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
+ *
+ * A grid is what a channel says its numbers mean: value q of component k is origin[k] + step * q. */
+
+/* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
+ * minimum. The step is longer where floats are further apart than that, and 0 if all vertices are equal. If it is not
+ * longer, with up to 22 bits, a grid chosen for what has come back gives the same values again.
+ *
+ * channel  in: components, bits. out: origin, step; the rest stays as it is.
+ * from     float[count][components].
+ * place    the first vertex with a NaN or an infinity; may be NULL.
+ *
+ * CQ_OK, CQ_ERROR_ARGUMENT or CQ_ERROR_VALUE, which without a vertex says that no float holds the step. */
+CQ_API cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_place *place);
+
+/* The same with a given step, a power of two: the origin is a multiple of it, and `bits` comes out, as many as the box
+ * needs. Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
+ * CQ_ERROR_VALUE without a vertex says that the box needs more than CQ_MAX_BITS, or an origin beyond all floats. */
+CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place);
+
+/* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. CQ_OK,
+ * CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the grid.
+ *
+ * Coordinates come back with an error of at most (1/2 + 2^-26) step, and half the distance of two floats there. On a
+ * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
+CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
+
+/* Values to the nearest floats; never NaN or infinite, whatever the channel says. With CQ_EXACT_BITS both functions
+ * copy the floats, whatever they are. */
+CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
+
+/* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
+ * back to unit vectors. The axes come back exactly, any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
+ * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. What has come back has the same pair
+ * again, with up to 22 bits. Results and places as of cq_quantise.
+ * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
+CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
+CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
 
 #ifdef __cplusplus
 }
@@ -577,6 +648,10 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
+
+/* Modulo 2^32, for exact values; of all others no sum is that large. */
+static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
+static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
 /* Number of bits of x without leading zeros: 0 for 0, 32 for 2^31 and above. */
 static int cqi_bit_length(uint32_t x)
@@ -652,19 +727,21 @@ static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
-/* The first channel of positions, or -1. */
+/* The first channel of positions that move, or -1. */
 static int cqi_position_channel(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].kind == CQ_POSITION) return (int)k;
+        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge == CQ_MIDPOINT) return (int)k;
     return -1;
 }
 
-static uint32_t cqi_all_components(const cq_shape *s)
+/* Numbers per vertex or, that is all channels of them, per face. */
+static uint32_t cqi_all_components(const cq_shape *s, int per_face)
 {
     uint32_t k, n = 0;
-    for (k = 0; k < s->num_channels; k++) n += s->channel[k].components;
+    for (k = 0; k < s->num_channels; k++)
+        if ((s->channel[k].merge == CQ_PER_FACE) == per_face) n += s->channel[k].components;
     return n;
 }
 
@@ -1441,6 +1518,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
     uint32_t k;
     c->kind = (uint8_t)cqi_read_uint(r, 1);
+    c->merge = (uint8_t)(c->kind >> 4);
+    c->kind &= 15;
     c->components = (uint8_t)cqi_read_uint(r, 1);
     c->bits = (uint8_t)cqi_read_uint(r, 1);
     c->step = cqi_read_uint(r, 4);
@@ -1449,8 +1528,10 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    return c->kind <= CQ_GENERIC && c->components >= 1 && c->components <= CQ_MAX_COMPONENTS && c->bits >= 1 &&
-           c->bits <= 24 && c->reserved == 0 && (c->kind != CQ_POSITION || c->components == 3);
+    static const uint8_t components[CQ_GROUP + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2 }; /* bit n: n are allowed */
+    return c->kind <= CQ_GROUP && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+           c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
+           (c->bits <= 24 || (c->bits == CQ_EXACT_BITS && c->merge != CQ_MIDPOINT));
 }
 
 /* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
@@ -1528,7 +1609,8 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 size_t cq_decoder_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s));
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
+           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
 }
 
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
@@ -1554,7 +1636,9 @@ typedef struct cqi_plan {
     cq_range_encoder range;
     cq_mesh mesh;                       /* simplified step by step, in the end the base */
     const cq_value *positions;          /* those in value, if the nearest neighbour is to be chosen; or NULL */
-    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A */
+    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A,
+                                           with CQ_KEEP still B */
+    const cq_value *const *input;       /* values as handed in: those of faces */
     cq_index *to_decoded, *to_input;    /* vertex numbers, virtual ones too; CQ_NONE: not yet decoded */
     cq_index *top, *below;              /* last vertex collapsed into v; the one before it */
     cq_index *end_p, *end_q;            /* of a collapsed vertex: its two common neighbours */
@@ -1562,7 +1646,8 @@ typedef struct cqi_plan {
     cq_index *patch;                    /* of the conquest, as in the decoder */
     cq_index *seed;                     /* components: cq_index[components][2], L and R of the first gate */
     cq_index num_seeds, next_seed;
-    cq_index *face_input, *face_decoded;  /* base: input halfedge of decoded 3f; decoded halfedge of input 3f */
+    cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
+                                             split makes may be turned */
     uint32_t num_levels;
     uint32_t current;                   /* level being replayed */
 } cqi_plan;
@@ -1609,6 +1694,12 @@ static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
 {
     p->face_input[f] = h;
     p->face_decoded[h / 3] = (cq_index)(3 * f + (3 - h % 3) % 3);
+}
+
+/* Decoded faces first .. end - 1 are new: those that the collapse removed, as slots are reused last in, first out. */
+static void cqi_plan_new_faces(cqi_plan *p, cq_index first, cq_index end)
+{
+    for (; first < end; first++) cqi_plan_face(p, (cq_index)(3 * cqi_new_face(&p->mesh, 0)), first);
 }
 
 static cq_index cqi_plan_to_input(const cqi_plan *p, cq_index decoded)
@@ -1810,10 +1901,11 @@ static void cqi_model_init(cqi_model *m, int located)
     const int8_t *prior = located ? cqi_prior_located : cqi_prior_bare;
     const int num_weights = located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
     int k;
-    for (k = 0; k < CQI_MODELS; k++) {
+    for (k = 0; k < CQI_FACE; k++) {
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
         m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
+    for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     memset(m->weight, 0, sizeof m->weight);
     for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
@@ -2036,11 +2128,30 @@ static cq_result cqi_finish_base(cq_decoder *d)
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
  *
- * A collapse merges values a, b to floor((a + b) / 2) and leaves delta = b - a, from which the split gets both back. */
+ * A collapse merges values a, b to floor((a + b) / 2), or keeps a, and leaves delta = b - a, from which the split gets
+ * both back. */
 
 #define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
 
 static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
+
+/* What a collapse adds to the value of A. */
+static int32_t cqi_moved(const cq_channel *c, int32_t delta) { return c->merge == CQ_KEEP ? 0 : cqi_floor_half(delta); }
+
+/* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
+ * predictions the upper 24 bits take part. */
+static int cqi_is_exact(const cq_channel *c) { return CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS; }
+static int32_t cqi_number(const cq_channel *c, int32_t x) { return cqi_is_exact(c) && x < 0 ? x ^ 0x7fffffff : x; }
+
+static int32_t cqi_rough(const cq_channel *c, int32_t x)
+{
+    return cqi_is_exact(c) ? cqi_floor_shift(cqi_number(c, x), 8) : x;
+}
+
+static int32_t cqi_unrough(const cq_channel *c, int32_t x)
+{
+    return cqi_is_exact(c) ? (int32_t)((uint32_t)x << 8) : x;
+}
 
 /* A number, 0 .. 38: up to seven times whether it is more, each time by a model of its own, then raw. */
 static int cqi_code_count(cq_decoder *d, int index, int count)
@@ -2060,87 +2171,163 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
+/* Bits that a residual of the channel may have; and no more than 26 have a model for the second highest one. */
+static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
+
 /* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
-static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int32_t residual)
+static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int32_t residual)
 {
     uint32_t magnitude = cqi_abs(residual);
     int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
-    if (bits > 26) return CQI_WILD;
+    if (bits > most) return CQI_WILD;
     if (bits > 1) {
         uint32_t low = magnitude & (((uint32_t)1 << (bits - 2)) - 1);
-        magnitude = 2 | (uint32_t)cqi_code_bit(d, kind + CQI_TOP + bits, (int)(magnitude >> (bits - 2) & 1));
+        int top = kind + CQI_TOP + cqi_at_most(bits, 26);
+        magnitude = 2 | (uint32_t)cqi_code_bit(d, top, (int)(magnitude >> (bits - 2) & 1));
         magnitude = magnitude << (bits - 2) | cqi_code_raw(d, low, bits - 2);
     } else {
         magnitude = 1;
     }
-    return cqi_code_bit(d, kind + CQI_SIGN, residual < 0) ? -(int32_t)magnitude : (int32_t)magnitude;
+    return (int32_t)(cqi_code_bit(d, kind + CQI_SIGN, residual < 0) ? (uint32_t)0 - magnitude : magnitude);
 }
 
 /* The residual of a split, of which half_bits / 2 bits are expected. */
-static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int32_t residual)
+static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
-    return cqi_code_residual(d, kind, row, half_bits / 2, residual);
+    return cqi_code_residual(d, kind, row, half_bits / 2, most, residual);
 }
 
 /* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
 static int cqi_half_bits(uint32_t x) { return x < 0x8000 ? cqi_bit_length(x * x) : 2 * cqi_bit_length(x); }
 
-static int cqi_value_fits(const cq_channel *c, int32_t value) { return value >= 0 && value >> c->bits == 0; }
+static int cqi_value_fits(const cq_channel *c, int32_t value)
+{
+    return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
+}
 
 /* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
-static int32_t cqi_predict_base(const cq_decoder *d, const cq_value *values, uint32_t stride, int32_t first, cq_index v)
+static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->draft;
+    const uint32_t stride = channel->components;
     cq_index h = m->out[v];
     int32_t sum = 0, n = 0;
     do {
         cq_index w = cq_target(m, h);
         if (w < v && n < 64) {
-            sum += values[(size_t)w * stride];
+            sum += cqi_rough(channel, values[(size_t)w * stride]);
             n++;
         }
         h = cq_clockwise(m, h);
     } while (h != m->out[v]);
-    return n ? sum / n : v ? values[(size_t)(v - 1) * stride] : first;
+    if (n) return cqi_unrough(channel, sum / n);
+    if (v) return cqi_number(channel, values[(size_t)(v - 1) * stride]);
+    return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
-/* All channels of base vertex d->value. */
+/* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
+static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    cq_value *values = d->channel[k] + c;
+    int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
+    if (CQI_ENCODING(d))
+        x = cqi_difference(cqi_number(channel, d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c]), p);
+    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), x);
+    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
+    x = cqi_number(channel, cqi_sum(p, x));
+    values[(size_t)v * stride] = (cq_value)x;
+    return cqi_value_fits(channel, x);
+}
+
+/* -- Values of faces: mostly that of a face nearby -- */
+
+/* The value of a face of channel k, given those of faces near it. */
+static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
+{
+    int i, j, refused = 0;
+    for (i = 0; i < n; i++) {
+        int asked = 0, same = 0;
+        for (j = 0; j < n; j++) {
+            same += beside[j] == beside[i];
+            asked += j < i && beside[j] == beside[i];
+        }
+        if (asked) continue;
+        if (cqi_code_bit(d, CQI_FACE + 4 * refused + same, value == beside[i])) return beside[i];
+        refused++;
+    }
+    return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
+}
+
+/* Channel k of base face f, given the value of the face before it. */
+static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
+{
+    cq_value *values = d->channel[k];
+    int32_t before = f ? values[f - 1] : 0, x = 0;
+    if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
+    values[f] = (cq_value)cqi_code_face(d, k, &before, 1, x);
+}
+
+/* All channels of vertices or of faces, of the next base vertex or face. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
-    uint32_t k, c, n = 0;
-    cq_index v = d->value++;
+    const int of_face = d->value >= d->draft.num_vertices;
+    const cq_index v = (cq_index)(of_face ? d->value - d->draft.num_vertices : d->value);
+    int32_t *size = d->delta;
+    uint32_t k, c;
+    d->value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        const cq_channel *channel = &d->shape.channel[k];
-        for (c = 0; c < channel->components; c++, n++) {
-            cq_value *values = d->channel[k] + c;
-            uint32_t stride = channel->components;
-            int32_t p = cqi_predict_base(d, values, stride, (int32_t)1 << (channel->bits - 1), v), x = 0;
-            if (CQI_ENCODING(d)) x = d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c] - p;
-            x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)d->delta[n]), x);
-            d->delta[n] = (3 * d->delta[n] + (int32_t)cqi_abs(x)) / 4;
-            x += p;
-            if (!cqi_value_fits(channel, x)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-            values[(size_t)v * stride] = (cq_value)x;
-        }
+        if ((d->shape.channel[k].merge == CQ_PER_FACE) != of_face) continue;
+        if (of_face) cqi_code_base_face(d, k, v);
+        for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
+            if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
     }
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* Values of the faces of channel k that a split at p, q is going to make, the one at p first, given those of the faces
+ * that they will share an edge with. Virtual ones have none. */
+static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_value *values = d->channel[k];
+    cq_index f = m->num_faces, input = CQI_ENCODING(d) ? d->plan->mesh.free_face : 0; /* see cqi_plan_new_faces */
+    int32_t x = 0, beside[3];
+    int end, side, n;
+    for (end = 0; end < 2; end++) {
+        cq_index spoke = d->ring.spoke[end ? q : p];
+        if (cq_is_virtual(m, cq_target(m, spoke))) continue;
+        beside[0] = x;
+        n = f > m->num_faces;
+        for (side = 0; side < 2; side++, spoke = m->twin[spoke])
+            if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
+        if (CQI_ENCODING(d)) {
+            x = d->plan->input[k][input];
+            input = d->plan->mesh.origin[3 * input + 1];
+        }
+        x = cqi_code_face(d, k, beside, n, x);
+        if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
+        f++;
+    }
 }
 
 /* Values around the patch, relative to the centre. */
 static void cqi_read_offsets(cq_decoder *d, int channel)
 {
     cqi_ring *r = &d->ring;
-    uint32_t stride = d->shape.channel[channel].components, c;
+    const cq_channel *form = &d->shape.channel[channel];
+    uint32_t stride = form->components, c;
     const cq_value *centre = d->channel[channel] + (size_t)d->mesh.origin[r->spoke[0]] * stride;
     int k;
     r->channel = channel;
     for (k = 0; k < r->size; k++) {
         const int is_real = r->real[k + 1] - r->real[k];
         const cq_value *at = is_real ? d->channel[channel] + (size_t)r->vertex[k] * stride : centre;
-        for (c = 0; c < stride; c++) r->offset[k][c] = (int32_t)at[c] - (int32_t)centre[c];
+        for (c = 0; c < stride; c++) r->offset[k][c] = cqi_rough(form, at[c]) - cqi_rough(form, centre[c]);
     }
 }
 
@@ -2167,19 +2354,27 @@ static void cqi_sum_fans(const cqi_ring *r, uint32_t component, int p, int q, cq
     fans->sum_a -= fans->sum_b;
 }
 
-/* B - A if both were the mean of their neighbours and the centre their midpoint. With 18-bit values no product exceeds
+/* B - A if both were the mean of their neighbours and the centre their midpoint; if the centre is A, no difference, or
+ * that of exact values if B is the mean of its neighbours. With 18-bit values no product exceeds
  * 2 * 24 * 24 * 2^18 < 2^29; wider ones are shifted down to that first, which costs precision, not correctness. */
-static int32_t cqi_predict_delta(const cqi_fans *f, int bits)
+static int32_t cqi_predict_delta(const cqi_fans *f, const cq_channel *channel)
 {
-    int shift = bits > 18 ? bits - 18 : 0;
-    int32_t b = cqi_floor_shift(f->sum_b, shift), a = cqi_floor_shift(f->sum_a, shift);
+    int shift = channel->bits > 18 ? channel->bits - 18 : 0;
+    int32_t b, a;
+    if (channel->merge == CQ_KEEP) return cqi_is_exact(channel) ? cqi_unrough(channel, f->sum_b / f->n_b) : 0;
+    b = cqi_floor_shift(f->sum_b, shift);
+    a = cqi_floor_shift(f->sum_a, shift);
     return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
 }
 
-static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t channel, uint32_t component)
+static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t k, uint32_t component)
 {
+    const cq_channel *channel = &d->shape.channel[k];
     cq_index b = d->plan->top[d->plan->to_input[v]];
-    return d->plan->value[channel][(size_t)b * d->shape.channel[channel].components + component];
+    int32_t x = d->plan->value[k][(size_t)b * channel->components + component];
+    if (channel->merge == CQ_MIDPOINT) return x;
+    return cqi_difference(cqi_number(channel, x),
+                          cqi_number(channel, d->channel[k][(size_t)v * channel->components + component]));
 }
 
 /* -- Vectors of up to 26 bits -- */
@@ -2306,9 +2501,9 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
     cqi_turn_forth(&axes.turn[0], &x, &y);
     cqi_turn_forth(&axes.turn[1], &z, &x);
     cqi_turn_forth(&axes.turn[2], &x, &y);
-    x = cqi_code_expected(d, CQI_ALONG, axes.along, x);
-    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, y);
-    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, z);
+    x = cqi_code_expected(d, CQI_ALONG, axes.along, 26, x);
+    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, 26, y);
+    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, 26, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
     cqi_turn_back(&axes.turn[2], &x, &y);
     cqi_turn_back(&axes.turn[1], &z, &x);
@@ -2320,40 +2515,53 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
 }
 
 /* The residual of one component alone: the wider the patch, the larger. */
-static int32_t cqi_code_plain(cq_decoder *d, uint32_t component, int32_t residual)
+static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, uint32_t component, int32_t residual)
 {
     const cqi_ring *r = &d->ring;
     uint32_t spread = 0;
-    int k;
+    int k, half_bits;
     for (k = 0; k < r->size; k++) spread += cqi_abs(r->offset[k][component]);
-    return cqi_code_expected(d, CQI_PLAIN, cqi_half_bits(spread / (uint32_t)r->size), residual);
+    half_bits = cqi_half_bits(spread / (uint32_t)r->size) + (cqi_is_exact(channel) ? 2 * 8 : 0);
+    return cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), residual);
 }
 
-/* d->delta for a split of v at ring positions p, q, first as predicted. */
+/* delta[] of channel k for a split of v at ring positions p, q. */
+static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q, cqi_fans *fans, int32_t *delta)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    const cq_value *values = d->channel[k] + (size_t)v * stride;
+    const int turned = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
+    int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
+    uint32_t c;
+    if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
+    for (c = 0; c < stride; c++) {
+        cqi_sum_fans(&d->ring, c, p, q, fans);
+        predicted[c] = cqi_predict_delta(fans, channel);
+        residual[c] = CQI_ENCODING(d) ? cqi_difference(cqi_plan_delta(d, v, k, c), predicted[c]) : 0;
+        if (!turned) residual[c] = cqi_code_plain(d, channel, c, residual[c]);
+    }
+    if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
+    for (c = 0; c < stride; c++) {
+        int32_t low;
+        delta[c] = cqi_sum(predicted[c], residual[c]);
+        low = cqi_difference(values[c], cqi_moved(channel, delta[c]));
+        if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, cqi_sum(low, delta[c]))) return 0;
+    }
+    return 1;
+}
+
+/* d->delta, and the values of the new faces. */
 static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 {
-    uint32_t k, c, n = 0;
+    int32_t *delta = d->delta;
+    uint32_t k;
     cqi_fans fans;
     cqi_count_fans(&d->ring, p, q, &fans);
     for (k = 0; k < d->shape.num_channels; k++) {
-        const cq_channel *channel = &d->shape.channel[k];
-        const uint32_t stride = channel->components;
-        const int turned = (int)k == cqi_position_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
-        int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
-        if (d->ring.channel != (int)k) cqi_read_offsets(d, (int)k);
-        for (c = 0; c < stride; c++) {
-            cqi_sum_fans(&d->ring, c, p, q, &fans);
-            predicted[c] = cqi_predict_delta(&fans, channel->bits);
-            residual[c] = CQI_ENCODING(d) ? cqi_plan_delta(d, v, k, c) - predicted[c] : 0;
-            if (!turned) residual[c] = cqi_code_plain(d, c, residual[c]);
-        }
-        if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
-        for (c = 0; c < stride; c++, n++) {
-            int32_t delta = predicted[c] + residual[c];
-            int32_t low = (int32_t)d->channel[k][(size_t)v * stride + c] - cqi_floor_half(delta);
-            if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, low + delta)) return 0;
-            d->delta[n] = delta;
-        }
+        if (d->shape.channel[k].merge == CQ_PER_FACE) cqi_code_new_faces(d, k, p, q);
+        else if (!cqi_code_channel(d, k, v, p, q, &fans, delta)) return 0;
+        delta += d->shape.channel[k].components;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -2361,13 +2569,16 @@ static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
 
 static void cqi_apply_deltas(cq_decoder *d, cq_index a, cq_index b)
 {
-    uint32_t k, c, n = 0;
-    for (k = 0; k < d->shape.num_channels; k++) {
-        uint32_t stride = d->shape.channel[k].components;
-        for (c = 0; c < stride; c++, n++) {
-            cq_value *at = d->channel[k] + (size_t)a * stride + c;
-            *at = (cq_value)(*at - cqi_floor_half(d->delta[n]));
-            d->channel[k][(size_t)b * stride + c] = (cq_value)(*at + d->delta[n]);
+    const int32_t *delta = d->delta;
+    uint32_t k, c;
+    for (k = 0; k < d->shape.num_channels; delta += d->shape.channel[k++].components) {
+        const cq_channel *channel = &d->shape.channel[k];
+        if (channel->merge == CQ_PER_FACE) continue;
+        for (c = 0; c < channel->components; c++) {
+            cq_value *at = d->channel[k] + (size_t)a * channel->components + c;
+            *at = (cq_value)(*at - cqi_moved(channel, delta[c]));
+            d->channel[k][(size_t)b * channel->components + c] =
+                (cq_value)cqi_number(channel, cqi_sum(cqi_number(channel, *at), delta[c]));
         }
     }
 }
@@ -3078,6 +3289,7 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
 /* The split of the patch in d->ring: both indices, then the values, then the mesh. */
 static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
 {
+    const cq_index num_faces = d->mesh.num_faces;
     cq_index b;
     int p = 0, q = 0;
     cqi_read_ring(d);
@@ -3095,6 +3307,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
         cq_index input = d->plan->to_input[centre], removed = d->plan->top[input];
         d->plan->top[input] = d->plan->below[removed];
         cqi_plan_vertex(d->plan, removed, b);
+        cqi_plan_new_faces(d->plan, num_faces, d->mesh.num_faces);
     }
     return CQ_OK;
 }
@@ -3128,7 +3341,8 @@ static cq_result cqi_step_base(cq_decoder *d)
 
 static cq_result cqi_step_base_values(cq_decoder *d)
 {
-    if (d->value < d->draft.num_vertices) return cqi_code_base_values(d);
+    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? d->draft.num_faces : 0);
+    if (d->value < d->draft.num_vertices + faces) return cqi_code_base_values(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->draft.num_vertices;
@@ -3227,12 +3441,16 @@ static void cqi_start(cq_decoder *d)
     arena.left = d->memory_size;
     cqi_mesh_carve(&d->mesh, &d->shape, &arena);
     d->patch = (cq_index *)cqi_take(&arena, cqi_all_faces(&d->shape) / 3 + 1, sizeof(cq_index));
-    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape), sizeof(cq_value));
+    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, 0), sizeof(cq_value));
     for (k = 0; k < d->shape.num_channels; k++) {
+        if (d->shape.channel[k].merge == CQ_PER_FACE) {
+            d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
+            continue;
+        }
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
-    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape));
+    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
     d->draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     memset(d->delta, 0, sizeof d->delta);
@@ -3250,11 +3468,13 @@ cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
     return CQ_OK;
 }
 
+static int cqi_fits_value(const cq_channel *c) { return c->bits <= CQ_MAX_BITS || cqi_is_exact(c); }
+
 static cq_result cqi_fits_build(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].bits > CQ_MAX_BITS) return CQ_ERROR_UNSUPPORTED;
+        if (!cqi_fits_value(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     return cq_decoder_bytes(s) ? CQ_OK : CQ_ERROR_TOO_LARGE;
 }
 
@@ -3387,9 +3607,9 @@ size_t cq_encoder_bytes(const cq_shape *s)
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
-    c = cqi_all_components(s);
+    c = cqi_all_components(s, 0);
     notes = (7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v + v * c * sizeof(cq_value) + 12 * 3;  /* 12 roundings */
-    return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + CQ_DECODER_BYTES(v, f, c);
+    return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + cq_decoder_bytes(s);
 }
 
 /* Joins the values of b to those of a; b's become the difference. */
@@ -3398,6 +3618,7 @@ static void cqi_merge_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_inde
     uint32_t k, c;
     for (k = 0; k < s->num_channels; k++) {
         uint32_t stride = s->channel[k].components;
+        if (s->channel[k].merge != CQ_MIDPOINT) continue;
         for (c = 0; c < stride; c++) {
             cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
             int32_t delta = *bt - *at;
@@ -3412,6 +3633,7 @@ static void cqi_split_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_inde
     uint32_t k, c;
     for (k = 0; k < s->num_channels; k++) {
         uint32_t stride = s->channel[k].components;
+        if (s->channel[k].merge != CQ_MIDPOINT) continue;
         for (c = 0; c < stride; c++) {
             cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
             *at = (cq_value)(*at - cqi_floor_half(*bt));
@@ -3577,19 +3799,27 @@ static void cqi_find_components(cqi_plan *p, cq_index *stack)
     }
 }
 
+static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
+{
+    const cq_channel *channel = &in->shape.channel[k];
+    const int per_face = channel->merge == CQ_PER_FACE;
+    size_t i, c, n = per_face ? in->shape.num_faces : in->shape.num_vertices;
+    if (!cqi_channel_is_valid(channel) || !in->values[k]) return CQ_ERROR_ARGUMENT;
+    if (!cqi_fits_value(channel)) return CQ_ERROR_UNSUPPORTED;
+    for (i = 0; i < n; i++)
+        for (c = 0; c < channel->components; c++)
+            if (!cqi_value_fits(channel, in->values[k][i * channel->components + c]))
+                return cqi_error(place, CQ_ERROR_VALUE, per_face ? (cq_index)i : CQ_NONE,
+                                 per_face ? CQ_NONE : (cq_index)i, CQ_NONE);
+    return CQ_OK;
+}
+
 static cq_result cqi_check_values(const cq_input *in, cq_place *place)
 {
+    cq_result result = CQ_OK;
     uint32_t k;
-    size_t v, c;
-    for (k = 0; k < in->shape.num_channels; k++) {
-        const cq_channel *channel = &in->shape.channel[k];
-        if (!cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS || !in->values[k]) return CQ_ERROR_ARGUMENT;
-        for (v = 0; v < in->shape.num_vertices; v++)
-            for (c = 0; c < channel->components; c++)
-                if (!cqi_value_fits(channel, in->values[k][v * channel->components + c]))
-                    return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
-    }
-    return CQ_OK;
+    for (k = 0; k < in->shape.num_channels && result == CQ_OK; k++) result = cqi_check_channel(in, k, place);
+    return result;
 }
 
 /* Lays out the encoder behind its struct, and copies the values. */
@@ -3614,13 +3844,15 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->to_decoded, 0xff, v * sizeof(cq_index));
     memset(p->top, 0xff, v * sizeof(cq_index));
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
-    values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s), sizeof(cq_value));
+    values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s, 0), sizeof(cq_value));
     for (k = 0; k < s->num_channels; k++) {
         size_t n = (size_t)s->num_vertices * s->channel[k].components;
+        if (s->channel[k].merge == CQ_PER_FACE) continue;
         p->value[k] = values;
         memcpy(values, in->values[k], n * sizeof(cq_value));
         values += n;
     }
+    p->input = in->values;
     if (in->goal == CQ_SMALLEST && cqi_position_channel(s) >= 0) p->positions = p->value[cqi_position_channel(s)];
     e->replay.shape = *s;
     e->replay.plan = p;
@@ -3681,7 +3913,8 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_uint(&to, s->num_channels, 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
-        cqi_write_uint(&to, c->kind | (uint32_t)c->components << 8 | (uint32_t)c->bits << 16, 3);
+        cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
+        cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
     }
@@ -3716,6 +3949,13 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     cqi_write_header(header, s, payload_size, cqi_crc32(0, out + header_size, payload_size));
     memcpy(out, header, header_size);
     return CQ_OK;
+}
+
+static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
+{
+    cq_index f;
+    if (in->map) memcpy(in->map, p->to_decoded, in->shape.num_vertices * sizeof(cq_index));
+    for (f = 0; in->face_map && f < in->shape.num_faces; f++) in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
 }
 
 static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
@@ -3756,10 +3996,255 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     cqi_replay(e, in);
     result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &in->shape, *stream_size);
-    if (in->map) memcpy(in->map, e->plan.to_decoded, in->shape.num_vertices * sizeof(cq_index));
+    cqi_write_maps(in, &e->plan);
     return result;
 }
 
 #endif /* CQ_NO_ENCODER */
+
+/* -- Quantiser ----------------------------------------------------------------------------------------------------- */
+
+#ifndef CQ_NO_QUANTISER
+
+#define CQI_LARGEST_FLOAT 0x7f7fffffu /* its bits */
+
+static double cqi_float(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return (double)x;
+}
+
+/* The float nearest to x, never infinite or NaN. */
+static float cqi_round(double x)
+{
+    const double largest = cqi_float(CQI_LARGEST_FLOAT);
+    return x > largest ? (float)largest : x < -largest ? (float)-largest : x == x ? (float)x : 0;
+}
+
+static uint32_t cqi_float_bits(double x)
+{
+    float rounded = cqi_round(x);
+    uint32_t bits;
+    memcpy(&bits, &rounded, sizeof bits);
+    return bits;
+}
+
+static double cqi_magnitude(double x) { return x < 0 ? -x : x; }
+static double cqi_larger(double a, double b) { return a > b ? a : b; }
+static int cqi_is_finite(double x) { return cqi_magnitude(x) <= cqi_float(CQI_LARGEST_FLOAT); }
+
+/* The largest integer that is not above x, |x| < 2^31. */
+static int32_t cqi_floor(double x)
+{
+    int32_t n = (int32_t)x;
+    return n - (n > x);
+}
+
+typedef struct cqi_box {
+    double low[CQ_MAX_COMPONENTS], high[CQ_MAX_COMPONENTS];
+    double side;          /* the longest one */
+    double reach;         /* largest magnitude of a coordinate */
+} cqi_box;
+
+static cq_result cqi_find_box(cqi_box *box, const float *from, size_t count, uint32_t components, cq_place *place)
+{
+    size_t v;
+    uint32_t c;
+    memset(box, 0, sizeof *box);
+    for (v = 0; v < count; v++) {
+        for (c = 0; c < components; c++) {
+            double x = (double)*from++;
+            if (!cqi_is_finite(x)) return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
+            if (!v || x < box->low[c]) box->low[c] = x;
+            if (!v || x > box->high[c]) box->high[c] = x;
+            box->side = cqi_larger(box->side, box->high[c] - box->low[c]);
+            box->reach = cqi_larger(box->reach, cqi_magnitude(x));
+        }
+    }
+    return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
+/* A step is longer than the distance of two floats at the end of the box. The rounding of a point to a float is then
+ * less than half a step, too little for another point to be nearer. Above 22 bits a step that was rounded down to a
+ * float may leave the end of the box too far from the last point. */
+static uint32_t cqi_fit_step(const cqi_box *box, double last)
+{
+    uint32_t least, step;
+    if (box->side <= 0) return 0;
+    least = 1 + cqi_float_bits(box->reach - cqi_float(cqi_float_bits(box->reach) - 1));
+    step = cqi_float_bits(box->side / last);
+    if (step < least) step = least;
+    return box->side / cqi_float(step) < last + 0.5 ? step : step + 1;
+}
+
+cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_place *place)
+{
+    cqi_box box;
+    cq_result result;
+    uint32_t c;
+    if (!channel || (count && !from) || !cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS)
+        return CQ_ERROR_ARGUMENT;
+    result = cqi_find_box(&box, from, count, channel->components, place);
+    if (result != CQ_OK) return result;
+    for (c = 0; c < channel->components; c++) channel->origin[c] = cqi_float_bits(box.low[c]);
+    channel->step = cqi_fit_step(&box, (double)(((uint32_t)1 << channel->bits) - 1));
+    return channel->step <= CQI_LARGEST_FLOAT ? CQ_OK : CQ_ERROR_VALUE;
+}
+
+static int cqi_is_power_of_two(uint32_t float_bits)
+{
+    uint32_t exponent = float_bits >> 23, fraction = float_bits & 0x7fffff;
+    return exponent ? exponent < 255 && !fraction : fraction && !(fraction & (fraction - 1));
+}
+
+/* The multiple of a power of two at x or below it. A float of 2^24 steps or more is a multiple. */
+static double cqi_align(double x, double step)
+{
+    return cqi_magnitude(x) < step * 0x1000000 ? cqi_floor(x / step) * step : x;
+}
+
+/* Why there are no cracks: quantising finds the multiple n of step that is nearest to x, and reconstructing rounds
+ * n * step, neither of which depends on the origin. For in (x - origin) / step + 1/2 rounding is an error below 2^-28,
+ * and x is the middle of two multiples exactly, or further from it: middles are floats, or no float is between their
+ * multiples; and the float next to a middle, which is half a step at least from 0, is 2^-25 of that away. */
+cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place)
+{
+    const uint32_t step_bits = cqi_float_bits((double)step);
+    cqi_box box;
+    double last = 0;
+    cq_result result;
+    uint32_t c;
+    if (!channel || (count && !from) || !cqi_is_power_of_two(step_bits)) return CQ_ERROR_ARGUMENT;
+    channel->bits = 1;
+    if (!cqi_channel_is_valid(channel)) return CQ_ERROR_ARGUMENT;
+    result = cqi_find_box(&box, from, count, channel->components, place);
+    if (result != CQ_OK) return result;
+    channel->step = step_bits;
+    for (c = 0; c < channel->components; c++) {
+        double origin = cqi_align(box.low[c], (double)step);
+        if (!cqi_is_finite(origin)) return CQ_ERROR_VALUE;
+        channel->origin[c] = cqi_float_bits(origin);
+        last = cqi_larger(last, (box.high[c] - origin) / (double)step + 0.5);
+    }
+    if (last >= (double)((uint32_t)1 << CQ_MAX_BITS)) return CQ_ERROR_VALUE;
+    channel->bits = (uint8_t)cqi_bit_length((uint32_t)last | 1);
+    return CQ_OK;
+}
+
+cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place)
+{
+    double step, end;
+    size_t v;
+    uint32_t c;
+    if (!channel || (count && (!from || !to)) || !cqi_channel_is_valid(channel) || !cqi_fits_value(channel))
+        return CQ_ERROR_ARGUMENT;
+    if (cqi_is_exact(channel)) {
+        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
+    }
+    step = cqi_float(channel->step);
+    end = (double)((uint32_t)1 << channel->bits);
+    for (v = 0; v < count; v++) {
+        for (c = 0; c < channel->components; c++) {
+            double offset = (double)*from++ - cqi_float(channel->origin[c]);
+            double at = 0.5 + (offset == 0 ? 0 : offset / step);
+            if (!(at >= 0 && at < end)) return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
+            *to++ = (cq_value)at;
+        }
+    }
+    return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
+/* The product is exact, so that it does not matter whether it is rounded before the sum. */
+void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to)
+{
+    const double step = cqi_float(channel->step);
+    size_t v;
+    uint32_t c;
+    if (cqi_is_exact(channel)) {
+        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        return;
+    }
+    for (v = 0; v < count; v++)
+        for (c = 0; c < channel->components; c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
+}
+
+/* -- Octahedral normals --
+ *
+ * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded up around
+ * the upper one into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. The numbers along an edge of the
+ * square stand for the same points on both sides of its middle; those of the right or upper side are used.
+ *
+ * The bound: a number is off by half a unit at most, a point of the octahedron then by sqrt(6) times that, and all of
+ * its points are 1 / sqrt(3) or more from the middle, where the angle is seen: sqrt(18) / (2 half) = 2.1213 / half. */
+
+static int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
+
+static void cqi_fold(double *x, double *y)
+{
+    double a = 1 - cqi_magnitude(*y), b = 1 - cqi_magnitude(*x);
+    *x = *x < 0 ? -a : a;
+    *y = *y < 0 ? -b : b;
+}
+
+/* 1 / sqrt(x) for 1/3 <= x <= 1: from 9 % off, five steps of Newton's method. */
+static double cqi_reciprocal_root(double x)
+{
+    double y = 2 - x;
+    int k;
+    for (k = 0; k < 5; k++) y *= 1.5 - 0.5 * x * y * y;
+    return y;
+}
+
+static int cqi_quantise_normal(int32_t half, const float *from, cq_value *to)
+{
+    double x = (double)from[0], y = (double)from[1], z = (double)from[2];
+    double size = cqi_magnitude(x) + cqi_magnitude(y) + cqi_magnitude(z);
+    int32_t a, b;
+    if (!(size > 0 && cqi_is_finite(x) && cqi_is_finite(y) && cqi_is_finite(z))) return 0;
+    x /= size;
+    y /= size;
+    if (z < 0) cqi_fold(&x, &y);
+    a = cqi_floor(x * half + 0.5);
+    b = cqi_floor(y * half + 0.5);
+    to[0] = (cq_value)(half + (cqi_abs(b) == (uint32_t)half ? (int32_t)cqi_abs(a) : a));
+    to[1] = (cq_value)(half + (cqi_abs(a) == (uint32_t)half ? (int32_t)cqi_abs(b) : b));
+    return 1;
+}
+
+cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place)
+{
+    size_t v;
+    if (bits < 2 || bits > CQ_MAX_BITS || (count && (!from || !to))) return CQ_ERROR_ARGUMENT;
+    for (v = 0; v < count; v++)
+        if (!cqi_quantise_normal(cqi_octahedral_half(bits), from + 3 * v, to + 2 * v))
+            return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
+    return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
+/* From -1 to 1, whatever the value. */
+static double cqi_octahedral_number(int32_t half, cq_value value)
+{
+    int32_t x = (int32_t)value - half;
+    return (double)(x < -half ? -half : cqi_at_most(x, half)) / half;
+}
+
+void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to)
+{
+    const int32_t half = cqi_octahedral_half(bits);
+    size_t v;
+    for (v = 0; v < count; v++, from += 2, to += 3) {
+        double x = cqi_octahedral_number(half, from[0]), y = cqi_octahedral_number(half, from[1]), scale;
+        double z = 1 - cqi_magnitude(x) - cqi_magnitude(y);
+        if (z < 0) cqi_fold(&x, &y);
+        scale = cqi_reciprocal_root(x * x + y * y + z * z);
+        to[0] = (float)(x * scale);
+        to[1] = (float)(y * scale);
+        to[2] = (float)(z * scale);
+    }
+}
+
+#endif /* CQ_NO_QUANTISER */
 
 #endif /* CONQUEST_IMPLEMENTATION */

@@ -40,13 +40,21 @@ static const char encode_help[] =
     "\n"
     "  --bits N           bits per coordinate, 1 to 24, default 12: positions are\n"
     "                     rounded to a uniform grid that begins at the minimum of the\n"
-    "                     bounding box and has 2^N points along its longest side\n"
-    "  --connectivity     leave the positions out\n"
+    "                     bounding box and has 2^N points along its longest side;\n"
+    "                     32: floats as they are, and then coarse levels keep vertices\n"
+    "                     where they are instead of moving them to midpoints\n"
+    "  --channels LIST    what to keep beside the triangles, of positions, normals,\n"
+    "                     texcoords, colors, with commas; default: all that the file\n"
+    "                     has for each vertex. What cannot be kept is told. Normals\n"
+    "                     get 2 x 10 bits, texture coordinates 2 x 12, colors 8 each\n"
+    "  --connectivity     keep nothing beside the triangles\n"
+    "  --keep-order       also keep the order of the vertices\n"
     "  --goal GOAL        balanced (default): collapses by valences alone;\n"
     "                     smallest: of equal valences the shortest edge, which on\n"
     "                     most meshes saves about 1 % of all bytes\n"
     "  --format FORMAT    IN is off, obj, ply or stl, whatever its name\n"
-    "  --quiet            show no progress; it is shown only on a terminal anyway\n"
+    "  --quiet            do not tell what is dropped; show no progress, which is shown\n"
+    "                     only on a terminal anyway\n"
     "  --help             this text\n";
 
 static const char decode_help[] =
@@ -59,7 +67,8 @@ static const char decode_help[] =
     "  --bytes N          with the first N bytes of the stream\n"
     "\n"
     "  --format FORMAT    OUT is off, obj, ply or stl, whatever its name\n"
-    "  --quiet            do not warn that a stream has no positions\n"
+    "  --quiet            do not warn that a stream has no positions, nor of what the\n"
+    "                     format of OUT cannot hold\n"
     "  --help             this text\n"
     "\n"
     "A stream that ends too early gives the mesh that its bytes make, a message and\n"
@@ -81,11 +90,13 @@ static const char verify_help[] =
     "cqm verify [OPTION]... IN...\n"
     "\n"
     "Encodes each mesh file, decodes the stream in one piece and in small ones, and\n"
-    "compares the triangles and, on the grid, the positions. Prints one line per\n"
-    "file. Exit status 0: all are equal.\n"
+    "compares the triangles and, on their grids, all other numbers. Prints one line\n"
+    "per file. Exit status 0: all are equal.\n"
     "\n"
     "  --bits N           as for encode\n"
+    "  --channels LIST    as for encode\n"
     "  --connectivity     as for encode\n"
+    "  --keep-order       as for encode\n"
     "  --goal GOAL        as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, whatever its name\n"
     "  --quiet            as for encode\n"
@@ -110,7 +121,7 @@ static const struct command commands[] = {
     { "verify", VERIFY, run_verify, 1, INT32_MAX, verify_help },
 };
 
-enum option_id { BITS, CONNECTIVITY, GOAL, FORMAT, QUIET, VERTICES, LEVEL, BYTES, JSON };
+enum option_id { BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FORMAT, QUIET, VERTICES, LEVEL, BYTES, JSON };
 
 struct option {
     const char *name;
@@ -121,7 +132,9 @@ struct option {
 
 static const struct option option_list[] = {
     { "--bits", BITS, 1, ENCODE | VERIFY },
+    { "--channels", CHANNELS, 1, ENCODE | VERIFY },
     { "--connectivity", CONNECTIVITY, 0, ENCODE | VERIFY },
+    { "--keep-order", KEEP_ORDER, 0, ENCODE | VERIFY },
     { "--goal", GOAL, 1, ENCODE | VERIFY },
     { "--format", FORMAT, 1, ENCODE | DECODE | VERIFY },
     { "--quiet", QUIET, 0, ENCODE | DECODE | VERIFY },
@@ -174,16 +187,51 @@ static int parse_goal(const char *text, cq_goal *goal)
     return *goal == CQ_SMALLEST || strcmp(text, "balanced") == 0;
 }
 
+static int parse_bits(const char *text, uint32_t *bits)
+{
+    return parse_uint(text, 1, CQ_EXACT_BITS, bits) && (*bits <= CQ_MAX_BITS || *bits == CQ_EXACT_BITS);
+}
+
+/* Names with commas between them; at least one. */
+static int parse_channels(const char *text, struct options *options)
+{
+    static const char *const names[] = { "normals", "texcoords", "colors", "positions" };   /* attributes first */
+    int kept = 0;
+    for (;;) {
+        size_t length = strcspn(text, ",");
+        int i = 0;
+        while (i <= MESH_NUM_ATTRIBUTES && (strlen(names[i]) != length || memcmp(names[i], text, length) != 0))
+            i++;
+        if (i > MESH_NUM_ATTRIBUTES)
+            return 0;
+        kept |= 1 << i;
+        text += length;
+        if (*text++ == '\0')
+            break;
+    }
+    options->attributes = kept & ((1 << MESH_NUM_ATTRIBUTES) - 1);
+    options->connectivity = kept >> MESH_NUM_ATTRIBUTES == 0;
+    return 1;
+}
+
+static int no_channels(struct options *options)
+{
+    options->attributes = 0;
+    return options->connectivity = 1;
+}
+
 /* 0 if the value is not one for this option. */
 static int set_option(struct options *options, enum option_id id, const char *value)
 {
     switch (id) {
-    case BITS: return parse_uint(value, 1, CQ_MAX_BITS, &options->bits);
+    case BITS: return parse_bits(value, &options->bits);
+    case CHANNELS: return parse_channels(value, options);
+    case KEEP_ORDER: return options->keep_order = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
     case LEVEL: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_levels);
     case BYTES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_bytes);
     case FORMAT: return (options->format = mesh_format_by_name(value)) != MESH_UNKNOWN;
-    case CONNECTIVITY: return options->connectivity = 1;
+    case CONNECTIVITY: return no_channels(options);
     case GOAL: return parse_goal(value, &options->goal);
     case QUIET: return options->quiet = 1;
     case JSON: return options->json = 1;
@@ -245,6 +293,7 @@ static int run_command(const struct command *command, char **arguments)
 {
     struct options options = { 0 };
     options.bits = 12;
+    options.attributes = (1 << MESH_NUM_ATTRIBUTES) - 1;
     options.max_vertices = options.max_bytes = options.max_levels = CQ_NO_LIMIT;
     options.files = arguments;       /* files move to the front: there are never more than arguments seen */
     if (!parse_arguments(&options, command, arguments))

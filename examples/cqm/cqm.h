@@ -19,9 +19,10 @@
 #define EXIT_BAD_USAGE 2
 
 struct options {
-    int connectivity, json, quiet;
+    int connectivity, keep_order, json, quiet;
+    int attributes;                             /* to keep: 1 << MESH_NORMALS and so on */
     cq_goal goal;
-    uint32_t bits;                              /* per coordinate */
+    uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
     uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */
     enum mesh_format format;                    /* MESH_UNKNOWN: by the name of the file */
     char **files;
@@ -62,7 +63,7 @@ int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format)
 /* An encoded mesh with what it was made from. */
 struct encoding {
     cq_input input;          /* indices belong to the mesh file */
-    cq_value *positions;     /* cq_value[3 * num_vertices], NULL with --connectivity */
+    cq_value *values[CQ_MAX_CHANNELS];
     uint8_t *stream;
     size_t size;
     cq_report report;
@@ -84,10 +85,10 @@ struct decoding {
 int open_decoding(struct decoding *d, const char *path, const uint8_t *data, size_t size);
 void close_decoding(struct decoding *d);
 
+/* What a channel means, in one word. */
+const char *channel_kind_name(const cq_channel *channel);
+
 /* Complains about an error that the decoder met when it had used so many bytes. Returns 0. */
 int complain_stream(const char *path, cq_result result, size_t used);
-
-float float_of_bits(uint32_t bits);
-uint32_t bits_of_float(float value);
 
 #endif

@@ -2,7 +2,6 @@
 #include "cqm.h"
 
 #include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,42 +74,135 @@ static cq_result refine(cq_decoder *d, cq_bytes *in, const struct options *optio
     return result;
 }
 
-/* -- From channel values to coordinates ---------------------------------------------------------------------------- */
+/* -- From channels to what a mesh file has ------------------------------------------------------------------------- */
 
-/* The first channel with positions; -1 if there is none. */
-static int find_positions(const cq_shape *shape)
+/* The first channel of vertices of a kind; -1 if there is none. */
+static int find_channel(const cq_shape *shape, cq_kind kind)
 {
     for (uint32_t k = 0; k < shape->num_channels; k++)
-        if (shape->channel[k].kind == CQ_POSITION && shape->channel[k].components == 3)
+        if (shape->channel[k].kind == kind && shape->channel[k].merge != CQ_PER_FACE)
             return (int)k;
     return -1;
 }
 
-/* In double, then rounded once; never infinite, whatever the header says. */
-static float coordinate(const cq_channel *channel, size_t component, cq_value value)
+static const cq_kind kind_of_attribute[MESH_NUM_ATTRIBUTES] = { CQ_NORMAL, CQ_TEXCOORD, CQ_COLOR };
+
+/* What an exact channel holds may be no number, and colors may be beyond their range. */
+static void sanitize(float *numbers, size_t count, float low, float high)
 {
-    double origin = (double)float_of_bits(channel->origin[component]), step = (double)float_of_bits(channel->step);
-    double x = origin + step * value;
-    return isnan(x) ? 0 : (float)fmax(-FLT_MAX, fmin(x, FLT_MAX));
+    for (size_t i = 0; i < count; i++)
+        numbers[i] = numbers[i] >= low ? numbers[i] <= high ? numbers[i] : high : low;
 }
 
-static void fill_positions(float *positions, const cq_decoder *d, int channel)
+/* float[num_vertices][components], or two numbers to the three of a normal. NULL: no memory. */
+static float *reconstruct(const cq_decoder *d, int channel)
 {
-    for (size_t i = 0; i < 3 * (size_t)d->mesh.num_vertices; i++)
-        positions[i] = channel < 0 ? 0 : coordinate(&d->shape.channel[channel], i % 3, d->channel[channel][i]);
+    const cq_channel *c = &d->shape.channel[channel];
+    size_t count = d->mesh.num_vertices, components = c->kind == CQ_NORMAL ? 3 : c->components;
+    float *numbers = malloc((count + 1) * components * sizeof *numbers);
+    if (numbers == NULL)
+        return NULL;
+    if (c->kind == CQ_NORMAL && c->components == 2)
+        cq_reconstruct_normals(c->bits, d->channel[channel], count, numbers);
+    else
+        cq_reconstruct(c, d->channel[channel], count, numbers);
+    if (c->kind == CQ_COLOR)
+        sanitize(numbers, count * components, 0, 1);
+    else if (c->bits == CQ_EXACT_BITS)
+        sanitize(numbers, count * components, -FLT_MAX, FLT_MAX);
+    return numbers;
 }
 
-/* The decoded mesh; its indices are the decoder's own, only the positions are new. */
-static int view_mesh(struct mesh_file *mesh, const cq_decoder *d, int channel)
+static int add_attributes(struct mesh_file *mesh, const cq_decoder *d)
 {
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
+        int channel = find_channel(&d->shape, kind_of_attribute[a]);
+        if (channel < 0)
+            continue;
+        mesh->components[a] = a == MESH_NORMALS ? 3 : d->shape.channel[channel].components;
+        mesh->attribute[a] = reconstruct(d, channel);
+        if (mesh->attribute[a] == NULL)
+            return 0;
+    }
+    return 1;
+}
+
+/* The decoded mesh in arrays of its own. */
+static int view_mesh(struct mesh_file *mesh, const cq_decoder *d)
+{
+    int positions = find_channel(&d->shape, CQ_POSITION);
+    size_t corners = 3 * (size_t)d->mesh.num_faces;
+    memset(mesh, 0, sizeof *mesh);
     mesh->num_vertices = d->mesh.num_vertices;
     mesh->num_faces = d->mesh.num_faces;
-    mesh->indices = d->mesh.origin;
-    mesh->positions = malloc(((size_t)mesh->num_vertices + 1) * 3 * sizeof *mesh->positions);
-    if (mesh->positions == NULL)
+    mesh->indices = malloc((corners + 1) * sizeof *mesh->indices);
+    mesh->positions = positions >= 0 ? reconstruct(d, positions)
+                                     : calloc((size_t)mesh->num_vertices + 1, 3 * sizeof *mesh->positions);
+    if (mesh->indices == NULL || mesh->positions == NULL)
         return 0;
-    fill_positions(mesh->positions, d, channel);
+    memcpy(mesh->indices, d->mesh.origin, corners * sizeof *mesh->indices);
+    return add_attributes(mesh, d);
+}
+
+/* -- The order of the file that was encoded -- */
+
+struct numbered {
+    uint32_t number, vertex;
+};
+
+static int compare_numbered(const void *a, const void *b)
+{
+    const struct numbered *s = a, *t = b;
+    if (s->number != t->number)
+        return s->number < t->number ? -1 : 1;
+    return (s->vertex > t->vertex) - (s->vertex < t->vertex);
+}
+
+/* Rows of so many floats, row order[i].vertex first i = 0, then 1, ... */
+static int reorder_rows(float **rows, size_t floats, const struct numbered *order, size_t count)
+{
+    float *sorted = malloc((count + 1) * floats * sizeof *sorted);
+    if (sorted == NULL)
+        return 0;
+    for (size_t i = 0; i < count; i++)
+        memcpy(sorted + floats * i, *rows + floats * order[i].vertex, floats * sizeof *sorted);
+    free(*rows);
+    *rows = sorted;
     return 1;
+}
+
+static int reorder_vertices(struct mesh_file *mesh, const struct numbered *order)
+{
+    uint32_t *place = malloc(((size_t)mesh->num_vertices + 1) * sizeof *place);
+    int ok = place != NULL && reorder_rows(&mesh->positions, 3, order, mesh->num_vertices);
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
+        if (mesh->attribute[a] != NULL)
+            ok = reorder_rows(&mesh->attribute[a], (size_t)mesh->components[a], order, mesh->num_vertices);
+    for (uint32_t i = 0; i < mesh->num_vertices && ok; i++)
+        place[order[i].vertex] = i;
+    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && ok; c++)
+        mesh->indices[c] = place[mesh->indices[c]];
+    free(place);
+    return ok;
+}
+
+/* Sorts vertices by the numbers that they had, if the stream has them. Of a coarser mesh, those that are there. */
+static int restore_order(struct mesh_file *mesh, const cq_decoder *d)
+{
+    int channel = find_channel(&d->shape, CQ_NUMBER);
+    if (channel < 0)
+        return 1;
+    struct numbered *order = malloc(((size_t)mesh->num_vertices + 1) * sizeof *order);
+    if (order == NULL)
+        return 0;
+    for (uint32_t v = 0; v < mesh->num_vertices; v++) {
+        order[v].number = (uint32_t)d->channel[channel][v];
+        order[v].vertex = v;
+    }
+    qsort(order, mesh->num_vertices, sizeof *order, compare_numbered);
+    int ok = reorder_vertices(mesh, order);
+    free(order);
+    return ok;
 }
 
 /* -- The command --------------------------------------------------------------------------------------------------- */
@@ -125,9 +217,9 @@ static int save_mesh(const struct mesh_file *mesh, const char *path, enum mesh_f
 }
 
 /* Without positions STL, which has nothing else, would hold nothing. */
-static int check_positions(const struct options *options, int channel, enum mesh_format format)
+static int check_positions(const struct options *options, const cq_shape *shape, enum mesh_format format)
 {
-    if (channel >= 0)
+    if (find_channel(shape, CQ_POSITION) >= 0)
         return 1;
     if (format == MESH_STL)
         return complain(options->files[0], "has no positions, which is all that STL holds; use OFF, OBJ or PLY");
@@ -136,16 +228,41 @@ static int check_positions(const struct options *options, int channel, enum mesh
     return 1;
 }
 
+/* Is channel k written to the file? */
+static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format)
+{
+    const cq_channel *c = &shape->channel[k];
+    int attributes = format == MESH_OBJ || format == MESH_PLY;
+    if (find_channel(shape, (cq_kind)c->kind) != (int)k)
+        return 0;
+    switch (c->kind) {
+    case CQ_POSITION: return 1;
+    case CQ_NUMBER: return format != MESH_STL;
+    case CQ_NORMAL: case CQ_TEXCOORD: return attributes;
+    case CQ_COLOR: return format == MESH_PLY || (format == MESH_OBJ && c->components == 3);
+    default: return 0;
+    }
+}
+
+static void tell_not_written(const cq_shape *shape, const char *path, enum mesh_format format)
+{
+    for (uint32_t k = 0; k < shape->num_channels; k++)
+        if (!is_written(shape, k, format))
+            complain(path, "dropped: %s%s of the stream, which this format or this program does not write",
+                     channel_kind_name(&shape->channel[k]),
+                     shape->channel[k].kind == CQ_COLOR && format == MESH_OBJ ? "'s alpha" : "");
+}
+
 static int save_decoded(const cq_decoder *d, const struct options *options, enum mesh_format format)
 {
     struct mesh_file mesh;
-    int channel = find_positions(&d->shape);
-    if (!check_positions(options, channel, format))
+    if (!check_positions(options, &d->shape, format))
         return 0;
-    if (!view_mesh(&mesh, d, channel))
-        return complain(options->files[1], "out of memory");
-    int ok = save_mesh(&mesh, options->files[1], format);
-    free(mesh.positions);
+    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d)) || complain(options->files[1], "out of memory");
+    if (ok && !options->quiet)
+        tell_not_written(&d->shape, options->files[1], format);
+    ok = ok && save_mesh(&mesh, options->files[1], format);
+    mesh_free(&mesh);
     return ok;
 }
 

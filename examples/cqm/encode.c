@@ -2,77 +2,134 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cqm.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-/* -- Quantisation: a uniform grid over the bounding box ------------------------------------------------------------ */
+/* -- Channels ------------------------------------------------------------------------------------------------------ */
 
-float float_of_bits(uint32_t bits)
+enum { NORMAL_BITS = 10, TEXCOORD_BITS = 12, COLOR_BITS = 8 };
+
+/* A channel with room for its values. NULL if there is no memory. */
+static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
 {
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
+    uint32_t k = e->input.shape.num_channels++;
+    cq_channel *channel = &e->input.shape.channel[k];
+    channel->kind = (uint8_t)kind;
+    channel->merge = (uint8_t)merge;
+    channel->components = (uint8_t)components;
+    channel->bits = (uint8_t)bits;
+    e->values[k] = calloc((size_t)e->input.shape.num_vertices + 1, (size_t)components * sizeof(cq_value));
+    e->input.values[k] = e->values[k];
+    return e->values[k] != NULL ? channel : NULL;
 }
 
-uint32_t bits_of_float(float value)
+/* On a grid over the bounding box, or exactly. */
+static int add_positions(struct encoding *e, const struct mesh_file *mesh, const char *path, uint32_t bits)
 {
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
+    cq_merge merge = bits == CQ_EXACT_BITS ? CQ_KEEP : CQ_MIDPOINT;
+    cq_channel *channel = add_channel(e, CQ_POSITION, merge, 3, bits);
+    cq_result result = CQ_OK;
+    if (channel == NULL)
+        return complain(path, "out of memory");
+    if (bits != CQ_EXACT_BITS)
+        result = cq_fit_grid(channel, mesh->positions, mesh->num_vertices, NULL);
+    if (result == CQ_OK)
+        result = cq_quantise(channel, mesh->positions, mesh->num_vertices, e->values[0], NULL);
+    return result == CQ_OK || complain(path, "too large for %lu bits", (unsigned long)bits);
+}
+
+/* Normals without a length are no reason to refuse a mesh, but have no direction to keep. */
+static int add_normals(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float *from = mesh->attribute[MESH_NORMALS];
+    uint32_t k = e->input.shape.num_channels;
+    cq_place place;
+    if (add_channel(e, CQ_NORMAL, CQ_MIDPOINT, 2, NORMAL_BITS) == NULL)
+        return complain(path, "out of memory");
+    if (cq_quantise_normals(NORMAL_BITS, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
+        return 1;
+    complain(path, "dropped: normals: vertex %lu has one of no length", (unsigned long)place.vertex);
+    free(e->values[k]);
+    e->values[k] = NULL;
+    e->input.shape.num_channels = k;
+    memset(&e->input.shape.channel[k], 0, sizeof e->input.shape.channel[k]);
+    return 1;
+}
+
+static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float *from = mesh->attribute[MESH_TEXCOORDS];
+    uint32_t k = e->input.shape.num_channels;
+    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_MIDPOINT, 2, TEXCOORD_BITS);
+    if (channel == NULL)
+        return complain(path, "out of memory");
+    return (cq_fit_grid(channel, from, mesh->num_vertices, NULL) == CQ_OK
+            && cq_quantise(channel, from, mesh->num_vertices, e->values[k], NULL) == CQ_OK)
+        || complain(path, "texture coordinates too large for %d bits", TEXCOORD_BITS);
+}
+
+/* The grid is the one of colors of 8 bits, so that those come back as they are. */
+static int add_colors(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const float step = 1.0f / ((1 << COLOR_BITS) - 1);
+    uint32_t k = e->input.shape.num_channels;
+    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_MIDPOINT, mesh->components[MESH_COLORS], COLOR_BITS);
+    if (channel == NULL)
+        return complain(path, "out of memory");
+    memcpy(&channel->step, &step, sizeof step);
+    return cq_quantise(channel, mesh->attribute[MESH_COLORS], mesh->num_vertices, e->values[k], NULL) == CQ_OK
+        || complain(path, "a color outside 0 .. 1");
+}
+
+static int bits_for(uint32_t largest)
+{
+    int bits = 1;
+    while (bits < 32 && largest >> bits != 0)
+        bits++;
     return bits;
 }
 
-static void bounding_box(const struct mesh_file *mesh, float low[3], float high[3])
+/* The vertices' own numbers. */
+static int add_order(struct encoding *e, const char *path)
 {
-    for (size_t i = 0; i < 3; i++)
-        low[i] = high[i] = mesh->num_vertices > 0 ? mesh->positions[i] : 0;
-    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
-        float x = mesh->positions[i];
-        low[i % 3] = x < low[i % 3] ? x : low[i % 3];
-        high[i % 3] = x > high[i % 3] ? x : high[i % 3];
-    }
-}
-
-/* The grid begins at the box's minimum and has 2^bits points along its longest side. */
-static void choose_grid(cq_channel *channel, const struct mesh_file *mesh, uint32_t bits)
-{
-    float low[3], high[3];
-    double longest = 0;
-    bounding_box(mesh, low, high);
-    for (int i = 0; i < 3; i++) {
-        channel->origin[i] = bits_of_float(low[i]);
-        longest = fmax(longest, (double)high[i] - (double)low[i]);
-    }
-    channel->kind = CQ_POSITION;
-    channel->components = 3;
-    channel->bits = (uint8_t)bits;
-    channel->step = bits_of_float((float)fmin(longest / ((1 << bits) - 1), FLT_MAX));
-}
-
-/* The nearest grid point. The step was rounded to a float, so the last point may come out one too far. */
-static cq_value quantize(const cq_channel *channel, size_t component, float x)
-{
-    double step = (double)float_of_bits(channel->step), last = (1 << channel->bits) - 1;
-    double offset = (double)x - (double)float_of_bits(channel->origin[component]);
-    return step > 0 ? (cq_value)fmin(floor(offset / step + 0.5), last) : 0;
-}
-
-static int add_positions(struct encoding *e, const struct mesh_file *mesh, uint32_t bits)
-{
-    cq_channel *channel = &e->input.shape.channel[0];
-    size_t count = 3 * (size_t)mesh->num_vertices;
-    e->positions = malloc((count + 1) * sizeof *e->positions);
-    if (e->positions == NULL)
-        return 0;
-    choose_grid(channel, mesh, bits);
-    for (size_t i = 0; i < count; i++)
-        e->positions[i] = quantize(channel, i % 3, mesh->positions[i]);
-    e->input.shape.num_channels = 1;
-    e->input.values[0] = e->positions;
+    uint32_t k = e->input.shape.num_channels, n = e->input.shape.num_vertices;
+    int bits = bits_for(n);
+    if (add_channel(e, CQ_NUMBER, CQ_KEEP, 1, bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS) == NULL)
+        return complain(path, "out of memory");
+    for (uint32_t v = 0; v < n; v++)
+        e->values[k][v] = (cq_value)v;
     return 1;
+}
+
+static int add_attribute(struct encoding *e, const struct mesh_file *mesh, const char *path, enum mesh_attribute a)
+{
+    switch (a) {
+    case MESH_NORMALS: return add_normals(e, mesh, path);
+    case MESH_TEXCOORDS: return add_texcoords(e, mesh, path);
+    default: return add_colors(e, mesh, path);
+    }
+}
+
+static void tell_dropped(const struct mesh_file *mesh, const char *path)
+{
+    for (int i = 0; i < mesh->num_dropped; i++)
+        complain(path, "dropped: %s", mesh->dropped[i]);
+}
+
+static int add_channels(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                        const struct options *options)
+{
+    if (!options->connectivity && !add_positions(e, mesh, path, options->bits))
+        return 0;
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
+        if ((options->attributes >> a & 1) != 0 && mesh->attribute[a] != NULL
+                && !add_attribute(e, mesh, path, (enum mesh_attribute)a))
+            return 0;
+    if (options->attributes != 0 && !options->quiet)
+        tell_dropped(mesh, path);
+    return !options->keep_order || add_order(e, path);
 }
 
 /* -- Progress ------------------------------------------------------------------------------------------------------ */
@@ -150,7 +207,8 @@ static cq_result encode_with_retries(struct encoding *e, cq_place *place)
     return result;
 }
 
-static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const struct options *options)
+static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                         const struct options *options)
 {
     memset(e, 0, sizeof *e);
     e->input.shape.num_vertices = mesh->num_vertices;
@@ -158,15 +216,17 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.indices = mesh->indices;
     e->input.goal = options->goal;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
-    return e->input.map != NULL && (options->connectivity || add_positions(e, mesh, options->bits));
+    if (e->input.map == NULL)
+        return complain(path, "out of memory");
+    return add_channels(e, mesh, path, options);
 }
 
 int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options)
 {
     struct progress progress = { time(NULL), -1 };
     cq_place place;
-    if (!prepare_input(e, mesh, options))
-        return complain(path, "out of memory");
+    if (!prepare_input(e, mesh, path, options))
+        return 0;
     if (isatty(STDERR_FILENO) && !options->quiet) {
         e->input.progress = show_progress;
         e->input.user = &progress;
@@ -178,7 +238,8 @@ int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *pa
 
 void free_encoding(struct encoding *e)
 {
-    free(e->positions);
+    for (int k = 0; k < CQ_MAX_CHANNELS; k++)
+        free(e->values[k]);
     free(e->input.map);
     free(e->stream);
 }

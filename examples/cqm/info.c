@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* -- Numbers ------------------------------------------------------------------------------------------------------- */
 
@@ -10,6 +11,13 @@
 static double in_bits(uint64_t cost)
 {
     return (double)cost / 65536;
+}
+
+static double float_of_bits(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
 }
 
 static double ratio(double a, double b)
@@ -45,9 +53,17 @@ static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
         parts[i] = list[i];
 }
 
-static const char *kind_name(const cq_channel *channel)
+const char *channel_kind_name(const cq_channel *channel)
 {
-    return channel->kind == CQ_POSITION ? "position" : "generic";
+    static const char *const names[CQ_GROUP + 1] = { "position", "generic", "normal", "texcoord", "color",
+                                                     "joints", "weights", "number", "group" };
+    return names[channel->kind];
+}
+
+static const char *merge_name(const cq_channel *channel)
+{
+    static const char *const names[CQ_PER_FACE + 1] = { "midpoint", "keep", "face" };
+    return names[channel->merge];
 }
 
 /* -- For people ---------------------------------------------------------------------------------------------------- */
@@ -63,8 +79,8 @@ static void print_counts(const cq_report *r)
     printf("levels          %lu\n", (unsigned long)r->num_levels);
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
-        printf("channel %lu       %s, %d x %d bits, step %.9g\n", (unsigned long)k, kind_name(c), c->components,
-               c->bits, (double)float_of_bits(c->step));
+        printf("channel %lu       %s, %d x %d bits, step %.9g, %s\n", (unsigned long)k, channel_kind_name(c),
+               c->components, c->bits, float_of_bits(c->step), merge_name(c));
     }
 }
 
@@ -115,7 +131,7 @@ static void print_json_bits(const char *name, uint64_t cost, const char *end)
 /* JSON has no infinity; a hostile header may. */
 static void print_json_float(uint32_t bits)
 {
-    double value = (double)float_of_bits(bits);
+    double value = float_of_bits(bits);
     if (isfinite(value))
         printf("%.9g", value);
     else
@@ -124,7 +140,8 @@ static void print_json_float(uint32_t bits)
 
 static void print_json_channel(const cq_channel *c)
 {
-    printf("{\"kind\": \"%s\", \"components\": %d, \"bits\": %d, \"step\": ", kind_name(c), c->components, c->bits);
+    printf("{\"kind\": \"%s\", \"merge\": \"%s\", \"components\": %d, \"bits\": %d, \"step\": ", channel_kind_name(c),
+           merge_name(c), c->components, c->bits);
     print_json_float(c->step);
     printf(", \"origin\": [");
     for (int i = 0; i < c->components; i++) {

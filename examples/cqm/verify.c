@@ -60,14 +60,22 @@ static int is_permutation(const cq_index *map, size_t num_vertices)
     return ok;
 }
 
-static int same_positions(const struct encoding *e, const cq_decoder *d)
+static int same_channel(const struct encoding *e, const cq_decoder *d, uint32_t k)
 {
-    if (e->positions == NULL)
-        return 1;
+    size_t n = e->input.shape.channel[k].components;
     for (size_t v = 0; v < e->input.shape.num_vertices; v++)
-        if (memcmp(&e->positions[3 * v], &d->channel[0][3 * (size_t)e->input.map[v]], 3 * sizeof *e->positions) != 0)
+        if (memcmp(&e->values[k][n * v], &d->channel[k][n * e->input.map[v]], n * sizeof(cq_value)) != 0)
             return 0;
     return 1;
+}
+
+static int same_values(const struct encoding *e, const cq_decoder *d)
+{
+    int same = d->shape.num_channels == e->input.shape.num_channels;
+    for (uint32_t k = 0; same && k < d->shape.num_channels; k++)
+        same = memcmp(&d->shape.channel[k], &e->input.shape.channel[k], sizeof d->shape.channel[k]) == 0
+               && same_channel(e, d, k);
+    return same;
 }
 
 /* NULL if the decoded mesh is the input; else what differs. */
@@ -77,8 +85,8 @@ static const char *find_difference(const struct encoding *e, const cq_decoder *d
         return "the number of vertices differs";
     if (!is_permutation(e->input.map, e->input.shape.num_vertices))
         return "the vertex map is no permutation";
-    if (!same_positions(e, d))
-        return "the positions differ";
+    if (!same_values(e, d))
+        return "the values differ";
     if (!same_faces(e, d))
         return "the faces differ";
     if (cq_mesh_check(&d->mesh, NULL) != CQ_OK)

@@ -37,13 +37,19 @@ static uint32_t add_to_hash(uint32_t hash, uint32_t value)
     return hash;
 }
 
+static uint32_t num_values(uint32_t channel)
+{
+    const cq_channel *c = &decoder.shape.channel[channel];
+    return c->merge == CQ_PER_FACE ? decoder.mesh.num_faces : (uint32_t)decoder.mesh.num_vertices * c->components;
+}
+
 /* Of the faces and all values: equal meshes have equal hashes, whatever the device and the width of its indices. */
 static uint32_t hash_mesh(void)
 {
     uint32_t hash = 0x811c9dc5u, i, k;
     for (i = 0; i < 3 * (uint32_t)decoder.mesh.num_faces; i++) hash = add_to_hash(hash, decoder.mesh.origin[i]);
     for (k = 0; k < decoder.shape.num_channels; k++)
-        for (i = 0; i < decoder.mesh.num_vertices * (uint32_t)decoder.shape.channel[k].components; i++)
+        for (i = 0; i < num_values(k); i++)
             hash = add_to_hash(hash, (uint32_t)decoder.channel[k][i]);
     return hash;
 }

@@ -60,9 +60,10 @@ std::vector<cq_shape> small_shapes() {
     return shapes;
 }
 
-cq_shape with_channel(cq_shape shape, cq_kind kind, int components, int bits) {
+cq_shape with_channel(cq_shape shape, cq_kind kind, cq_merge merge, int components, int bits) {
     cq_channel &c = shape.channel[shape.num_channels++];
     c.kind = static_cast<uint8_t>(kind);
+    c.merge = static_cast<uint8_t>(merge);
     c.components = static_cast<uint8_t>(components);
     c.bits = static_cast<uint8_t>(bits);
     return shape;
@@ -247,13 +248,18 @@ int main(int argc, char **argv) {
         three_bytes(report);
         return report.summary();
     }
-    std::vector<cq_shape> bare = small_shapes(), located, valued;
+    std::vector<cq_shape> bare = small_shapes(), located, valued, exact, grouped;
     for (const cq_shape &s : bare) {
-        if (s.num_boundary_loops == 0) located.push_back(with_channel(s, CQ_POSITION, 3, 1));
-        if (s.num_boundary_loops == 0) valued.push_back(with_channel(s, CQ_GENERIC, 1, 1));
+        grouped.push_back(with_channel(s, CQ_GROUP, CQ_PER_FACE, 1, 1));
+        if (s.num_boundary_loops > 0) continue;
+        located.push_back(with_channel(s, CQ_POSITION, CQ_MIDPOINT, 3, 1));
+        valued.push_back(with_channel(s, CQ_GENERIC, CQ_MIDPOINT, 1, 1));
+        exact.push_back(with_channel(s, CQ_GENERIC, CQ_KEEP, 1, CQ_EXACT_BITS));
     }
     up_to_two_bytes("", bare, report);
     up_to_two_bytes(" with positions", located, report);
     up_to_two_bytes(" with a value", valued, report);
+    up_to_two_bytes(" with an exact value", exact, report);
+    up_to_two_bytes(" with a value per face", grouped, report);
     return report.summary();
 }

@@ -16,7 +16,7 @@ static cq_shape any_shape(void)
         s.channel[k].kind = nondet_u8();
         s.channel[k].components = nondet_u8();
         s.channel[k].bits = nondet_u8();
-        s.channel[k].reserved = 0;
+        s.channel[k].merge = nondet_u8();
         ASSUME(cqi_channel_is_valid(&s.channel[k]));
     }
     return s;
@@ -67,8 +67,11 @@ void claim_decoder_layout(void)
     PROVE(d.mesh.twin >= d.mesh.origin + 3 * f && d.mesh.out >= d.mesh.twin + 3 * f);
     PROVE(d.mesh.valence >= d.mesh.out + v && (cq_index *)d.mesh.mark >= d.mesh.valence + v);
     PROVE((uint8_t *)d.patch >= d.mesh.mark + v);
-    for (k = 0; k < d.shape.num_channels; k++)
-        PROVE(__CPROVER_w_ok(d.channel[k], v * d.shape.channel[k].components * sizeof(cq_value)));
+    for (k = 0; k < d.shape.num_channels; k++) {
+        const cq_channel *c = &d.shape.channel[k];
+        size_t values = c->merge == CQ_PER_FACE ? d.shape.num_faces : v * c->components;
+        PROVE(__CPROVER_w_ok(d.channel[k], values * sizeof(cq_value)));
+    }
     REACHED();
 }
 

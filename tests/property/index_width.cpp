@@ -62,7 +62,7 @@ bool same_picture(const A &a, const B &b) {
     for (uint32_t h = 0; h < 3u * a.mesh.num_faces; ++h)
         if (a.mesh.origin[h] != b.mesh.origin[h] || a.mesh.twin[h] != b.mesh.twin[h]) return false;
     for (uint32_t k = 0; k < a.shape.num_channels; ++k)
-        for (uint32_t j = 0; j < uint32_t(a.mesh.num_vertices) * a.shape.channel[k].components; ++j)
+        for (uint32_t j = 0; j < num_shown(&a, k); ++j)
             if (a.channel[k][j] != b.channel[k][j]) return false;
     return true;
 }

@@ -21,9 +21,11 @@ WIDTH = 118
 # Names of SPEC.md for the tables of the header.
 BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
               ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
-              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("PLAIN", "PLAIN")]
+              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("PLAIN", "PLAIN"),
+              ("FACE", "FACE")]
 BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
-           "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1", "PLAIN": "6.1"}
+           "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1",
+           "PLAIN": "6.1", "FACE": "6.5"}
 WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("STATE", "END_STATE"),
                  ("VALENCE", "END_VALENCE"), ("EDGE", "END_EDGE"), ("EDGES", "EDGES"), ("OUTER", "OUTER"),
                  ("BETWEEN", "BETWEEN")]
@@ -84,7 +86,8 @@ def appendix():
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
     for k, (name, _) in enumerate(BIT_TABLES):
         text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
-    text += "\nThe models of PLAIN begin like those of ALONG. The n of all others:\n\n" + block(bits)
+    text += "\nThe models of PLAIN begin like those of ALONG; those of FACE with n = 240. The n of all others:\n\n"
+    text += block(bits)
     text += "\n### A.2 Weights of a stream without positions\n\n"
     text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
     text += block(weights)
@@ -120,7 +123,7 @@ def check():
     enum["last_share"] = enum["CQI_SHARES"] - 1
     enum["residual"] = tuple(enum["CQI_" + name] for name in ("SIGN", "TOP", "BITS"))
     enum["kinds"] = tuple(enum[f"CQI_{b}"] - enum[f"CQI_{a}"] for a, b in [("OF_BASE", "ALONG"), ("ALONG", "ACROSS"),
-                          ("ACROSS", "NORMAL"), ("NORMAL", "PLAIN"), ("PLAIN", "MODELS")])
+                          ("ACROSS", "NORMAL"), ("NORMAL", "PLAIN"), ("PLAIN", "FACE")])
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
                        ("CQ_MAX_VALENCE", "valence is above %d"),
                        ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),

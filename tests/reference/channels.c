@@ -32,23 +32,45 @@ static void *allocate(size_t size)
 static void make_channel(cq_channel *c)
 {
     uint32_t k;
-    c->kind = (uint8_t)(random_below(2) ? CQ_GENERIC : CQ_POSITION);
-    c->components = (uint8_t)(c->kind == CQ_POSITION ? 3 : 1 + random_below(CQ_MAX_COMPONENTS));
-    c->bits = (uint8_t)(1 + random_below(CQ_MAX_BITS));
+    do {
+        c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 1));
+        c->merge = (uint8_t)(random_below(2) ? CQ_MIDPOINT : random_below(CQ_PER_FACE + 1));
+        c->components = (uint8_t)(1 + random_below(CQ_MAX_COMPONENTS));
+        c->bits = (uint8_t)(random_below(4) ? 1 + random_below(CQ_MAX_BITS) : CQ_EXACT_BITS);
+    } while (!cqi_channel_is_valid(c));
     c->step = state;
     for (k = 0; k < c->components; k++) c->origin[k] = state * (k + 1);
 }
 
 /* Coordinates of ref_data are small numbers: -8 .. 8 is stretched to the range of the channel, and noise is added. */
-static cq_value *make_values(const cq_channel *c, const double *xyz, size_t num_vertices, uint32_t noise)
+static cq_value scaled(const cq_channel *c, double x, uint32_t noise)
 {
     double largest = (double)(((uint32_t)1 << c->bits) - 1);
-    cq_value *values = (cq_value *)allocate(num_vertices * c->components * sizeof(cq_value));
-    size_t v, k;
-    for (v = 0; v < num_vertices; v++)
+    x = (x / 16 + 0.5) * largest + (double)random_below(1 + noise);
+    return (cq_value)(x < 0 ? 0 : x > largest ? largest : x);
+}
+
+/* The float, at times another pattern. */
+static cq_value exact(double x, uint32_t noise)
+{
+    float single = (float)x;
+    cq_value value;
+    memcpy(&value, &single, sizeof value);
+    if (noise && random_below(8) == 0) value = (cq_value)(random_below(1 << 16) * 65537u);
+    return value;
+}
+
+/* Those of a face are those of a coordinate of its first corner, in few steps. */
+static cq_value *make_values(const cq_channel *c, const double *xyz, const cq_index *indices, const cq_shape *s,
+                             uint32_t noise)
+{
+    const int per_face = c->merge == CQ_PER_FACE;
+    size_t n = per_face ? s->num_faces : s->num_vertices, v, k;
+    cq_value *values = (cq_value *)allocate(n * c->components * sizeof(cq_value));
+    for (v = 0; v < n; v++)
         for (k = 0; k < c->components; k++) {
-            double x = (xyz[3 * v + k % 3] / 16 + 0.5) * largest + (double)random_below(1 + noise);
-            values[v * c->components + k] = (cq_value)(x < 0 ? 0 : x > largest ? largest : x);
+            double x = per_face ? (double)((int)xyz[3 * indices[3 * v]] / 2) : xyz[3 * v + k % 3];
+            values[v * c->components + k] = c->bits == CQ_EXACT_BITS ? exact(x, noise) : scaled(c, x, noise);
         }
     return values;
 }
@@ -80,9 +102,10 @@ int main(int argc, char **argv)
     in.indices = indices;
     for (k = 0; k < in.shape.num_channels; k++) {
         make_channel(&in.shape.channel[k]);
-        in.values[k] = make_values(&in.shape.channel[k], xyz, v, random_below(2) ? random_below(1000) : 0);
+        in.values[k] = make_values(&in.shape.channel[k], xyz, indices, &in.shape,
+                                   random_below(2) ? random_below(1000) : 0);
     }
-    size = 4096 + 128 * v;
+    size = 4096 + 256 * v;
     out = (uint8_t *)allocate(size);
     for (tries = 0; tries < 2 && result == CQ_ERROR_MEMORY; tries++) {
         size_t bytes = cq_encoder_bytes(&in.shape);

@@ -33,7 +33,9 @@ class Tables:
         self.bits, self.plain, self.located, self.shares = lists
         rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
         self.first = {name: int(first) for name, first, _ in rows}
-        self.bits += self.bits[self.first["ALONG"]:self.first["ACROSS"]]  # A.1: PLAIN begins like ALONG
+        sizes = {name: int(size) for name, _, size in rows}
+        # A.1: PLAIN begins like ALONG
+        self.bits += self.bits[self.first["ALONG"]:self.first["ACROSS"]] + sizes["FACE"] * [240]
 
 
 TABLES = Tables()
@@ -53,7 +55,45 @@ def clamp(a, low, high):
     return min(max(a, low), high)
 
 
-# -- 2. Header ---------------------------------------------------------------------------------------------------------
+# -- 2. Header and channels --------------------------------------------------------------------------------------------
+
+class Channel:
+    """2.4. `first`: the place of its first number among those of a vertex."""
+
+    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,)]
+    MIDPOINT, KEEP, PER_FACE = 0, 1, 2
+
+    def __init__(self, kind_and_merge, components, bits):
+        self.kind, self.merge = kind_and_merge % 16, kind_and_merge // 16
+        self.components, self.bits = components, bits
+        self.per_face = self.merge == Channel.PER_FACE
+        self.exact = bits == 32
+        self.most_bits = 32 if self.exact else 26
+
+    def is_valid(self):
+        return self.kind < len(Channel.COMPONENTS) and self.components in Channel.COMPONENTS[self.kind] and \
+            self.merge <= Channel.PER_FACE and not (self.per_face and self.components != 1) and \
+            (1 <= self.bits <= 24 or (self.exact and self.merge != Channel.MIDPOINT))
+
+    # 6.1
+    def number(self, value):
+        if not self.exact:
+            return value
+        return value if value < 1 << 31 else -1 - (value - (1 << 31))
+
+    def value(self, number):
+        """Back; None if no value has that number."""
+        if self.exact:
+            number = (number + (1 << 31)) % (1 << 32) - (1 << 31)
+            return number if number >= 0 else (1 << 31) - 1 - number
+        return number if 0 <= number < 1 << self.bits else None
+
+    def rough(self, value):
+        return self.number(value) >> 8 if self.exact else value
+
+    def unit(self):
+        return 256 if self.exact else 1
+
 
 class Header:
     def __init__(self, data):
@@ -109,18 +149,31 @@ class Header:
         count = self.uint(1)
         if count > 8:
             raise End("unsupported")
-        self.channels = []  # (components, bits)
-        self.position = None
+        self.channels = []
         for _ in range(count):
-            kind, components, bits = self.uint(1), self.uint(1), self.uint(1)
+            channel = Channel(self.uint(1), self.uint(1), self.uint(1))
             self.uint(4)
-            for _ in range(min(components, 4)):
+            for _ in range(min(channel.components, 4)):
                 self.uint(4)
-            if kind > 1 or not 1 <= components <= 4 or not 1 <= bits <= 24 or (kind == 0 and components != 3):
+            if not channel.is_valid():
                 raise End("unsupported")
-            if kind == 0 and self.position is None:
-                self.position = sum(c for c, _ in self.channels)  # the first of its numbers among a vertex's
-            self.channels.append((components, bits))
+            self.add_channel(channel)
+
+    def add_channel(self, channel):
+        channel.first = sum(c.components for c in self.channels if not c.per_face)
+        self.channels.append(channel)
+
+    @property
+    def position(self):
+        """The position channel, or None."""
+        return next((c for c in self.channels if c.kind == 0 and c.merge == 0), None)
+
+    def numbers(self):
+        """The channel of each number of a vertex."""
+        return [c for c in self.channels if not c.per_face for _ in range(c.components)]
+
+    def face_channels(self):
+        return [c for c in self.channels if c.per_face]
 
 
 # -- 3. Range decoder --------------------------------------------------------------------------------------------------
@@ -613,7 +666,8 @@ class Decoder:
         self.kind = None
         self.vertices = 0      # of the result
         self.base_vertices = 0
-        self.values = []       # per vertex, all channels in a row
+        self.values = []       # per vertex, all channels of vertices in a row
+        self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
         self.levels = 0
         self.stop = stop
@@ -622,7 +676,6 @@ class Decoder:
             if limit is not None and max(self.header.vertices, self.header.faces, self.header.edges) > limit:
                 raise End("limit")
             self.coder = RangeDecoder(self.header.payload, trace)
-            self.numbers = [bits for components, bits in self.header.channels for _ in range(components)]
             self.decode()
         except End as end:
             self.kind = end.args[0]
@@ -649,6 +702,7 @@ class Decoder:
         if self.header.vertices:
             base = Base(self)
             self.base_values(base)
+            self.base_face_values(base.mesh)
             self.first_gates = base.first_gates
             self.mesh, self.vertices = base.mesh, base.vertices
         self.base_vertices = self.vertices
@@ -667,79 +721,117 @@ class Decoder:
             raise End("stopped")
 
     # 6.
-    def residual(self, kind, expected, c):  # 6.1
+    def residual(self, kind, expected, c, most=26):  # 6.1
         coder = self.coder
         n = self.number_of_bits(kind, expected, 28 + c)
         if n == 0:
             return 0
-        if n > 26:
+        if n > most:
             return 1 << 26
         magnitude = 1
         if n > 1:
-            magnitude = 2 + coder.bit(kind, 1 + n) << n - 2
+            magnitude = 2 + coder.bit(kind, 1 + min(n, 26)) << n - 2
             magnitude |= coder.raw(n - 2)
-        return -magnitude if coder.bit(kind, 0) else magnitude
+        residual = -magnitude if coder.bit(kind, 0) else magnitude
+        return (residual + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def number_of_bits(self, kind, expected, index):
         if expected == 0 or self.coder.bit(kind, index):
             return expected + self.coder.count(kind, index + 1)
         return max(expected - 1 - self.coder.count(kind, index + 8), 0)
 
-    def difference(self, kind, e):
-        return self.residual(kind, e // 2, 16 * (e if e < 14 else 14 + e % 2))
+    def difference(self, kind, e, most=26):
+        return self.residual(kind, e // 2, 16 * (e if e < 14 else 14 + e % 2), most)
 
-    def check_value(self, value, bits):
-        if not 0 <= value < 1 << bits:
+    def value(self, channel, number):
+        value = channel.value(number)
+        if value is None:
             self.reject("corrupt")
+        return value
 
     def base_values(self, base):  # 6.2
-        sizes = [0] * len(self.numbers)
+        numbers = self.header.numbers()
+        sizes = [0] * len(numbers)
         for v in range(base.vertices):
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
             self.values.append(values)
-            for k, bits in enumerate(self.numbers):
+            for k, channel in enumerate(numbers):
                 if known:
-                    prediction = sum(self.values[w][k] for w in known) // len(known)
+                    total = sum(channel.rough(self.values[w][k]) for w in known)
+                    prediction = quotient(total, len(known)) * channel.unit()
+                elif v:
+                    prediction = channel.number(self.values[v - 1][k])
                 else:
-                    prediction = self.values[v - 1][k] if v else 1 << bits - 1
-                residual = self.residual("BASE", sizes[k].bit_length(), 0)
-                sizes[k] = (3 * sizes[k] + abs(residual)) // 4
-                value = prediction + residual
-                self.check_value(value, bits)
-                values.append(value)
+                    prediction = 0 if channel.exact else 1 << channel.bits - 1
+                residual = self.residual("BASE", sizes[k].bit_length(), 0, channel.most_bits)
+                sizes[k] = (3 * sizes[k] + min(abs(residual), 1 << 28)) // 4
+                values.append(self.value(channel, prediction + residual))
             self.end_step()
 
+    def base_face_values(self, mesh):  # 6.5
+        channels = self.header.face_channels()
+        before = None
+        for triangle in mesh.real if channels else ():
+            before = [self.face_value(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
+            self.face_values[id(triangle)] = before
+            self.end_step()
+
+    def face_value(self, channel, near):  # 6.5
+        refused = []
+        for value in near:
+            if value in refused:
+                continue
+            if self.coder.bit("FACE", 4 * len(refused) + near.count(value)):
+                return value
+            refused.append(value)
+        return self.coder.raw(channel.bits)
+
+    def new_face_values(self, k, channel, centre, ends):  # 6.5
+        """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""
+        made = []
+        for x in ends:
+            if self.mesh.is_virtual(x):
+                continue
+            beside = [self.face_values.get(id(self.mesh.left[edge])) for edge in ((centre, x), (x, centre))]
+            made.append(self.face_value(channel, made[:1] + [values[k] for values in beside if values]))
+        return made
+
     def differences(self, centre, ring, p, q, geometry):  # 6.3
-        """The new values of A and B."""
-        result = []
-        first = 0
-        for components, bits in self.header.channels:
-            numbers = range(first, first + components)
-            predictions, spreads = zip(*(self.predict(centre, ring, p, q, c, bits) for c in numbers))
-            if first == self.header.position and bits <= 18:
+        """The new values of A and B, and those of the new triangles for each channel of faces."""
+        result, of_faces = [], []
+        for channel in self.header.channels:
+            if channel.per_face:
+                of_faces.append(self.new_face_values(len(of_faces), channel, centre, (ring[p], ring[q])))
+                continue
+            numbers = range(channel.first, channel.first + channel.components)
+            predictions, spreads = zip(*(self.predict(centre, ring, p, q, c, channel) for c in numbers))
+            if channel is self.header.position and channel.bits <= 18:
                 residuals = self.turned(geometry, predictions)
             else:
-                residuals = [self.difference("PLAIN", half(spread // len(ring))) for spread in spreads]
+                expected = [half(spread // len(ring)) + (16 if channel.exact else 0) for spread in spreads]
+                residuals = [self.difference("PLAIN", e, channel.most_bits) for e in expected]
             for c, prediction, residual in zip(numbers, predictions, residuals):
                 d = prediction + residual
-                a = self.values[centre][c] - (d >> 1)
-                self.check_value(a, bits)
-                self.check_value(a + d, bits)
-                result.append((a, a + d))
-            first += components
-        return result
+                a = self.values[centre][c]
+                if channel.merge == Channel.MIDPOINT:
+                    a = self.value(channel, a - (d >> 1))
+                result.append((a, self.value(channel, channel.number(a) + d)))
+        return result, of_faces
 
-    def predict(self, centre, ring, p, q, c, bits):
+    def predict(self, centre, ring, p, q, c, channel):
         """Number c of a vertex: its predicted difference, and its spread."""
-        a = self.values[centre][c]
-        r = {k: self.values[x][c] - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
+        a = channel.rough(self.values[centre][c])
+        r = {k: channel.rough(self.values[x][c]) - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
+        spread = sum(map(abs, r.values()))
         in_b = [r[k] for k in r if p <= k <= q]
         in_a = [r[k] for k in r if k <= p or k >= q]
         n_b, n_a = len(in_b) + 1, len(in_a) + 1
-        w = max(bits - 18, 0)
+        if channel.merge == Channel.KEEP:
+            return quotient(sum(in_b), n_b) * channel.unit() if channel.exact else 0, spread
+        w = max(channel.bits - 18, 0)
         difference = n_a * (sum(in_b) >> w) - n_b * (sum(in_a) >> w)
-        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) << w, sum(map(abs, r.values()))
+        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) << w, spread
 
     def turned(self, geometry, predictions):  # 6.4
         first, second, third, along, normal = geometry.axes(predictions)
@@ -841,15 +933,15 @@ class Decoder:
     def split(self, patch, states, level_class):
         ring, centre, mesh = patch.ring, patch.centre, self.mesh
         geometry = None
-        at = self.header.position
-        if at is not None:
+        if self.header.position:
+            at = self.header.position.first
             positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
             geometry = Geometry(self.values[centre][at:at + 3], positions)
         valences = [mesh.valence[x] for x in ring]
         p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry)
         if self.vertices % 1024 == 0:
             self.model.limit()  # 8.7
-        values = self.differences(centre, ring, p, q, geometry)
+        values, of_faces = self.differences(centre, ring, p, q, geometry)
         self.end_step()
         virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
         if len(mesh.real) + 2 - virtual > self.header.faces or len(mesh.virtual) + virtual > self.header.edges:
@@ -858,6 +950,8 @@ class Decoder:
         self.vertices += 1
         self.values[centre] = [a for a, _ in values]
         self.values.append([b for _, b in values])
+        new = mesh.real[virtual - 2:] if virtual < 2 else []
+        self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
 
 
 def dump(decoder):
@@ -867,7 +961,7 @@ def dump(decoder):
     if decoder.kind == "done":
         lines.append(f"{decoder.levels} levels")
     lines += [" ".join(map(str, values)) for values in decoder.values[:decoder.vertices] if values]
-    lines += [" ".join(map(str, triangle)) for triangle in triangles]
+    lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []))) for triangle in triangles]
     return "\n".join(lines) + "\n"
 
 

@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: MIT
  *
  * The kind of result, counts, levels if the stream is complete; the values of each vertex, all channels in one line;
- * the triangles. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large for memory. */
+ * the triangles, each with its values. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
+ * for memory. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
@@ -25,6 +26,8 @@ static const char *kind(cq_result result)
     }
 }
 
+static unsigned long number(cq_value value) { return (uint32_t)value; }
+
 static void print(const cq_decoder *d, cq_result result)
 {
     size_t v, f;
@@ -32,16 +35,20 @@ static void print(const cq_decoder *d, cq_result result)
     printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices,
            (unsigned long)d->mesh.num_faces);
     if (result == CQ_DONE) printf("%lu levels\n", (unsigned long)d->level);
-    for (v = 0; v < d->mesh.num_vertices && d->shape.num_channels; v++) {
+    for (v = 0; v < d->mesh.num_vertices; v++) {
         const char *gap = "";
         for (k = 0; k < d->shape.num_channels; k++)
-            for (c = 0; c < d->shape.channel[k].components; c++, gap = " ")
-                printf("%s%ld", gap, (long)d->channel[k][v * d->shape.channel[k].components + c]);
+            for (c = 0; c < d->shape.channel[k].components && d->shape.channel[k].merge != CQ_PER_FACE; c++, gap = " ")
+                printf("%s%lu", gap, number(d->channel[k][v * d->shape.channel[k].components + c]));
+        if (*gap) printf("\n");
+    }
+    for (f = 0; f < d->mesh.num_faces; f++) {
+        printf("%lu %lu %lu", (unsigned long)d->mesh.origin[3 * f], (unsigned long)d->mesh.origin[3 * f + 1],
+               (unsigned long)d->mesh.origin[3 * f + 2]);
+        for (k = 0; k < d->shape.num_channels; k++)
+            if (d->shape.channel[k].merge == CQ_PER_FACE) printf(" %lu", number(d->channel[k][f]));
         printf("\n");
     }
-    for (f = 0; f < d->mesh.num_faces; f++)
-        printf("%lu %lu %lu\n", (unsigned long)d->mesh.origin[3 * f], (unsigned long)d->mesh.origin[3 * f + 1],
-               (unsigned long)d->mesh.origin[3 * f + 2]);
 }
 
 /* Standard input, in a block of its size; NULL if there is no memory. */

@@ -98,7 +98,7 @@ class Writer(decoder.RangeDecoder):
         return value
 
 
-class Header:
+class Header(decoder.Header):
     """Counts that are not known yet do not limit anything."""
 
     size, payload = 0, b""
@@ -108,14 +108,20 @@ class Header:
         self.loops = draw.choice((0, 0, 1, 1, 2, 3))
         self.base_vertices = draw.randint(3, 14)
         self.vertices = self.base_vertices + draw.choice((0, 1, 5, 30))
-        self.channels, self.position, self.raw_channels = [], None, b""
+        self.channels, self.raw_channels = [], b""
         for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
-            kind = draw.randrange(2)
-            components, bits = 3 if kind == 0 else draw.randint(1, 4), draw.randint(5, 24)
-            if kind == 0 and self.position is None:
-                self.position = sum(c for c, _ in self.channels)
-            self.channels.append((components, bits))
-            self.raw_channels += bytes((kind, components, bits)) + draw.randbytes(4 + 4 * components)
+            while True:
+                kind, merge = draw.choice((0, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
+                bits = 32 if draw.random() < 0.3 else draw.randint(5, 24)
+                channel = decoder.Channel(kind + 16 * merge, draw.randint(1, 4), bits)
+                if channel.is_valid():
+                    break
+            self.put_channel(channel, draw)
+
+    def put_channel(self, channel, draw):
+        self.add_channel(channel)
+        self.raw_channels += bytes((channel.kind + 16 * channel.merge, channel.components, channel.bits))
+        self.raw_channels += draw.randbytes(4 + 4 * channel.components)
 
     def has_euler(self, euler):
         self.chi = (euler + 2 * self.loops) // 4
@@ -193,6 +199,13 @@ class Hubs(Base):
 
 
 class Maker(decoder.Decoder):
+    def residual(self, kind, expected, c, most=26):
+        sizes = self.coder.sizes
+        self.coder.sizes = sizes if most == 26 else range(39)   # any residual of an exact value is valid
+        result = super().residual(kind, expected, c, most)
+        self.coder.sizes = sizes
+        return result
+
     def number_of_bits(self, kind, expected, index):
         self.coder.choose_size(kind, expected)
         return super().number_of_bits(kind, expected, index)
@@ -201,13 +214,14 @@ class Maker(decoder.Decoder):
         self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
         self.header = header
         self.coder = Writer(draw)
-        self.numbers = [bits for components, bits in self.header.channels for _ in range(components)]
+        self.face_values = {}
         self.model = decoder.Model(self.header.position is not None)
         if base == Hubs:
             self.coder.sizes = 0, 8, 9
             self.coder.bits["COMPONENT"] = 0
         base = base(self)
         self.base_values(base)
+        self.base_face_values(base.mesh)
         self.first_gates, self.mesh, self.vertices = base.first_gates, base.mesh, base.vertices
         if draw.random() < 0.3:
             self.header.vertices = self.vertices      # virtual vertices keep their numbers
@@ -235,8 +249,9 @@ def make_hubs(seed):
     while True:
         header = Header(draw)
         header.loops, header.base_vertices, header.vertices = 0, 82, 82 + draw.choice((0, 7))
-        header.channels, header.position = [(4, 20), (3, 24)], 4
-        header.raw_channels = bytes((1, 4, 20)) + bytes(20) + bytes((0, 3, 24)) + bytes(16)
+        header.channels, header.raw_channels = [], b""
+        for channel in (1, 4, 20), (0, 3, 24):
+            header.put_channel(decoder.Channel(*channel), draw)
         try:
             return result(Maker(draw, header, Hubs))
         except End:

@@ -11,6 +11,7 @@ typedef struct coded {
     uint8_t *bytes;        /* uint8_t[size], exactly; NULL unless result is CQ_OK */
     size_t size;
     cq_index *map;         /* cq_index[num_vertices], exactly */
+    cq_index *face_map;    /* cq_index[num_faces], exactly */
     uint32_t num_vertices;
     cq_shape shape;        /* as found */
     cq_place place;
@@ -28,7 +29,9 @@ static inline void code(coded *c, const cq_input *input) {
     c->num_vertices = in.shape.num_vertices;
     c->map = (cq_index *)exact_alloc((size_t)in.shape.num_vertices * sizeof(cq_index));
     c->report = (cq_report *)exact_alloc(sizeof(cq_report));
+    c->face_map = (cq_index *)exact_alloc((size_t)in.shape.num_faces * sizeof(cq_index));
     in.map = c->map;
+    in.face_map = c->face_map;
     do {
         exact_free(memory);
         memory_size = cq_encoder_bytes(&in.shape);
@@ -47,8 +50,28 @@ static inline void code(coded *c, const cq_input *input) {
 static inline void uncode(coded *c) {
     exact_free(c->bytes);
     exact_free(c->map);
+    exact_free(c->face_map);
     exact_free(c->report);
     memset(c, 0, sizeof *c);
+}
+
+/* -- Channels ------------------------------------------------------------------------------------------------------ */
+
+static inline int is_per_face(const cq_channel *channel) { return channel->merge == CQ_PER_FACE; }
+
+/* Vertices or faces of a mesh: what the channel has values for. */
+static inline uint32_t num_owners(const cq_channel *channel, uint32_t num_vertices, uint32_t num_faces) {
+    return is_per_face(channel) ? num_faces : num_vertices;
+}
+
+static inline int value_is_in_range(const cq_channel *channel, cq_value value) {
+    return channel->bits == CQ_EXACT_BITS || (value >= 0 && (int32_t)value >> channel->bits == 0);
+}
+
+/* Numbers of channel k that a decoder shows. */
+static inline uint32_t num_shown(const cq_decoder *d, uint32_t k) {
+    const cq_channel *channel = &d->shape.channel[k];
+    return num_owners(channel, d->mesh.num_vertices, d->mesh.num_faces) * channel->components;
 }
 
 /* -- Decoding ------------------------------------------------------------------------------------------------------ */

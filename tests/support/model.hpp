@@ -43,30 +43,56 @@ private:
 
     void add_channel() {
         cq_channel &c = input.shape.channel[input.shape.num_channels++];
-        c.kind = static_cast<uint8_t>(random.below(2) == 0 ? CQ_POSITION : CQ_GENERIC);
-        c.components = static_cast<uint8_t>(c.kind == CQ_POSITION ? 3 : 1 + random.below(CQ_MAX_COMPONENTS));
+        c.kind = static_cast<uint8_t>(random.below(2) == 0 ? CQ_POSITION : random.below(CQ_GROUP + 1));
+        c.merge = static_cast<uint8_t>(random.below(2) == 0 ? CQ_MIDPOINT : random.below(CQ_PER_FACE + 1));
+        c.components = components_of(static_cast<cq_kind>(c.kind));
+        if (is_per_face(&c) && c.components != 1) c.kind = CQ_GENERIC, c.components = 1;
         c.bits = static_cast<uint8_t>(1 + random.below(15));
         if (CQ_MAX_BITS > 15 && random.below(4) == 0) c.bits = static_cast<uint8_t>(1 + random.below(CQ_MAX_BITS));
+        if (CQ_MAX_BITS > 15 && c.merge != CQ_MIDPOINT && random.below(3) == 0) c.bits = CQ_EXACT_BITS;
         c.step = static_cast<uint32_t>(random());
         for (uint32_t k = 0; k < c.components; ++k) c.origin[k] = static_cast<uint32_t>(random());
         values.push_back(fill(c, static_cast<Texture>(random.below(4))));
     }
 
+    uint8_t components_of(cq_kind kind) {
+        switch (kind) {
+        case CQ_POSITION: return 3;
+        case CQ_NORMAL: return static_cast<uint8_t>(2 + random.below(2));
+        case CQ_TEXCOORD: return 2;
+        case CQ_COLOR: return static_cast<uint8_t>(3 + random.below(2));
+        case CQ_NUMBER: case CQ_GROUP: return 1;
+        default: return static_cast<uint8_t>(1 + random.below(CQ_MAX_COMPONENTS));
+        }
+    }
+
+    // A float, often near 1, sometimes one of those that arithmetic would not give back.
+    uint32_t any_float() {
+        static const uint32_t odd[] = {0x80000000u, 0, 0x7fc00000u, 0xffc12345u, 0x7f800001u, 0xff800000u, 0x80000001u};
+        return random.below(3) == 0 ? odd[random.below(7)] : 0x3f800000u + (static_cast<uint32_t>(random()) >> 8);
+    }
+
     std::vector<cq_value> fill(const cq_channel &c, Texture texture) {
-        uint32_t top = (uint32_t(1) << c.bits) - 1, n = mesh.num_vertices;
-        std::vector<int64_t> v(size_t(n) * c.components);
+        uint32_t top = c.bits == CQ_EXACT_BITS ? 0xffffffffu : (uint32_t(1) << c.bits) - 1;
+        size_t n = num_owners(&c, mesh.num_vertices, static_cast<uint32_t>(mesh.faces.size()));
+        std::vector<int64_t> v(n * c.components);
         for (auto &x : v) {
             x = random() & top;
             if (texture == Texture::constant) x = top / 3;
             if (texture == Texture::extreme) x = random.below(2) == 0 ? 0 : top;
+            if (c.bits == CQ_EXACT_BITS && texture == Texture::noise) x = any_float();
         }
-        for (int pass = 0; texture == Texture::smooth && pass < 8; ++pass)
+        if (is_per_face(&c) && texture == Texture::smooth)      // regions
+            for (size_t f = 0; f < n; ++f) v[f] = mesh.faces[f][0] / 7u & top;
+        for (int pass = 0; texture == Texture::smooth && !is_per_face(&c) && pass < 8; ++pass)
             for (const Face &f : mesh.faces)
                 for (uint32_t k = 0; k < c.components; ++k) {
                     auto at = [&](size_t corner) -> int64_t & { return v[size_t(f[corner]) * c.components + k]; };
                     at(0) = (2 * at(0) + at(1) + at(2)) / 4;
                 }
-        return std::vector<cq_value>(v.begin(), v.end());
+        std::vector<cq_value> result;
+        for (int64_t x : v) result.push_back(static_cast<cq_value>(x));
+        return result;
     }
 
     void own() {
@@ -127,8 +153,7 @@ struct Picture {
             put(array, m.first_virtual, m.num_virtual);
         }
         for (uint32_t k = 0; k < d.shape.num_channels; ++k)
-            for (uint32_t j = 0; j < uint32_t(m.num_vertices) * d.shape.channel[k].components; ++j)
-                numbers.push_back(static_cast<uint32_t>(d.channel[k][j]));
+            for (uint32_t j = 0; j < num_shown(&d, k); ++j) numbers.push_back(static_cast<uint32_t>(d.channel[k][j]));
     }
     bool operator==(const Picture &p) const { return numbers == p.numbers; }
     bool operator!=(const Picture &p) const { return numbers != p.numbers; }
@@ -136,8 +161,8 @@ struct Picture {
 
 inline bool values_in_range(const cq_decoder &d) {
     for (uint32_t k = 0; k < d.shape.num_channels; ++k)
-        for (uint32_t j = 0; j < uint32_t(d.mesh.num_vertices) * d.shape.channel[k].components; ++j)
-            if (d.channel[k][j] < 0 || uint32_t(d.channel[k][j]) >> d.shape.channel[k].bits != 0) return false;
+        for (uint32_t j = 0; j < num_shown(&d, k); ++j)
+            if (!value_is_in_range(&d.shape.channel[k], d.channel[k][j])) return false;
     return true;
 }
 
@@ -159,19 +184,26 @@ inline std::vector<Face> face_set(std::vector<Face> faces) {
     return faces;
 }
 
-// Is the decoded mesh the model, vertex v of it being map[v]?
-inline bool same_mesh(const Model &model, const cq_index *map, const cq_decoder &d) {
-    std::vector<Face> mapped = model.mesh.faces;
+// Is the decoded mesh the model, vertex v of it being map[v] and face f face_map[f]?
+inline bool same_mesh(const Model &model, const cq_index *map, const cq_index *face_map, const cq_decoder &d) {
+    std::vector<Face> mapped = model.mesh.faces, decoded = faces_of(d.mesh);
     for (Face &f : mapped)
         for (uint32_t &v : f) v = map[v];
-    if (d.mesh.num_vertices != model.mesh.num_vertices || face_set(mapped) != face_set(faces_of(d.mesh))) return false;
+    if (d.mesh.num_vertices != model.mesh.num_vertices || face_set(mapped) != face_set(decoded)) return false;
+    for (size_t f = 0; f < mapped.size(); ++f)
+        if (face_set({mapped[f]}) != face_set({decoded[face_map[f]]})) return false;
     for (uint32_t k = 0; k < d.shape.num_channels; ++k) {
-        uint32_t n = d.shape.channel[k].components;
-        for (uint32_t v = 0; v < model.mesh.num_vertices; ++v)
-            for (uint32_t j = 0; j < n; ++j)
-                if (d.channel[k][map[v] * n + j] != model.channel(k)[v * n + j]) return false;
+        const cq_channel &channel = d.shape.channel[k];
+        const cq_index *to = is_per_face(&channel) ? face_map : map;
+        for (uint32_t v = 0; v < num_owners(&channel, d.mesh.num_vertices, d.mesh.num_faces); ++v)
+            for (uint32_t n = channel.components, j = 0; j < n; ++j)
+                if (d.channel[k][to[v] * n + j] != model.channel(k)[v * n + j]) return false;
     }
     return true;
+}
+
+inline bool same_mesh(const Model &model, const coded &c, const cq_decoder &d) {
+    return same_mesh(model, c.map, c.face_map, d);
 }
 
 #endif

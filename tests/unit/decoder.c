@@ -21,18 +21,16 @@ static uint64_t fingerprint(const cq_decoder *d) {
         }
     }
     for (k = 0; k < d->shape.num_channels; ++k)
-        for (j = 0; j < (uint32_t)m->num_vertices * d->shape.channel[k].components; ++j)
+        for (j = 0; j < num_shown(d, k); ++j)
             hash = (hash ^ (uint64_t)d->channel[k][j]) * 0x100000001b3u;
     return hash;
 }
 
 static int values_in_range(const cq_decoder *d) {
     uint32_t k, j;
-    for (k = 0; k < d->shape.num_channels; ++k) {
-        const cq_channel *c = &d->shape.channel[k];
-        for (j = 0; j < (uint32_t)d->mesh.num_vertices * c->components; ++j)
-            if (d->channel[k][j] < 0 || (uint32_t)d->channel[k][j] >= (uint32_t)1 << c->bits) return 0;
-    }
+    for (k = 0; k < d->shape.num_channels; ++k)
+        for (j = 0; j < num_shown(d, k); ++j)
+            if (!value_is_in_range(&d->shape.channel[k], d->channel[k][j])) return 0;
     return 1;
 }
 
@@ -105,10 +103,12 @@ static int same_mesh(const sample *s, const coded *c, const cq_decoder *d) {
     free(a);
     free(b);
     for (k = 0; k < d->shape.num_channels; ++k) {
-        uint32_t components = d->shape.channel[k].components;
-        for (v = 0; v < s->mesh.num_vertices; ++v)
+        const cq_channel *channel = &d->shape.channel[k];
+        const cq_index *map = is_per_face(channel) ? c->face_map : c->map;
+        uint32_t components = channel->components;
+        for (v = 0; v < num_owners(channel, s->mesh.num_vertices, n); ++v)
             for (j = 0; j < components; ++j)
-                if (d->channel[k][c->map[v] * components + j] != s->values[k][v * components + j]) same = 0;
+                if (d->channel[k][map[v] * components + j] != s->values[k][v * components + j]) same = 0;
     }
     return same;
 }
@@ -124,6 +124,120 @@ TEST(a_stream_gives_back_the_mesh_and_the_values) {
         decoding_free(&d);
     }
 }
+
+/* One channel on a torus of 240 vertices and 480 faces: bits that it takes, for a vertex or face. */
+static double cost_of_channel(cq_kind kind, cq_merge merge, int components, int bits, cq_value (*value)(uint32_t)) {
+    sample s;
+    coded c;
+    decoding d;
+    uint32_t j, n;
+    double cost;
+    sample_begin(&s, triangles_torus(16, 15));
+    sample_merged(&s, kind, merge, components, bits);
+    n = num_owners(&s.input.shape.channel[0], s.mesh.num_vertices, s.mesh.num_faces);
+    for (j = 0; j < n * (uint32_t)components; ++j) s.values[0][j] = value(j);
+    code(&c, &s.input);
+    CHECK_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+    CHECK(same_mesh(&s, &c, d.decoder));
+    cost = (double)(c.report->channels + c.report->positions) / 65536 / n;
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+    return cost;
+}
+
+static cq_value always_the_same(uint32_t j) { return j < CQ_NO_LIMIT ? 77 : 0; }
+static cq_value one_of_two(uint32_t j) { return (cq_value)(j < 200); }
+static cq_value one_of_four(uint32_t j) { return (cq_value)(j / 64 % 4 * 50); }
+
+TEST(what_is_alike_costs_little) {
+    CHECK(cost_of_channel(CQ_GROUP, CQ_PER_FACE, 1, 15, always_the_same) < 0.12);
+    CHECK(cost_of_channel(CQ_GROUP, CQ_PER_FACE, 1, 8, one_of_two) < 0.6);
+    CHECK(cost_of_channel(CQ_JOINTS, CQ_KEEP, 4, 8, always_the_same) < 0.9);
+    CHECK(cost_of_channel(CQ_GENERIC, CQ_KEEP, 1, 8, one_of_four) < 6);
+}
+
+/* Values of this channel, a row of `n`, are those of some vertex of the input. */
+static int is_in_the_input(const sample *s, uint32_t k, const cq_value *row, uint32_t n) {
+    uint32_t v;
+    for (v = 0; v < s->mesh.num_vertices; ++v)
+        if (memcmp(s->values[k] + n * v, row, n * sizeof *row) == 0) return 1;
+    return 0;
+}
+
+TEST(what_is_kept_is_never_averaged) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    uint32_t k, v, n, rows = 0;
+    REQUIRE_EQ(sample_code(&s, &c, SAMPLES - 1), CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while (cq_decode(d.decoder, &in, 5) == CQ_OK) {
+        for (k = 0; k < s.input.shape.num_channels; ++k) {
+            if (s.input.shape.channel[k].merge != CQ_KEEP) continue;
+            n = s.input.shape.channel[k].components;
+            for (v = 0; v < d.decoder->mesh.num_vertices; ++v, ++rows)
+                CHECK(is_in_the_input(&s, k, d.decoder->channel[k] + n * v, n));
+        }
+    }
+    CHECK(rows > 1000);
+    CHECK_EQ(d.decoder->mesh.num_vertices, s.mesh.num_vertices);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* Positions that do not move say nothing about where edges were collapsed: connectivity costs what it costs alone. */
+TEST(exact_positions_leave_connectivity_as_it_is_without) {
+    sample bare, exact;
+    coded a, b;
+    sample_begin(&bare, triangles_torus(16, 15));
+    sample_begin(&exact, triangles_torus(16, 15));
+    sample_merged(&exact, CQ_POSITION, CQ_KEEP, 3, SAMPLE_EXACT_BITS);
+    code(&a, &bare.input);
+    code(&b, &exact.input);
+    REQUIRE(a.result == CQ_OK && b.result == CQ_OK);
+    CHECK(a.report->indices / 65536 == b.report->indices / 65536);
+    CHECK(b.report->positions > 0);
+    uncode(&a);
+    uncode(&b);
+    sample_free(&bare);
+    sample_free(&exact);
+}
+
+#if CQ_INDEX_BITS == 32
+/* Every pair of odd patterns on neighbours: differences are as large as they can be. */
+TEST(exact_values_are_any_patterns) {
+    static const uint32_t odd[] = {0, 1, 0x7fffffffu, 0x80000000u, 0x80000001u, 0xffffffffu, 0x7f800000u, 0xff800000u,
+                                   0x7fc00000u, 0x7f800001u, 0xffc0dead, 0x3f800000u, 0xbf800000u, 0x00800000u};
+    uint64_t random = 5;
+    int round;
+    for (round = 0; round < 50; ++round) {
+        sample s;
+        coded c;
+        decoding d;
+        uint32_t j;
+        sample_begin(&s, round % 2 ? triangles_torus(6, 7) : triangles_disc(40));
+        sample_merged(&s, CQ_GENERIC, CQ_KEEP, 4, CQ_EXACT_BITS);
+        sample_merged(&s, CQ_GENERIC, CQ_PER_FACE, 1, CQ_EXACT_BITS);
+        for (j = 0; j < 4 * s.mesh.num_vertices; ++j) s.values[0][j] = (cq_value)odd[next_random(&random) % 14];
+        for (j = 0; j < s.mesh.num_faces; ++j) s.values[1][j] = (cq_value)odd[next_random(&random) % 14];
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+        CHECK(same_mesh(&s, &c, d.decoder));
+        decoding_free(&d);
+        uncode(&c);
+        sample_free(&s);
+    }
+}
+#endif
 
 TEST(odd_numbers_of_everything_fit_the_memory_exactly) {
     /* 5, 7 and 9 vertices with up to eight channels of 1, 3, 1, 3 ... components: parts of the memory end anywhere. */
@@ -828,7 +942,7 @@ TEST(the_levels_of_a_report_lead_from_the_base_to_the_mesh) {
 }
 
 TEST(a_report_counts_the_components) {
-    static const uint32_t components[SAMPLES] = {1, 1, 1, 1, 1, 7, 61, 1};
+    static const uint32_t components[SAMPLES] = {1, 1, 1, 1, 1, 7, 61, 1, 2};
     FOR_EACH_SAMPLE(s, c) {
         CHECK_EQ(c.report->num_components, components[which_s]);
     }
@@ -893,7 +1007,8 @@ static buffers buffers_make(const cq_decoder *d) {
     memset(&b, 0, sizeof b);
     b.indices = (cq_index *)calloc(3 * (size_t)d->shape.num_faces + 1, sizeof *b.indices);
     for (k = 0; k < d->shape.num_channels; ++k)
-        b.values[k] = (cq_value *)calloc((size_t)d->shape.num_vertices * CQ_MAX_COMPONENTS + 1, sizeof(cq_value));
+        b.values[k] = (cq_value *)calloc((size_t)(d->shape.num_vertices + d->shape.num_faces) * CQ_MAX_COMPONENTS + 1,
+                                         sizeof(cq_value));
     return b;
 }
 
@@ -903,17 +1018,24 @@ static void buffers_free(buffers *b) {
     for (k = 0; k < CQ_MAX_CHANNELS; ++k) free(b->values[k]);
 }
 
+/* In a channel of faces (per_face) or of vertices. */
+static int values_differ(const buffers *b, const cq_decoder *d, uint32_t v, int per_face) {
+    uint32_t k;
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        const size_t n = d->shape.channel[k].components;
+        if (is_per_face(&d->shape.channel[k]) != per_face) continue;
+        if (memcmp(b->values[k] + n * v, d->channel[k] + n * v, n * sizeof(cq_value)) != 0) return 1;
+    }
+    return 0;
+}
+
 static int face_differs(const buffers *b, const cq_decoder *d, uint32_t f) {
-    return f >= b->num_faces || memcmp(b->indices + 3 * f, d->mesh.origin + 3 * f, 3 * sizeof(cq_index)) != 0;
+    return f >= b->num_faces || memcmp(b->indices + 3 * f, d->mesh.origin + 3 * f, 3 * sizeof(cq_index)) != 0 ||
+           values_differ(b, d, f, 1);
 }
 
 static int vertex_differs(const buffers *b, const cq_decoder *d, uint32_t v) {
-    uint32_t k, differs = v >= b->num_vertices;
-    for (k = 0; k < d->shape.num_channels; ++k) {
-        const uint32_t n = d->shape.channel[k].components;
-        differs |= memcmp(b->values[k] + n * v, d->channel[k] + n * v, n * sizeof(cq_value)) != 0;
-    }
-    return differs != 0;
+    return v >= b->num_vertices || values_differ(b, d, v, 0);
 }
 
 static int is_next_to_a_new_vertex(const cq_mesh *m, uint32_t v, uint32_t since) {
@@ -930,10 +1052,8 @@ static void buffers_update(buffers *b, const cq_decoder *d) {
     b->num_vertices = d->mesh.num_vertices;
     b->num_faces = d->mesh.num_faces;
     memcpy(b->indices, d->mesh.origin, 3 * b->num_faces * sizeof(cq_index));
-    for (k = 0; k < d->shape.num_channels; ++k) {
-        const size_t n = (size_t)b->num_vertices * d->shape.channel[k].components;
-        memcpy(b->values[k], d->channel[k], n * sizeof(cq_value));
-    }
+    for (k = 0; k < d->shape.num_channels; ++k)
+        memcpy(b->values[k], d->channel[k], num_shown(d, k) * sizeof(cq_value));
 }
 
 /* Blocks of one element: exactly the faces that differ; the vertices that differ and nothing far from a new one. */
@@ -1016,6 +1136,12 @@ TEST(changes_in_blocks_are_those_of_their_elements) {
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_stream_gives_back_the_mesh_and_the_values);
+    RUN(what_is_alike_costs_little);
+    RUN(what_is_kept_is_never_averaged);
+    RUN(exact_positions_leave_connectivity_as_it_is_without);
+#if CQ_INDEX_BITS == 32
+    RUN(exact_values_are_any_patterns);
+#endif
     RUN(odd_numbers_of_everything_fit_the_memory_exactly);
     RUN(a_decoder_has_no_gaps_in_vertices_and_faces);
     RUN(any_size_of_pieces_gives_the_same_mesh);

@@ -43,6 +43,32 @@ TEST(the_map_is_a_permutation) {
     }
 }
 
+TEST(the_face_map_leads_to_the_same_corners) {
+    FOR_EACH_SAMPLE(s, c) {
+        decoding d;
+        uint32_t n = s.mesh.num_faces, f, turn, k;
+        uint8_t *seen = (uint8_t *)calloc(n, 1);
+        decoding_begin(&d, c.bytes, c.size);
+        REQUIRE_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        for (f = 0; f < n; ++f) {
+            int equal = 0;
+            REQUIRE(c.face_map[f] < n);
+            CHECK(!seen[c.face_map[f]]);
+            seen[c.face_map[f]] = 1;
+            for (turn = 0; turn < 3; ++turn) {
+                uint32_t same = 0;
+                for (k = 0; k < 3; ++k)
+                    same += d.decoder->mesh.origin[3 * c.face_map[f] + k] ==
+                            c.map[s.mesh.indices[3 * f + (k + turn) % 3]];
+                equal += same == 3;
+            }
+            CHECK_EQ(equal, 1);
+        }
+        free(seen);
+        decoding_free(&d);
+    }
+}
+
 TEST(the_map_leads_to_the_values_of_each_vertex) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
@@ -50,10 +76,11 @@ TEST(the_map_leads_to_the_values_of_each_vertex) {
         decoding_begin(&d, c.bytes, c.size);
         REQUIRE_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
         for (k = 0; k < s.input.shape.num_channels; ++k) {
-            uint32_t n = s.input.shape.channel[k].components;
-            for (v = 0; v < s.mesh.num_vertices; ++v)
-                for (j = 0; j < n; ++j)
-                    CHECK_EQ(d.decoder->channel[k][c.map[v] * n + j], s.values[k][v * n + j]);
+            const cq_channel *channel = &s.input.shape.channel[k];
+            const cq_index *map = is_per_face(channel) ? c.face_map : c.map;
+            uint32_t n = channel->components;
+            for (v = 0; v < num_owners(channel, s.mesh.num_vertices, s.mesh.num_faces); ++v)
+                for (j = 0; j < n; ++j) CHECK_EQ(d.decoder->channel[k][map[v] * n + j], s.values[k][v * n + j]);
         }
         decoding_free(&d);
     }
@@ -62,7 +89,7 @@ TEST(the_map_leads_to_the_values_of_each_vertex) {
 static int has_positions(const cq_shape *shape) {
     uint32_t k;
     for (k = 0; k < shape->num_channels; ++k)
-        if (shape->channel[k].kind == CQ_POSITION) return 1;
+        if (shape->channel[k].kind == CQ_POSITION && shape->channel[k].merge == CQ_MIDPOINT) return 1;
     return 0;
 }
 
@@ -229,8 +256,8 @@ TEST(the_input_is_not_changed) {
         sample_make(&again, which_s);
         CHECK(memcmp(again.mesh.indices, s.mesh.indices, 3 * (size_t)s.mesh.num_faces * sizeof(cq_index)) == 0);
         for (k = 0; k < s.input.shape.num_channels; ++k)
-            CHECK(memcmp(again.values[k], s.values[k], (size_t)s.mesh.num_vertices
-                         * s.input.shape.channel[k].components * sizeof(cq_value)) == 0);
+            CHECK(memcmp(again.values[k], s.values[k], s.input.shape.channel[k].components * sizeof(cq_value)
+                         * num_owners(&s.input.shape.channel[k], s.mesh.num_vertices, s.mesh.num_faces)) == 0);
         sample_free(&again);
     }
 }
@@ -261,10 +288,13 @@ TEST(null_arguments_of_encode_are_an_error) {
 }
 
 TEST(channels_outside_their_ranges_are_an_argument_error) {
-    static const struct { int kind, components, bits, reserved; } bad[] = {
+    static const struct { int kind, components, bits, merge; } bad[] = {
         {CQ_GENERIC, 0, 8, 0}, {CQ_GENERIC, 5, 8, 0}, {CQ_GENERIC, 255, 8, 0}, {CQ_GENERIC, 3, 0, 0},
-        {CQ_GENERIC, 3, CQ_MAX_BITS + 1, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_GENERIC + 1, 3, 8, 0}, {255, 3, 8, 0},
-        {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, 1}};
+        {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_GROUP + 1, 1, 8, 0}, {255, 3, 8, 0},
+        {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, CQ_PER_FACE},
+        {CQ_GENERIC, 1, 8, CQ_PER_FACE + 1}, {CQ_GENERIC, 1, 8, 255}, {CQ_NUMBER, 2, 8, 0}, {CQ_GROUP, 2, 8, 0},
+        {CQ_NORMAL, 1, 8, 0}, {CQ_NORMAL, 4, 8, 0}, {CQ_TEXCOORD, 3, 8, 0}, {CQ_COLOR, 2, 8, 0},
+        {CQ_GENERIC, 1, CQ_EXACT_BITS, CQ_MIDPOINT}, {CQ_GENERIC, 1, 31, CQ_KEEP}, {CQ_GENERIC, 1, 33, CQ_KEEP}};
     size_t k;
     for (k = 0; k < sizeof bad / sizeof bad[0]; ++k) {
         sample s;
@@ -274,8 +304,23 @@ TEST(channels_outside_their_ranges_are_an_argument_error) {
         s.input.shape.channel[0].kind = (uint8_t)bad[k].kind;
         s.input.shape.channel[0].components = (uint8_t)bad[k].components;
         s.input.shape.channel[0].bits = (uint8_t)bad[k].bits;
-        s.input.shape.channel[0].reserved = (uint8_t)bad[k].reserved;
+        s.input.shape.channel[0].merge = (uint8_t)bad[k].merge;
         CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ARGUMENT);
+        sample_free(&s);
+    }
+}
+
+TEST(values_wider_than_a_build_has_are_not_supported) {
+    static const struct { int bits, merge; } wide[] = {{16, CQ_MIDPOINT}, {24, CQ_KEEP}, {CQ_EXACT_BITS, CQ_KEEP},
+                                                       {CQ_EXACT_BITS, CQ_PER_FACE}};
+    size_t k;
+    for (k = 0; k < sizeof wide / sizeof wide[0]; ++k) {
+        sample s;
+        cq_place place;
+        sample_begin(&s, triangles_icosahedron());
+        sample_merged(&s, CQ_GENERIC, (cq_merge)wide[k].merge, 1, 1);
+        s.input.shape.channel[0].bits = (uint8_t)wide[k].bits;
+        CHECK_EQ(encode_once(&s.input, &place), CQ_INDEX_BITS == 16 ? CQ_ERROR_UNSUPPORTED : CQ_OK);
         sample_free(&s);
     }
 }
@@ -333,6 +378,20 @@ TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
             sample_free(&s);
         }
     }
+}
+
+TEST(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face) {
+    sample s;
+    cq_place place;
+    sample_begin(&s, triangles_icosahedron());
+    sample_merged(&s, CQ_GROUP, CQ_PER_FACE, 1, 5);
+    s.values[0][19] = 31;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
+    s.values[0][19] = 32;
+    CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_VALUE);
+    CHECK_EQ(place.face, 19);
+    CHECK_EQ(place.vertex, CQ_NONE);
+    sample_free(&s);
 }
 
 TEST(a_mesh_that_is_no_manifold_is_refused_with_its_place) {
@@ -501,6 +560,7 @@ TEST(a_vertex_of_large_valence_is_left_alone) {
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(the_map_is_a_permutation);
+    RUN(the_face_map_leads_to_the_same_corners);
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
     RUN(the_map_may_be_null);
@@ -513,9 +573,11 @@ int main(int argc, char **argv) {
     RUN(the_input_is_not_changed);
     RUN(null_arguments_of_encode_are_an_error);
     RUN(channels_outside_their_ranges_are_an_argument_error);
+    RUN(values_wider_than_a_build_has_are_not_supported);
     RUN(counts_that_an_index_cannot_number_are_too_large_to_encode);
     RUN(more_than_eight_channels_are_an_argument_error);
     RUN(a_value_outside_its_bits_is_an_error_at_its_vertex);
+    RUN(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face);
     RUN(a_mesh_that_is_no_manifold_is_refused_with_its_place);
     RUN(a_mesh_without_vertices_round_trips_or_is_refused);
     RUN(progress_goes_forward_and_never_beyond_its_total);

@@ -100,7 +100,7 @@ TEST(a_header_tells_the_shape_that_was_encoded) {
             CHECK_EQ(a->kind, b->kind);
             CHECK_EQ(a->components, b->components);
             CHECK_EQ(a->bits, b->bits);
-            CHECK_EQ(a->reserved, 0);
+            CHECK_EQ(a->merge, b->merge);
             CHECK_EQ(a->step, b->step);
             for (j = 0; j < b->components; ++j) CHECK_EQ(a->origin[j], b->origin[j]);
         }
@@ -309,9 +309,46 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
     }
 }
 
+/* The table of SPEC.md, by hand. */
+static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
+    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1"};
+    uint32_t kind = form % 16, merge = form / 16;
+    if (kind > 8 || merge > 2 || components < 1 || components > 4) return 0;
+    if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
+    return (bits >= 1 && bits <= 24) || (bits == 32 && merge != 0);
+}
+
+TEST(exactly_the_channels_of_the_specification_are_supported) {
+    uint32_t form, components, bits, count = 0;
+    for (form = 0; form < 256; ++form) {
+        for (components = 0; components < 6; ++components) {
+            for (bits = 0; bits < 40; ++bits) {
+                header h;
+                cq_shape shape;
+                int good = is_channel(form, components, bits);
+                cq_result result;
+                put_start(&h, 4, 0, 0, 1);
+                put(&h, 1, 1);
+                put_channel(&h, form, components > 4 ? 4 : components, bits);
+                if (components > 4) h.bytes[h.size - 4 * 4 - 4 - 2] = (uint8_t)components;
+                put_end(&h, 10);
+                result = peek(&h, &shape);
+                CHECK_EQ(result, good ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+                if (result != CQ_OK) continue;
+                CHECK_EQ(shape.channel[0].kind, form % 16);
+                CHECK_EQ(shape.channel[0].merge, form / 16);
+                CHECK_EQ(shape.channel[0].components, components);
+                CHECK_EQ(shape.channel[0].bits, bits);
+                count++;
+            }
+        }
+    }
+    CHECK_EQ(count, (20 * 24) + (20 * 25) + (5 * 25));  /* 20 of all components and kinds, 5 have one component */
+}
+
 TEST(channels_that_do_not_exist_are_not_supported) {
     static const struct { uint32_t kind, components, bits; } bad[] = {
-        {2, 1, 8}, {255, 1, 8}, {CQ_GENERIC, 0, 8}, {CQ_GENERIC, 5, 8}, {CQ_GENERIC, 255, 8}, {CQ_GENERIC, 1, 0},
+        {9, 1, 8}, {255, 1, 8}, {CQ_GENERIC, 0, 8}, {CQ_GENERIC, 5, 8}, {CQ_GENERIC, 255, 8}, {CQ_GENERIC, 1, 0},
         {CQ_GENERIC, 1, 25}, {CQ_GENERIC, 1, 255}, {CQ_POSITION, 2, 8}, {CQ_POSITION, 4, 8}, {CQ_POSITION, 3, 33}};
     size_t k;
     for (k = 0; k < sizeof bad / sizeof bad[0]; ++k) {
@@ -351,6 +388,13 @@ TEST(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits) {
     put_end(&h, 10);
     CHECK_EQ(peek(&h, &shape), CQ_OK);
     CHECK_EQ(decode(&h), CQ_ERROR_UNSUPPORTED);
+    put_start(&h, 4, 0, 0, 1);
+    put(&h, 1, 1);
+    put_channel(&h, CQ_GENERIC | CQ_KEEP << 4, 1, CQ_EXACT_BITS);
+    put_end(&h, 10);
+    CHECK_EQ(peek(&h, &shape), CQ_OK);
+    CHECK_EQ(shape.channel[0].bits, CQ_EXACT_BITS);
+    CHECK_EQ(decode(&h), CQ_ERROR_UNSUPPORTED);
 }
 #endif
 
@@ -373,6 +417,13 @@ TEST(the_macro_and_the_function_for_decoder_memory_agree) {
                 CHECK_EQ(cq_decoder_bytes(&shape) % 4, 0);
                 if (v > 0 && f > 0)
                     CHECK_EQ(cq_decoder_bytes(&shape), CQ_DECODER_BYTES(v + f % 4, f + 3 * (f % 4), c));
+                if (c > 3) {
+                    shape.channel[0].merge = shape.channel[2].merge = CQ_PER_FACE;
+                    shape.channel[0].components = shape.channel[2].components = 1;
+                    shape.num_channels = 3;
+                    CHECK_EQ(cq_decoder_bytes(&shape),
+                             CQ_DECODER_BYTES(v + f % 4, f + 3 * (f % 4), 3) + 2 * CQ_FACE_BYTES(f));
+                }
             }
         }
     }
@@ -443,6 +494,7 @@ int main(int argc, char **argv) {
     RUN(counts_that_no_closed_surface_has_are_corrupt);
     RUN(huge_counts_are_refused_before_any_work);
     RUN(a_number_that_is_not_in_its_shortest_form_is_corrupt);
+    RUN(exactly_the_channels_of_the_specification_are_supported);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
 #if CQ_INDEX_BITS == 16

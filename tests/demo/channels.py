@@ -1,0 +1,262 @@
+#!/usr/bin/env python3
+"""What cqm keeps of mesh files beside positions, and what it says of the rest: channels.py CQM MESHGEN FOLDER
+
+Meshes with normals, texture coordinates and colors go through encode and decode as PLY and OBJ. The last line is `N
+passed, N failed`.   SPDX-License-Identifier: MIT"""
+
+import json
+import math
+import pathlib
+import struct
+import subprocess
+import sys
+
+CQM, MESHGEN, FOLDER = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+passed, failed = 0, 0
+
+
+def check(name, condition):
+    global passed, failed
+    if condition:
+        passed += 1
+    else:
+        failed += 1
+        print("FAIL ", name)
+
+
+def cqm(*arguments, status=0):
+    """Standard error and output; the exit status must be as told."""
+    done = subprocess.run([CQM, *map(str, arguments)], capture_output=True, check=False)
+    check(f"cqm {' '.join(map(str, arguments))}: status {done.returncode}, {done.stderr.decode()}",
+          done.returncode == status)
+    return done.stderr.decode(), done.stdout.decode()
+
+
+# -- Meshes: dictionaries of lists -------------------------------------------------------------------------------------
+
+def floats(*numbers):
+    return struct.unpack(f"{len(numbers)}f", struct.pack(f"{len(numbers)}f", *numbers))
+
+
+def make():
+    """A torus with attributes that follow its positions, and colors of 8 bits."""
+    lines = subprocess.run([MESHGEN, "torus", "14", "9"], capture_output=True, check=True).stdout.decode().split("\n")
+    count = int(lines[1].split()[0])
+    mesh = {"positions": [floats(*map(float, line.split())) for line in lines[2:2 + count]],
+            "faces": [tuple(map(int, line.split()[1:])) for line in lines[2 + count:] if line]}
+    mesh["positions"][5] = floats(-0.0, 1e-40, mesh["positions"][5][2])
+    mesh["normals"] = [floats(*(x / math.hypot(*p, 1e-3) for x in p[:2]), 0.5) for p in mesh["positions"]]
+    mesh["texcoords"] = [floats(v / count, (v * 7 % count) / count * 2 - 0.5) for v in range(count)]
+    mesh["colors"] = [tuple((v * k % 256) / 255 for k in (1, 3, 5)) for v in range(count)]
+    return mesh
+
+
+def write_ply(path, mesh, alpha=False, extra=False):
+    head = ["ply", "format binary_big_endian 1.0", f"element vertex {len(mesh['positions'])}"]
+    head += [f"property float {x}" for x in ("x", "y", "z", "nx", "ny", "nz")]
+    head += ["property uchar confidence"] if extra else []
+    head += [f"property uchar {x}" for x in ("red", "green", "blue") + (("alpha",) if alpha else ())]
+    head += ["property double u", "property double v"]
+    head += [f"element face {len(mesh['faces'])}", "property list uchar int vertex_indices", "end_header"]
+    data = b""
+    for p, n, c, t in zip(mesh["positions"], mesh["normals"], mesh["colors"], mesh["texcoords"]):
+        data += struct.pack(">6f", *p, *n) + (b"\7" if extra else b"")
+        data += bytes(round(255 * x) for x in c) + (b"\x80" if alpha else b"") + struct.pack(">2d", *t)
+    data += b"".join(struct.pack(">B3i", 3, *f) for f in mesh["faces"])
+    path.write_bytes("\n".join(head).encode() + b"\n" + data)
+
+
+def write_obj(path, mesh, texcoords=None, corner="{0}/{0}/{0}"):
+    """texcoords: lines instead of those of the mesh. corner: of a face, given the number of a vertex."""
+    lines = ["# by hand", "mtllib none.mtl", "o torus"]
+    lines += ["v %.9g %.9g %.9g %.9g %.9g %.9g" % (*p, *c) for p, c in zip(mesh["positions"], mesh["colors"])]
+    lines += ["vt %.9g %.9g 0" % t for t in mesh["texcoords"]] if texcoords is None else texcoords
+    lines += ["vn %.9g %.9g %.9g" % n for n in mesh["normals"]]
+    lines += ["f " + " ".join(corner.format(v + 1) for v in f) for f in mesh["faces"]]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def read_ply(path):
+    """As cqm writes it."""
+    head, data = path.read_bytes().split(b"end_header\n", 1)
+    lines = [line.split() for line in head.decode().splitlines()]
+    properties = [(words[2], "f" if words[1] == "float" else "B") for words in lines
+                  if words[0] == "property" and words[1] != "list"]
+    counts = [int(words[2]) for words in lines if words[0] == "element"]
+    row = struct.Struct("<" + "".join(kind for _, kind in properties))
+    mesh = {"faces": []}
+    rows = [dict(zip((name for name, _ in properties), row.unpack_from(data, k * row.size))) for k in range(counts[0])]
+    for name, parts in (("positions", "xyz"), ("normals", ("nx", "ny", "nz")), ("texcoords", "st"),
+                        ("colors", ("red", "green", "blue")), ("alpha", ("alpha",))):
+        if rows and all(part in rows[0] for part in parts):
+            unit = 255 if name in ("colors", "alpha") else 1
+            mesh[name] = [tuple(r[part] / unit for part in parts) for r in rows]
+    for k in range(counts[1]):
+        mesh["faces"].append(struct.unpack_from("<B3I", data, counts[0] * row.size + 13 * k)[1:])
+    return mesh
+
+
+def read_obj(path):
+    mesh = {"positions": [], "colors": [], "texcoords": [], "normals": [], "faces": []}
+    for words in map(str.split, path.read_text().splitlines()):
+        numbers = tuple(map(float, words[1:])) if words[0] != "f" else ()
+        if words[0] == "v":
+            mesh["positions"].append(numbers[:3])
+            mesh["colors"] += [numbers[3:]] if len(numbers) > 3 else []
+        elif words[0] == "f":
+            corners = [corner.split("/") for corner in words[1:]]
+            check("a vertex has one number in OBJ", all(x in ("", c[0]) for c in corners for x in c))
+            mesh["faces"].append(tuple(int(c[0]) - 1 for c in corners))
+        else:
+            mesh[{"vt": "texcoords", "vn": "normals"}[words[0]]].append(numbers)
+    return {name: values for name, values in mesh.items() if values}
+
+
+# -- Comparing ---------------------------------------------------------------------------------------------------------
+
+def turned(face):
+    first = face.index(min(face))
+    return face[first:] + face[:first]
+
+
+def bits(rows):
+    return [struct.pack(f"{len(row)}f", *row) for row in rows]
+
+
+def far(rows, others):
+    """The largest distance between numbers, or infinity."""
+    if len(rows) != len(others):
+        return math.inf
+    return max(abs(a - b) for x, y in zip(rows, others) for a, b in zip(x, y))
+
+
+def angle(n, m):
+    return math.acos(min(1, sum(a * b for a, b in zip(n, m)) / math.hypot(*n) / math.hypot(*m)))
+
+
+def check_mesh(name, mesh, found):
+    """In the order of the file, positions bit for bit."""
+    check(name + ": positions", bits(found["positions"]) == bits(mesh["positions"]))
+    check(name + ": faces", sorted(map(turned, found["faces"])) == sorted(map(turned, mesh["faces"])))
+    check(name + ": normals", max(map(angle, mesh["normals"], found["normals"])) < 2.122 / 511 + 1e-6)
+    check(name + ": texture coordinates", far(mesh["texcoords"], found["texcoords"]) <= 0.501 * 2 / 4095)
+    check(name + ": colors", far(mesh["colors"], found["colors"]) < 1e-7)
+
+
+# -- The tests ---------------------------------------------------------------------------------------------------------
+
+def test_all_channels(mesh):
+    for kind, write in ("ply", write_ply), ("obj", write_obj):
+        for out_kind, read in ("ply", read_ply), ("obj", read_obj):
+            source, stream, out = FOLDER / f"a.{kind}", FOLDER / "a.cqm", FOLDER / f"b.{out_kind}"
+            write(source, mesh)
+            messages, _ = cqm("encode", "--bits", 32, "--keep-order", source, stream)
+            check(f"{kind}: nothing dropped: {messages}", not messages)
+            messages, _ = cqm("decode", stream, out)
+            check(f"{kind} to {out_kind}: nothing dropped: {messages}", not messages)
+            check_mesh(f"{kind} to {out_kind}", mesh, read(out))
+            cqm("verify", "--keep-order", "--goal", "smallest", source)
+
+
+def test_alpha(mesh):
+    source, stream = FOLDER / "alpha.ply", FOLDER / "alpha.cqm"
+    write_ply(source, mesh, alpha=True)
+    cqm("encode", "--keep-order", source, stream)
+    cqm("decode", stream, FOLDER / "alpha2.ply")
+    check("alpha", read_ply(FOLDER / "alpha2.ply")["alpha"] == [(128 / 255,)] * len(mesh["positions"]))
+    messages, _ = cqm("decode", stream, FOLDER / "alpha.obj")
+    check("alpha is not for OBJ", "color" in messages and "alpha" in messages)
+    check("colors without alpha", far(mesh["colors"], read_obj(FOLDER / "alpha.obj")["colors"]) < 1e-7)
+
+
+def test_choice(mesh):
+    source, stream, out = FOLDER / "c.ply", FOLDER / "c.cqm", FOLDER / "d.ply"
+    write_ply(source, mesh)
+    for names in ("positions", "normals", "texcoords,colors", "colors,positions,normals"):
+        messages, _ = cqm("encode", "--channels", names, source, stream)
+        cqm("decode", "--quiet", stream, out)
+        wanted = set(names.split(",")) | {"faces", "positions"}
+        check(f"{names}: {messages}", not messages and set(read_ply(out)) == wanted)
+    cqm("encode", "--connectivity", source, stream)
+    check("connectivity", cqm("info", stream)[1].count("channel ") == 0)
+    for names in ("", "normal", "positions,", ",positions", "positions normals"):
+        cqm("encode", "--channels", names, source, stream, status=2)
+    cqm("encode", "--bits", 25, source, stream, status=2)
+    cqm("encode", "--bits", 31, source, stream, status=2)
+
+
+def test_order_of_coarse_meshes(mesh):
+    """Exact positions are kept: each vertex of a coarse mesh is one of the file, in its order."""
+    source, stream, out = FOLDER / "e.ply", FOLDER / "e.cqm", FOLDER / "f.ply"
+    write_ply(source, mesh)
+    cqm("encode", "--bits", 32, "--keep-order", source, stream)
+    place = {packed: v for v, packed in enumerate(bits(mesh["positions"]))}
+    for n in (20, 50, 80, 110):
+        cqm("decode", "--vertices", n, stream, out)
+        numbers = [place.get(packed, -1) for packed in bits(read_ply(out)["positions"])]
+        check(f"{n} vertices of the file", len(numbers) == n and numbers[0] >= 0 and numbers == sorted(set(numbers)))
+
+
+def test_what_is_told(mesh):
+    obj, ply, stream = FOLDER / "g.obj", FOLDER / "g.ply", FOLDER / "g.cqm"
+
+    def told(source, *words):
+        messages, _ = cqm("encode", source, stream)
+        check(f"{source.name}: {messages} has {words}", all(word in messages for word in words))
+        check("quiet", cqm("encode", "--quiet", source, stream)[0] == "")
+        check("not wanted", cqm("encode", "--channels", "positions", source, stream)[0] == "")
+        return json.loads(cqm("info", "--json", stream)[1])
+
+    count = len(mesh["positions"])
+    seam = ["vt %d 0" % k for k in range(count + 1)]
+    write_obj(obj, mesh, seam)
+    text = obj.read_text().replace("f 1/1/1 ", f"f 1/{count + 1}/1 ", 1)
+    check("a seam", text != obj.read_text())
+    obj.write_text(text)
+    told(obj, "dropped: texture coordinates: vertex 0 has corners that differ")
+    write_obj(obj, mesh, seam, corner="{0}//{0}")
+    told(obj, "dropped: texture coordinates: vertex", "has a corner without")
+    write_obj(obj, mesh, seam, corner="{0}/99999/{0}")
+    told(obj, "dropped: texture coordinates: vertex", "has a corner without")
+    write_obj(obj, mesh)
+    obj.write_text(obj.read_text().replace("f ", "usemtl red\nf ", 1))
+    told(obj, "dropped: 1 lines that are not read, such as 'usemtl'")
+    write_obj(obj, dict(mesh, colors=[(2, 0, 0)] + mesh["colors"][1:]))
+    told(obj, "dropped: colors: vertex 0 has one outside 0 .. 1")
+    write_obj(obj, mesh)
+    lines = obj.read_text().split("\n")
+    lines[9] = " ".join(lines[9].split()[:4])
+    obj.write_text("\n".join(lines))
+    told(obj, "dropped: colors: vertex 6 has none")
+    write_ply(ply, mesh, extra=True)
+    told(ply, "dropped: property 'confidence' of element 'vertex'")
+    write_ply(ply, dict(mesh, normals=[(math.nan, 0, 0)] + mesh["normals"][1:]))
+    told(ply, "dropped: normals: vertex 0 has none, or one that is not finite")
+    write_ply(ply, dict(mesh, normals=[(1, 0, 0), (0, 0, 0)] + mesh["normals"][2:]))
+    messages, _ = cqm("encode", ply, stream)
+    check("a normal of no length", "dropped: normals: vertex 1 has one of no length" in messages)
+    write_ply(ply, mesh)
+    told_channels = [(c["kind"], c["merge"], c["components"], c["bits"]) for c in told(ply)["channels"]]
+    check("positions alone", told_channels == [("position", "midpoint", 3, 12)])
+    cqm("encode", "--keep-order", ply, stream)
+    told_channels = [(c["kind"], c["merge"], c["components"], c["bits"])
+                     for c in json.loads(cqm("info", "--json", stream)[1])["channels"]]
+    check(f"all channels: {told_channels}", told_channels == [
+        ("position", "midpoint", 3, 12), ("normal", "midpoint", 2, 10), ("texcoord", "midpoint", 2, 12),
+        ("color", "midpoint", 3, 8), ("number", "keep", 1, 7)])
+    messages, _ = cqm("decode", stream, FOLDER / "g.off")
+    check(f"OFF holds no attributes: {messages}", messages.count("dropped: ") == 3)
+    check("quiet decoding", cqm("decode", "--quiet", stream, FOLDER / "g.off")[0] == "")
+
+
+def main():
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    mesh = make()
+    for test in (test_all_channels, test_alpha, test_choice, test_order_of_coarse_meshes, test_what_is_told):
+        test(mesh)
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
