@@ -684,17 +684,40 @@ TEST(a_level_that_begins_behind_the_last_byte_is_truncated) {
     }
 }
 
-TEST(weights_stay_within_their_limit) {
-    static cqi_model m;
-    m.weight[3] = CQI_MOST - 1;
-    cqi_learn(&m, 3, 1);
-    CHECK_EQ(m.weight[3], CQI_MOST);
-    cqi_learn(&m, 3, 1);
-    CHECK_EQ(m.weight[3], CQI_MOST);
-    cqi_learn(&m, 3, -2 * CQI_MOST);
-    CHECK_EQ(m.weight[3], -CQI_MOST);
-    cqi_learn(&m, 3, -1);
-    CHECK_EQ(m.weight[3], -CQI_MOST);
+/* A table's entry for 0 steps is no candidate's: nothing but the limit moves it. */
+TEST(weights_are_limited_after_every_1024_splits) {
+    const int unused[2] = { CQI_SIZE_B, CQI_SIZE_B + 16 };
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    sample_begin(&s, triangles_torus(36, 36));
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while (d.decoder->mesh.num_vertices < 100) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
+    d.decoder->model.weight[unused[0]] = CQI_MOST + 5;
+    d.decoder->model.weight[unused[1]] = -CQI_MOST - 7;
+    while (d.decoder->mesh.num_vertices < CQI_LIMIT_EVERY) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
+    CHECK_EQ(d.decoder->model.weight[unused[0]], CQI_MOST + 5);
+    CHECK_EQ(d.decoder->model.weight[unused[1]], -CQI_MOST - 7);
+    while (d.decoder->mesh.num_vertices == CQI_LIMIT_EVERY) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
+    CHECK_EQ(d.decoder->model.weight[unused[0]], CQI_MOST);
+    CHECK_EQ(d.decoder->model.weight[unused[1]], -CQI_MOST);
+    CHECK_EQ(cq_decode(d.decoder, &in, CQ_NO_LIMIT), CQ_DONE);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* The sum of a candidate's weights, and the difference of two sums, at the end of 1024 splits of the same kind. */
+TEST(scores_do_not_overflow_before_weights_are_limited) {
+    const int64_t most = CQI_MOST + (int64_t)CQI_LIMIT_EVERY * CQI_STEP;
+    const int weights = 2 * 3 + 2 + 1 + 3; /* of ring vertices, of the steps, the rule, of positions */
+    CHECK(weights * most <= INT32_MAX);
+    CHECK(2 * weights * most <= (int64_t)UINT32_MAX);
 }
 
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
@@ -1165,7 +1188,8 @@ int main(int argc, char **argv) {
     RUN(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart);
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
-    RUN(weights_stay_within_their_limit);
+    RUN(weights_are_limited_after_every_1024_splits);
+    RUN(scores_do_not_overflow_before_weights_are_limited);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
