@@ -43,8 +43,8 @@ private:
 
     void add_channel() {
         cq_channel &c = input.shape.channel[input.shape.num_channels++];
-        c.kind = static_cast<uint8_t>(random.below(2) == 0 ? CQ_POSITION : random.below(CQ_GROUP + 1));
-        c.merge = static_cast<uint8_t>(random.below(2) == 0 ? CQ_MIDPOINT : random.below(CQ_PER_FACE + 1));
+        c.kind = static_cast<uint8_t>(random.below(2) == 0 ? uint32_t(CQ_POSITION) : random.below(CQ_GROUP + 1));
+        c.merge = static_cast<uint8_t>(random.below(2) == 0 ? uint32_t(CQ_MIDPOINT) : random.below(CQ_PER_FACE + 1));
         c.components = components_of(static_cast<cq_kind>(c.kind));
         if (is_per_face(&c) && c.components != 1) c.kind = CQ_GENERIC, c.components = 1;
         c.bits = static_cast<uint8_t>(1 + random.below(15));
