@@ -3,20 +3,10 @@
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
-#include <string.h>
 
 static uint8_t stream[1 << 22];
 static uint32_t memory[CQ_DECODER_BYTES(250000, 500000, 3) / 4];     /* vertices, faces, numbers per vertex */
 static cq_decoder dec;
-
-/* Number i of x0 y0 z0 x1 y1 z1 ... */
-static float coordinate(const cq_channel *channel, size_t i)
-{
-    float step, origin;
-    memcpy(&step, &channel->step, sizeof step);
-    memcpy(&origin, &channel->origin[i % 3], sizeof origin);
-    return (float)((double)origin + (double)step * dec.channel[0][i]);
-}
 
 int main(void)
 {
@@ -31,8 +21,11 @@ int main(void)
         return 1;
     }
     printf("OFF\n%lu %lu 0\n", (unsigned long)dec.mesh.num_vertices, (unsigned long)dec.mesh.num_faces);
-    for (size_t i = 0; i < 3 * (size_t)dec.mesh.num_vertices; i++)
-        printf("%.9g%c", (double)coordinate(&dec.shape.channel[0], i), i % 3 == 2 ? '\n' : ' ');
+    for (size_t v = 0; v < dec.mesh.num_vertices; v++) {
+        float at[3];
+        cq_reconstruct(&dec.shape.channel[0], dec.channel[0] + 3 * v, 1, at);
+        printf("%.9g %.9g %.9g\n", (double)at[0], (double)at[1], (double)at[2]);
+    }
     for (size_t i = 0; i < 3 * (size_t)dec.mesh.num_faces; i++)
         printf("%s%lu%c", i % 3 == 0 ? "3 " : "", (unsigned long)dec.mesh.origin[i], i % 3 == 2 ? '\n' : ' ');
     return fflush(stdout) == 0 ? 0 : 1;

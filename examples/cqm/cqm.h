@@ -87,7 +87,4 @@ void close_decoding(struct decoding *d);
 /* Complains about an error that the decoder met when it had used so many bytes. Returns 0. */
 int complain_stream(const char *path, cq_result result, size_t used);
 
-float float_of_bits(uint32_t bits);
-uint32_t bits_of_float(float value);
-
 #endif

@@ -1,8 +1,6 @@
 /* decode.c - stream -> mesh file. SPDX-License-Identifier: MIT */
 #include "cqm.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -86,18 +84,13 @@ static int find_positions(const cq_shape *shape)
     return -1;
 }
 
-/* In double, then rounded once; never infinite, whatever the header says. */
-static float coordinate(const cq_channel *channel, size_t component, cq_value value)
-{
-    double origin = (double)float_of_bits(channel->origin[component]), step = (double)float_of_bits(channel->step);
-    double x = origin + step * value;
-    return isnan(x) ? 0 : (float)fmax(-FLT_MAX, fmin(x, FLT_MAX));
-}
-
 static void fill_positions(float *positions, const cq_decoder *d, int channel)
 {
-    for (size_t i = 0; i < 3 * (size_t)d->mesh.num_vertices; i++)
-        positions[i] = channel < 0 ? 0 : coordinate(&d->shape.channel[channel], i % 3, d->channel[channel][i]);
+    size_t count = d->mesh.num_vertices;
+    if (channel < 0)
+        memset(positions, 0, 3 * count * sizeof *positions);
+    else
+        cq_reconstruct(&d->shape.channel[channel], d->channel[channel], count, positions);
 }
 
 /* The decoded mesh; its indices are the decoder's own, only the positions are new. */

@@ -2,77 +2,29 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cqm.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-/* -- Quantisation: a uniform grid over the bounding box ------------------------------------------------------------ */
+/* -- Positions ----------------------------------------------------------------------------------------------------- */
 
-float float_of_bits(uint32_t bits)
+static int add_positions(struct encoding *e, const struct mesh_file *mesh, const char *path, uint32_t bits)
 {
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-uint32_t bits_of_float(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
-static void bounding_box(const struct mesh_file *mesh, float low[3], float high[3])
-{
-    for (size_t i = 0; i < 3; i++)
-        low[i] = high[i] = mesh->num_vertices > 0 ? mesh->positions[i] : 0;
-    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
-        float x = mesh->positions[i];
-        low[i % 3] = x < low[i % 3] ? x : low[i % 3];
-        high[i % 3] = x > high[i % 3] ? x : high[i % 3];
-    }
-}
-
-/* The grid begins at the box's minimum and has 2^bits points along its longest side. */
-static void choose_grid(cq_channel *channel, const struct mesh_file *mesh, uint32_t bits)
-{
-    float low[3], high[3];
-    double longest = 0;
-    bounding_box(mesh, low, high);
-    for (int i = 0; i < 3; i++) {
-        channel->origin[i] = bits_of_float(low[i]);
-        longest = fmax(longest, (double)high[i] - (double)low[i]);
-    }
+    cq_channel *channel = &e->input.shape.channel[0];
+    cq_result result;
+    e->positions = malloc((3 * (size_t)mesh->num_vertices + 1) * sizeof *e->positions);
+    if (e->positions == NULL)
+        return complain(path, "out of memory");
     channel->kind = CQ_POSITION;
     channel->components = 3;
     channel->bits = (uint8_t)bits;
-    channel->step = bits_of_float((float)fmin(longest / ((1 << bits) - 1), FLT_MAX));
-}
-
-/* The nearest grid point. The step was rounded to a float, so the last point may come out one too far. */
-static cq_value quantize(const cq_channel *channel, size_t component, float x)
-{
-    double step = (double)float_of_bits(channel->step), last = (1 << channel->bits) - 1;
-    double offset = (double)x - (double)float_of_bits(channel->origin[component]);
-    return step > 0 ? (cq_value)fmin(floor(offset / step + 0.5), last) : 0;
-}
-
-static int add_positions(struct encoding *e, const struct mesh_file *mesh, uint32_t bits)
-{
-    cq_channel *channel = &e->input.shape.channel[0];
-    size_t count = 3 * (size_t)mesh->num_vertices;
-    e->positions = malloc((count + 1) * sizeof *e->positions);
-    if (e->positions == NULL)
-        return 0;
-    choose_grid(channel, mesh, bits);
-    for (size_t i = 0; i < count; i++)
-        e->positions[i] = quantize(channel, i % 3, mesh->positions[i]);
+    result = cq_fit_grid(channel, mesh->positions, mesh->num_vertices, NULL);
+    if (result == CQ_OK)
+        result = cq_quantise(channel, mesh->positions, mesh->num_vertices, e->positions, NULL);
     e->input.shape.num_channels = 1;
     e->input.values[0] = e->positions;
-    return 1;
+    return result == CQ_OK || complain(path, "too large for %lu bits", (unsigned long)bits);
 }
 
 /* -- Progress ------------------------------------------------------------------------------------------------------ */
@@ -150,7 +102,8 @@ static cq_result encode_with_retries(struct encoding *e, cq_place *place)
     return result;
 }
 
-static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const struct options *options)
+static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                         const struct options *options)
 {
     memset(e, 0, sizeof *e);
     e->input.shape.num_vertices = mesh->num_vertices;
@@ -158,15 +111,17 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.indices = mesh->indices;
     e->input.goal = options->goal;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
-    return e->input.map != NULL && (options->connectivity || add_positions(e, mesh, options->bits));
+    if (e->input.map == NULL)
+        return complain(path, "out of memory");
+    return options->connectivity || add_positions(e, mesh, path, options->bits);
 }
 
 int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options)
 {
     struct progress progress = { time(NULL), -1 };
     cq_place place;
-    if (!prepare_input(e, mesh, options))
-        return complain(path, "out of memory");
+    if (!prepare_input(e, mesh, path, options))
+        return 0;
     if (isatty(STDERR_FILENO) && !options->quiet) {
         e->input.progress = show_progress;
         e->input.user = &progress;

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* -- Numbers ------------------------------------------------------------------------------------------------------- */
 
@@ -10,6 +11,13 @@
 static double in_bits(uint64_t cost)
 {
     return (double)cost / 65536;
+}
+
+static double float_of_bits(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
 }
 
 static double ratio(double a, double b)
@@ -64,7 +72,7 @@ static void print_counts(const cq_report *r)
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
         printf("channel %lu       %s, %d x %d bits, step %.9g\n", (unsigned long)k, kind_name(c), c->components,
-               c->bits, (double)float_of_bits(c->step));
+               c->bits, float_of_bits(c->step));
     }
 }
 
@@ -115,7 +123,7 @@ static void print_json_bits(const char *name, uint64_t cost, const char *end)
 /* JSON has no infinity; a hostile header may. */
 static void print_json_float(uint32_t bits)
 {
-    double value = (double)float_of_bits(bits);
+    double value = float_of_bits(bits);
     if (isfinite(value))
         printf("%.9g", value);
     else

@@ -57,6 +57,12 @@
 #define cq_decode ow_decode
 #define cq_encoder_bytes ow_encoder_bytes
 #define cq_encode ow_encode
+#define cq_fit_grid ow_fit_grid
+#define cq_align_grid ow_align_grid
+#define cq_quantise ow_quantise
+#define cq_reconstruct ow_reconstruct
+#define cq_quantise_normals ow_quantise_normals
+#define cq_reconstruct_normals ow_reconstruct_normals
 #define cqi_plan ow_plan   /* `struct cqi_plan *` would find the one outside the namespace */
 
 namespace other_width {
@@ -96,6 +102,12 @@ namespace other_width {
 #undef cq_decode
 #undef cq_encoder_bytes
 #undef cq_encode
+#undef cq_fit_grid
+#undef cq_align_grid
+#undef cq_quantise
+#undef cq_reconstruct
+#undef cq_quantise_normals
+#undef cq_reconstruct_normals
 #undef cqi_plan
 
 #pragma pop_macro("CQ_MAX_BITS")
