@@ -298,6 +298,36 @@ build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
 
+# -- Quality -------------------------------------------------------------------------------------------------------
+#
+# tests/quality: distance from the exact mesh against bytes, for each goal, Draco and meshoptimizer's simplifier, of
+# meshes of the package and those in MESHES=DIR. Curves, contact sheets and targets go to build/quality.
+
+QUALITY_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev python3-venv libegl1
+QUALITY_MESHES = $(patsubst %,build/meshes/%.off,fandisk bunny00 bear elephant lion)
+QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildcard $(MESHES)/*.off))
+
+.PHONY: quality deps-quality
+quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/venv/complete
+	@build/quality/venv/bin/python tests/quality/surface_test.py
+	@build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
+	    $(QUALITY_MESHES) $(QUALITY_MORE)
+
+deps-quality:
+	$(call install,$(QUALITY_PACKAGES))
+
+build/quality/peers: tests/quality/peers.cpp examples/mesh_file.c examples/mesh_file.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c examples/mesh_file.c -o $@.o
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $< $@.o $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
+
+build/quality/venv/complete: tests/quality/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
 # -- Proof by cases ------------------------------------------------------------------------------------------------
 #
 # tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
