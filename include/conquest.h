@@ -519,8 +519,8 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
-/* What a collapse is chosen for; without positions, all are CQ_BALANCED. The stream is of the same format, and decodes as
- * fast. */
+/* What a collapse is chosen for; without positions, all are CQ_BALANCED. The stream is of the same format, and decodes
+ * as fast. */
 typedef enum cq_goal {
     CQ_BALANCED = 0,      /* by valences alone: connectivity costs least */
     CQ_SMALLEST,          /* of the neighbours with the smallest valence the nearest one: positions save more */

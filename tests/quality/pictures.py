@@ -50,7 +50,7 @@ def sheet(lines, is_closed, path):
         plotter.add_mesh(pyvista.PolyData.from_regular_faces(*mesh), color=GREY, backface_params=behind)
     finest = max((cell for cell in cells if cell[3][1]), key=lambda cell: len(cell[3][1][1]))
     plotter.subplot(finest[0], finest[1])
-    plotter.view_isometric()
+    plotter.view_vector((0.7, 0.4, 1), viewup=(0, 1, 0))
     for line, column, *_ in cells:
         plotter.renderers[plotter.renderers.loc_to_index((line, column))].camera = plotter.camera
     plotter.screenshot(str(path))
