@@ -487,7 +487,8 @@ endef
 
 export first_unit second_unit private_unit
 
-# What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two.
+# What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two. And no
+# floating point beside the quantiser: a compiler that may not use it has nothing to say.
 FREESTANDING = gcc -x c -std=c99 -Os -ffreestanding -fno-stack-protector -fno-pic
 IMPORTS = memcpy|memset|second_unit
 
@@ -507,6 +508,8 @@ build/log/headers.log: $(HEADER)
 	    check $$compiler $$options private -o program && check ./program; \
 	done >../log/headers.log 2>&1; \
 	check $(FREESTANDING) -I../../include -c first -o first.o >>../log/headers.log 2>&1; \
+	check $(FREESTANDING) -I../../include -mgeneral-regs-only -DCQ_NO_QUANTISER -c first -o integers.o \
+	    >>../log/headers.log 2>&1; \
 	check test -z "$$(nm first.o | grep -E ' [BbCDdU] ' | grep -Evw '$(IMPORTS)')" >>../log/headers.log; \
 	echo "$$passed passed, $$failed failed" >>../log/headers.log
 	@echo "headers: $$(tail -n 1 $@)"
