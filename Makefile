@@ -303,6 +303,36 @@ build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
 
+# -- Quality -------------------------------------------------------------------------------------------------------
+#
+# tests/quality: distance from the exact mesh against bytes, for each goal, Draco and meshoptimizer's simplifier, of
+# meshes of the package and those in MESHES=DIR. Curves, contact sheets and targets go to build/quality.
+
+QUALITY_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev python3-venv libegl1
+QUALITY_MESHES = $(patsubst %,build/meshes/%.off,fandisk bunny00 bear elephant lion)
+QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildcard $(MESHES)/*.off))
+
+.PHONY: quality deps-quality
+quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/venv/complete
+	@build/quality/venv/bin/python tests/quality/surface_test.py
+	@build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
+	    $(QUALITY_MESHES) $(QUALITY_MORE)
+
+deps-quality:
+	$(call install,$(QUALITY_PACKAGES))
+
+build/quality/peers: tests/quality/peers.cpp examples/mesh_file.c examples/mesh_file.h
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c examples/mesh_file.c -o $@.o
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $< $@.o $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
+
+build/quality/venv/complete: tests/quality/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
 # -- Proof by cases ------------------------------------------------------------------------------------------------
 #
 # tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
@@ -462,7 +492,8 @@ endef
 
 export first_unit second_unit private_unit
 
-# What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two.
+# What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two. And no
+# floating point beside the quantiser: a compiler that may not use it has nothing to say.
 FREESTANDING = gcc -x c -std=c99 -Os -ffreestanding -fno-stack-protector -fno-pic
 IMPORTS = memcpy|memset|second_unit
 
@@ -482,6 +513,8 @@ build/log/headers.log: $(HEADER)
 	    check $$compiler $$options private -o program && check ./program; \
 	done >../log/headers.log 2>&1; \
 	check $(FREESTANDING) -I../../include -c first -o first.o >>../log/headers.log 2>&1; \
+	check $(FREESTANDING) -I../../include -mgeneral-regs-only -DCQ_NO_QUANTISER -c first -o integers.o \
+	    >>../log/headers.log 2>&1; \
 	check test -z "$$(nm first.o | grep -E ' [BbCDdU] ' | grep -Evw '$(IMPORTS)')" >>../log/headers.log; \
 	echo "$$passed passed, $$failed failed" >>../log/headers.log
 	@echo "headers: $$(tail -n 1 $@)"

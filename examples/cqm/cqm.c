@@ -51,7 +51,9 @@ static const char encode_help[] =
     "  --keep-order       also keep the order of the vertices\n"
     "  --goal GOAL        balanced (default): collapses by valences alone;\n"
     "                     smallest: of equal valences the shortest edge, which on\n"
-    "                     most meshes saves about 1 % of all bytes\n"
+    "                     most meshes saves about 1 % of all bytes;\n"
+    "                     best-looking: what changes the surface little goes first:\n"
+    "                     much better coarse meshes, for about 3 % more bytes\n"
     "  --format FORMAT    IN is off, obj, ply or stl, whatever its name\n"
     "  --quiet            do not tell what is dropped; show no progress, which is shown\n"
     "                     only on a terminal anyway\n"
@@ -183,8 +185,15 @@ static int parse_uint(const char *text, uint32_t low, uint32_t high, uint32_t *n
 
 static int parse_goal(const char *text, cq_goal *goal)
 {
-    *goal = strcmp(text, "smallest") == 0 ? CQ_SMALLEST : CQ_BALANCED;
-    return *goal == CQ_SMALLEST || strcmp(text, "balanced") == 0;
+    static const struct { const char *name; cq_goal goal; } goals[] = {
+        { "balanced", CQ_BALANCED }, { "smallest", CQ_SMALLEST }, { "best-looking", CQ_BEST_LOOKING },
+    };
+    for (size_t i = 0; i < sizeof goals / sizeof *goals; i++) {
+        *goal = goals[i].goal;
+        if (strcmp(text, goals[i].name) == 0)
+            return 1;
+    }
+    return 0;
 }
 
 static int parse_bits(const char *text, uint32_t *bits)

@@ -24,6 +24,7 @@ public:
         input.shape.num_vertices = s.num_vertices;
         input.shape.num_faces = s.num_faces;
         input.shape.num_channels = s.num_channels;
+        input.goal = static_cast<ow::cq_goal>(model.input.goal);
         input.indices = indices.data();
         for (uint32_t k = 0; k < s.num_channels; ++k) {
             std::memcpy(&input.shape.channel[k], &s.channel[k], sizeof s.channel[k]);

@@ -1,4 +1,4 @@
-// A random mesh with random values, its stream, and decodings of it: the C helpers with owners. Include conquest.h
+// A random mesh with random values and any goal, its stream, and decodings of it: the C helpers with owners. Include conquest.h
 // first.
 #ifndef CQ_TESTS_MODEL_HPP
 #define CQ_TESTS_MODEL_HPP
@@ -21,6 +21,7 @@ public:
             for (uint32_t v : f) indices.push_back(static_cast<cq_index>(v));
         input.shape.num_vertices = mesh.num_vertices;
         input.shape.num_faces = static_cast<uint32_t>(mesh.faces.size());
+        input.goal = static_cast<cq_goal>(recipe.seed % 3);
         if (with_values)
             for (uint32_t n = random.below(4); n > 0; --n) add_channel();
         own();

@@ -93,14 +93,14 @@ static int has_positions(const cq_shape *shape) {
     return 0;
 }
 
-TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
+static void check_goal(cq_goal goal) {
     int changed = 0;
     FOR_EACH_SAMPLE(s, c) {
         coded other;
         decoding d;
         uint32_t v;
         int same;
-        s.input.goal = CQ_SMALLEST;
+        s.input.goal = goal;
         code(&other, &s.input);
         REQUIRE_EQ(other.result, CQ_OK);
         same = other.size == c.size && memcmp(other.bytes, c.bytes, c.size) == 0;
@@ -116,6 +116,91 @@ TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
         uncode(&other);
     }
     CHECK(changed > 1);
+}
+
+TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
+    check_goal(CQ_SMALLEST);
+    check_goal(CQ_BEST_LOOKING);
+}
+
+/* A roof over a square, rising from two eaves by `slope` a step to a ridge. */
+enum { ROOF = 33, ROOF_SPACING = 64 };
+
+static int32_t roof_height(int32_t x, int32_t slope) {
+    const int32_t ridge = ROOF / 2 * ROOF_SPACING;
+    return slope * (ridge - (x < ridge ? ridge - x : x - ridge));
+}
+
+static void roof_make(sample *s, int32_t slope) {
+    uint32_t v;
+    sample_begin(s, triangles_sheet(ROOF, ROOF));
+    sample_channel(s, CQ_POSITION, 3, 15);
+    for (v = 0; v < s->mesh.num_vertices; ++v) {
+        cq_value *at = s->values[0] + 3 * v;
+        at[0] = (cq_value)(v % ROOF * ROOF_SPACING);
+        at[1] = (cq_value)(v / ROOF * ROOF_SPACING);
+        at[2] = (cq_value)roof_height(at[0], slope);
+    }
+}
+
+/* Twice the area of a face, seen from above. */
+static int64_t roof_face_area(const cq_decoder *d, size_t f) {
+    const cq_value *a = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f];
+    const cq_value *b = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f + 1];
+    const cq_value *c = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f + 2];
+    return (int64_t)(b[0] - a[0]) * (c[1] - a[1]) - (int64_t)(b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/* How far the vertices of a roof are off it, and its square's area, with at most `vertices` of them. */
+static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, int32_t *off, int64_t *area, int *turned) {
+    cq_bytes in;
+    decoding d;
+    size_t i;
+    in.data = c->bytes;
+    in.size = c->size;
+    decoding_begin(&d, c->bytes, c->size);
+    while (d.decoder->mesh.num_vertices < vertices && cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+    *off = *turned = 0;
+    *area = 0;
+    for (i = 0; i < d.decoder->mesh.num_vertices; ++i) {
+        const cq_value *at = d.decoder->channel[0] + 3 * i;
+        int32_t height = at[2] - roof_height(at[0], slope);
+        if (height < 0) height = -height;
+        if (height > *off) *off = height;
+    }
+    for (i = 0; i < d.decoder->mesh.num_faces; ++i) {
+        *area += roof_face_area(d.decoder, i);
+        *turned += roof_face_area(d.decoder, i) <= 0;
+    }
+    decoding_free(&d);
+}
+
+TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
+    const int64_t all = 2 * (int64_t)((ROOF - 1) * ROOF_SPACING) * ((ROOF - 1) * ROOF_SPACING);
+    int32_t slope;
+    for (slope = 0; slope < 8; ++slope) {
+        sample s;
+        coded c;
+        int32_t off;
+        int64_t area;
+        int turned;
+        roof_make(&s, slope);
+        s.input.goal = CQ_BEST_LOOKING;
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);
+        CHECK(off <= slope);                 /* merged vertices are rounded */
+        CHECK(area >= all - all / 1000);
+        CHECK_EQ(turned, 0);
+        uncode(&c);
+        s.input.goal = CQ_BALANCED;
+        code(&c, &s.input);
+        roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);
+        CHECK(off > 20 * slope || slope == 0);
+        CHECK(area < all - all / 50);
+        uncode(&c);
+        sample_free(&s);
+    }
 }
 
 TEST(the_map_may_be_null) {
@@ -563,6 +648,7 @@ int main(int argc, char **argv) {
     RUN(the_face_map_leads_to_the_same_corners);
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
+    RUN(the_goal_best_looking_keeps_planes_creases_and_boundaries);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
