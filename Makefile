@@ -57,11 +57,12 @@ LIST = tests/train/meshes.txt
 ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/file.c examples/mesh_file.c
 ENCODE_HEADERS = $(HEADER) examples/cqm/cqm.h examples/mesh_file.h
 MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
+SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/info.c $(ENCODE_SOURCES)
 
 # The oriented manifolds of build/meshes with at least 300 vertices, by what the round trip of all meshes expects.
 MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$1 }' tests/meshes/expected.tsv)
 
-.PHONY: table1 rates train check-train effects memory
+.PHONY: table1 rates train check-train effects memory speed
 
 table1: build/table1 build/generated/torus_270x135.off ## the paper's Table 1 beside ours; MESHES=DIR has its models
 	@build/table1 $(MESHES) build/generated/torus_270x135.off
@@ -81,6 +82,13 @@ effects: build/train build/meshes build/generated/torus_270x135.off ## what each
 memory: build/memory build/memory-16 ## bytes that the decoder and the encoder need
 	@build/memory
 	@build/memory-16
+
+speed: build/speed build/meshes ## microseconds per split of the decoder, for some meshes
+	@build/speed build/meshes/fandisk.off build/meshes/bunny00.off build/meshes/camel.off $(wildcard $(MESHES)/horse.off)
+
+build/speed: $(SPEED_SOURCES) $(ENCODE_HEADERS)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples/cqm $(SPEED_SOURCES) $(LDLIBS) -lm -o $@
 
 build/memory: tests/memory/memory.c $(HEADER)
 	@mkdir -p $(@D)
