@@ -3284,12 +3284,12 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 static void cqi_plan_pair(const cq_decoder *d, cq_index centre, int *p, int *q)
 {
     const cqi_plan *plan = d->plan;
-    cq_index b = plan->top[plan->to_input[centre]];
+    const cq_index b = plan->top[plan->to_input[centre]];
+    const cq_index end_p = plan->to_decoded[plan->end_p[b]], end_q = plan->to_decoded[plan->end_q[b]];
     int k;
     for (k = 0; k < d->ring.size; k++) {
-        cq_index input = plan->to_input[d->ring.vertex[k]];
-        if (input == plan->end_p[b]) *p = k;
-        if (input == plan->end_q[b]) *q = k;
+        if (d->ring.vertex[k] == end_p) *p = k;
+        if (d->ring.vertex[k] == end_q) *q = k;
     }
 }
 
