@@ -93,3 +93,50 @@ void claim_channel(void)
     PROVE(r.at <= r.size && r.at - at <= 23);
     if (r.result == CQ_OK && cqi_channel_is_valid(&c)) REACHED();
 }
+
+/* The check value is computed from the bytes before it and nothing else (claim_crc): any number will do. */
+uint32_t stub_crc(uint32_t crc, const uint8_t *data, size_t size)
+{
+    (void)crc;
+    PROVE(size == 0 || __CPROVER_r_ok(data, size));
+    return nondet_u32();
+}
+
+/* A number as claim_read_uint says. */
+uint32_t stub_read_uint(cqi_reader *r, int bytes)
+{
+    uint32_t value = nondet_u32();
+    PROVE(bytes >= 1 && bytes <= 4 && r->at <= r->size);
+    if (r->size - r->at < (size_t)bytes) {
+        if (r->result == CQ_OK) r->result = CQ_NEED_INPUT;
+        r->at = r->size;
+        return 0;
+    }
+    r->at += (size_t)bytes;
+    ASSUME(bytes == 4 || value >> 8 * bytes == 0);
+    return value;
+}
+
+/* A whole header of any bytes: what is accepted is within its limits and has been there; what is not, has no size. */
+void claim_peek(void)
+{
+    size_t size = nondet_size(), header_bytes = 1, stream_bytes = 1;
+    uint8_t *data;
+    cq_shape s;
+    cq_result result;
+    uint32_t k = nondet_u32();
+    ASSUME(size <= MAX_SIZE);
+    data = any_bytes(size);
+    result = cq_peek(data, size, &s, &header_bytes, &stream_bytes);
+    PROVE(result <= CQ_NEED_INPUT && result != CQ_ERROR_ARGUMENT && result != CQ_ERROR_MEMORY);
+    PROVE(result != CQ_NEED_INPUT || size < CQ_MAX_HEADER_BYTES);
+    if (result != CQ_OK) {
+        PROVE(header_bytes <= size);
+        return;
+    }
+    PROVE(header_bytes <= size && header_bytes <= CQ_MAX_HEADER_BYTES && header_bytes >= 12);
+    PROVE(stream_bytes >= header_bytes && s.num_channels <= CQ_MAX_CHANNELS);
+    PROVE(s.num_boundary_edges / 3 >= s.num_boundary_loops);
+    if (k < s.num_channels) PROVE(cqi_channel_is_valid(&s.channel[k]));
+    REACHED();
+}

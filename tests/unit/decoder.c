@@ -583,6 +583,17 @@ TEST(weights_stay_within_their_limit) {
     CHECK_EQ(m.weight[3], -CQI_MOST);
 }
 
+TEST(shifts_of_negative_numbers_round_as_they_say) {
+    int32_t x;
+    for (x = -1000; x <= 1000; ++x) {
+        CHECK_EQ(cqi_scale_down(x, 3), x / 8);
+        CHECK_EQ(cqi_scale_down(x, 0), x);
+        CHECK_EQ(cqi_floor_shift(x, 3), (x + 8000) / 8 - 1000);
+        CHECK_EQ(cqi_floor_half(x), (x + 8000) / 2 - 4000);
+        CHECK_EQ(cqi_abs(x), x < 0 ? -x : x);
+    }
+}
+
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
 TEST(turns_are_taken_back_exactly) {
     uint64_t random = 5;
@@ -1040,6 +1051,7 @@ int main(int argc, char **argv) {
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
     RUN(weights_stay_within_their_limit);
+    RUN(shifts_of_negative_numbers_round_as_they_say);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
