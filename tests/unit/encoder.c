@@ -91,6 +91,21 @@ TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
     CHECK(changed > 1);
 }
 
+TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
+    static const cq_value positions[] = {100, 100, 100, 104, 100, 100, 100, 97, 100, 100, 100, 101};
+    static cq_index valence[] = {5, 5, 5, 6};
+    cqi_plan p;
+    memset(&p, 0, sizeof p);
+    p.mesh.valence = valence;
+    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
+    CHECK(!cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
+    p.positions = positions;
+    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
+    CHECK(cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
+    CHECK(!cqi_is_better(&p, 0, 1, 1));
+    CHECK_EQ(cqi_square_distance(positions, 1, 2), 16 + 9);
+}
+
 TEST(the_map_may_be_null) {
     FOR_EACH_SAMPLE(s, c) {
         cq_place place;
@@ -503,6 +518,7 @@ int main(int argc, char **argv) {
     RUN(the_map_is_a_permutation);
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
+    RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
