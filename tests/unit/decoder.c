@@ -594,6 +594,34 @@ TEST(shifts_of_negative_numbers_round_as_they_say) {
     }
 }
 
+TEST(half_bits_are_the_logarithm_in_halves) {
+    CHECK_EQ(cqi_half_bits(0), 0);
+    CHECK_EQ(cqi_half_bits(1), 1);
+    CHECK_EQ(cqi_half_bits(2), 3);
+    CHECK_EQ(cqi_half_bits(3), 4);
+    CHECK_EQ(cqi_half_bits(0x7fff), 30);
+    CHECK_EQ(cqi_half_bits(0x8000), 32);
+    CHECK_EQ(cqi_half_bits(0xffffffffu), 64);
+}
+
+/* The 64th neighbour, in the order in which the decoder asks them, counts; the 65th does not. */
+TEST(a_base_value_is_predicted_from_at_most_64_neighbours) {
+    static cq_decoder d;
+    static cq_value values[82];
+    triangles t = triangles_bipyramid(80);
+    built b;
+    cq_index h;
+    int k;
+    REQUIRE_EQ(build(&b, &t), CQ_OK);
+    d.draft = b.mesh;
+    for (k = 0, h = b.mesh.out[81]; k < 80; ++k, h = cq_clockwise(&b.mesh, h))
+        values[cq_target(&b.mesh, h)] = (cq_value)(k < 63 ? 2 : k == 63 ? 66 : 30000);
+    CHECK_EQ(cqi_predict_base(&d, values, 1, 7, 81), 3);
+    CHECK_EQ(cqi_predict_base(&d, values, 1, 7, 0), 7);
+    unbuild(&b);
+    triangles_free(&t);
+}
+
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
 TEST(turns_are_taken_back_exactly) {
     uint64_t random = 5;
@@ -1052,6 +1080,8 @@ int main(int argc, char **argv) {
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
     RUN(weights_stay_within_their_limit);
     RUN(shifts_of_negative_numbers_round_as_they_say);
+    RUN(half_bits_are_the_logarithm_in_halves);
+    RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
