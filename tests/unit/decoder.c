@@ -622,6 +622,28 @@ TEST(a_base_value_is_predicted_from_at_most_64_neighbours) {
     triangles_free(&t);
 }
 
+/* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
+TEST(a_split_is_predicted_from_its_fans) {
+    static const int32_t offset[] = {7, -20, 0, 40, 300};
+    static cqi_ring r;
+    cqi_fans fans;
+    int k;
+    r.size = 5;
+    for (k = 0; k < 5; ++k) {
+        r.offset[k][1] = offset[k];
+        r.real[k + 1] = (uint8_t)(r.real[k] + (k != 2));
+    }
+    cqi_count_fans(&r, 1, 3, &fans);
+    cqi_sum_fans(&r, 1, 1, 3, &fans);
+    CHECK_EQ(fans.n_b, 2 + 1);
+    CHECK_EQ(fans.n_a, 4 + 1);
+    CHECK_EQ(fans.sum_b, -20 + 40);
+    CHECK_EQ(fans.sum_a, 40 + 300 + 7 - 20);
+    CHECK_EQ(fans.spread, 7 + 20 + 40 + 300);
+    CHECK_EQ(cqi_predict_delta(&fans, 12), 2 * (5 * 20 - 3 * 327) / (2 * 5 * 3 + 5 + 3));
+    CHECK_EQ(cqi_predict_delta(&fans, 20), 2 * (5 * 5 - 3 * 81) / (2 * 5 * 3 + 5 + 3) * 4);
+}
+
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
 TEST(turns_are_taken_back_exactly) {
     uint64_t random = 5;
@@ -1082,6 +1104,7 @@ int main(int argc, char **argv) {
     RUN(shifts_of_negative_numbers_round_as_they_say);
     RUN(half_bits_are_the_logarithm_in_halves);
     RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
+    RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);
