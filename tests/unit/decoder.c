@@ -622,6 +622,30 @@ TEST(a_base_value_is_predicted_from_at_most_64_neighbours) {
     triangles_free(&t);
 }
 
+/* Around a patch that is a point nothing turns. */
+TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
+    static const int32_t predicted[3] = {0, 0, 0};
+    static cq_decoder d;
+    static cqi_plan plan;
+    const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
+    int axis, sign;
+    cq_range_encoder_init(&plan.range, NULL, 0);
+    cqi_model_init(&d.model, 1);
+    d.plan = &plan;
+    d.rate = 5;
+    d.ring.size = 3;
+    for (axis = 0; axis < 3; ++axis) {
+        for (sign = -1; sign < 2; sign += 2) {
+            int32_t residual[3] = {0, 0, 0};
+            residual[axis] = sign * limit;
+            CHECK(cqi_code_turned(&d, predicted, residual));
+            CHECK_EQ(residual[axis], sign * limit);
+            residual[axis] += sign;
+            CHECK(!cqi_code_turned(&d, predicted, residual));
+        }
+    }
+}
+
 /* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
 TEST(a_split_is_predicted_from_its_fans) {
     static const int32_t offset[] = {7, -20, 0, 40, 300};
@@ -1104,6 +1128,7 @@ int main(int argc, char **argv) {
     RUN(shifts_of_negative_numbers_round_as_they_say);
     RUN(half_bits_are_the_logarithm_in_halves);
     RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
+    RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
     RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
