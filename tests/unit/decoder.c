@@ -622,6 +622,23 @@ TEST(a_base_value_is_predicted_from_at_most_64_neighbours) {
     triangles_free(&t);
 }
 
+/* L and R of a component are 2 and 3. */
+TEST(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate) {
+    static uint8_t mark[6] = {0, 0, CQI_SEED, 0, 0, 0};
+    static cq_decoder d;
+    d.mesh.mark = mark;
+    d.base_vertices = 5;
+    CHECK_EQ(cqi_side_of_patch(&d, 2, 3), 2);
+    CHECK_EQ(cqi_side_of_patch(&d, 2, 4), 1);
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 2), 2);
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 4), 1);
+    CHECK_EQ(cqi_side_of_patch(&d, 0, 2), 0);
+    CHECK_EQ(cqi_side_of_patch(&d, 1, 2), 0);
+    CHECK_EQ(cqi_side_of_patch(&d, 4, 3), 0);
+    d.base_vertices = 3;
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 2), 0);
+}
+
 /* Around a patch that is a point nothing turns. */
 TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
     static const int32_t predicted[3] = {0, 0, 0};
@@ -1128,6 +1145,7 @@ int main(int argc, char **argv) {
     RUN(shifts_of_negative_numbers_round_as_they_say);
     RUN(half_bits_are_the_logarithm_in_halves);
     RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
+    RUN(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate);
     RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
     RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
