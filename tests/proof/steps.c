@@ -133,11 +133,21 @@ static int patches_hold(int phase)
     return ok;
 }
 
+/* Up to the seed. */
+static int marks_are_clear(void)
+{
+    int ok = 1;
+    cq_index v;
+    for (v = 0; v < REAL_VERTICES; v++) ok &= v >= d.walk.seed || (mark_of[v] & ~CQI_SEED) == 0;
+    return ok;
+}
+
 static int walk_holds(void)
 {
     return number(REAL_VERTICES) && d.walk.head <= d.walk.tail && patches_hold(CQI_WALK) &&
            num_left() + d.walk.tail == d.mesh.num_vertices && num_waiting() == d.splits &&
-           (d.walk.spoke == CQ_NONE || in_range(d.walk.spoke));
+           (d.walk.spoke == CQ_NONE || (in_range(d.walk.spoke) && d.walk.head < d.walk.tail &&
+                                        origin_of[d.walk.spoke] == origin_of[patch_of[d.walk.head]]));
 }
 
 static int splits_hold(void)
@@ -155,18 +165,18 @@ static int state_holds(int phase)
     case CQI_BASE_VALUES: return d.value <= m->num_vertices;
     case CQI_LEVEL: return 1;
     case CQI_CLEAR: return d.walk.seed <= m->num_vertices && d.walk.head == 0 && d.walk.tail == 0 &&
-                           d.walk.spoke == CQ_NONE && d.splits == 0;
+                           d.walk.spoke == CQ_NONE && d.splits == 0 && marks_are_clear();
     case CQI_WALK: return walk_holds();
     case CQI_SPLITS: return splits_hold();
     default: return 0;
     }
 }
 
-/* Numbers in range, twins in pairs, fans that close within STEPS. */
+/* Numbers in range; where patches are walked around, twins in pairs, and the halfedges of a vertex one fan. */
 static void any_mesh(cq_mesh *m)
 {
-    cq_index h, v, s;
-    int n;
+    cq_index h, v, s, k;
+    int n, all;
     for (h = 0; h < HALFEDGES; h++) {
         origin_of[h] = any_index();
         twin_of[h] = any_index();
@@ -191,11 +201,12 @@ static void any_mesh(cq_mesh *m)
     m->num_virtual = m->max_virtual = 1;
     m->max_virtual_faces = VIRTUAL_FACES;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
-    if (PHASE < CQI_WALK) return;
+    if (PHASE < CQI_CLEAR) return;
     for (h = 0; h < HALFEDGES; h++) {
         ASSUME(twin_of[twin_of[h]] == h && origin_of[next_of[twin_of[h]]] == origin_of[h]);
         for (s = next_of[twin_of[h]], n = 1; s != h && n < STEPS; n++) s = next_of[twin_of[s]];
-        ASSUME(s == h && origin_of[h] != origin_of[next_of[h]]);
+        for (k = 0, all = 0; k < HALFEDGES; k++) all += origin_of[k] == origin_of[h];
+        ASSUME(s == h && n == all && origin_of[h] != origin_of[next_of[h]]);
         ASSUME(origin_of[h] < m->num_vertices || origin_of[h] == REAL_VERTICES);
     }
 }
