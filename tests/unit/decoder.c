@@ -570,6 +570,30 @@ TEST(a_level_that_begins_behind_the_last_byte_is_truncated) {
     }
 }
 
+/* Before any of its splits is made. */
+TEST(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt) {
+    FOR_EACH_SAMPLE(s, c) {
+        int less;
+        uint32_t end = 0;
+        for (less = 0; less < 2; ++less) {
+            decoding d;
+            cq_bytes in = {c.bytes, c.size};
+            cq_result result = CQ_OK;
+            decoding_begin(&d, c.bytes, c.size);
+            while (d.decoder->phase != CQI_WALK && result == CQ_OK) result = cq_decode(d.decoder, &in, 1);
+            if (result == CQ_OK) {
+                uint32_t before = d.decoder->mesh.num_vertices;
+                if (less) d.decoder->shape.num_vertices = end - 1;
+                while (d.decoder->phase == CQI_WALK && result == CQ_OK) result = cq_decode(d.decoder, &in, 1);
+                CHECK_EQ(result, less ? CQ_ERROR_CORRUPT : CQ_OK);
+                CHECK_EQ(d.decoder->mesh.num_vertices, before);
+                end = d.decoder->level_end;
+            }
+            decoding_free(&d);
+        }
+    }
+}
+
 TEST(weights_stay_within_their_limit) {
     static cqi_model m;
     m.weight[3] = CQI_MOST - 1;
@@ -1141,6 +1165,7 @@ int main(int argc, char **argv) {
     RUN(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart);
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
+    RUN(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt);
     RUN(weights_stay_within_their_limit);
     RUN(shifts_of_negative_numbers_round_as_they_say);
     RUN(half_bits_are_the_logarithm_in_halves);
