@@ -45,7 +45,8 @@ limited() { # seconds command...
 
 # The stages, those first that kill most in the least time; each prints what must be the same as without a mutant. 2: it
 # does not compile. Not optimised: that is built ten times as fast.
-stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/decoder same_code fuzz ref_data narrow
+stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/decoder same_code
+    unit-16/header unit-16/mesh unit-16/encoder unit-16/decoder fuzz ref_data narrow
     checked/range_coder checked/header checked/mesh checked/encoder checked/decoder
     property/range_coder property/mesh property/codec)
 
@@ -58,6 +59,10 @@ stage() { # name include-directory
         ;;
     unit/*)
         compile "$2" "$program" "tests/$1.c" || return 2
+        limited 20 "$program"
+        ;;
+    unit-16/*)
+        compile "$2" "$program" "tests/unit/${1#*/}.c" -DCQ_INDEX_BITS=16 || return 2
         limited 20 "$program"
         ;;
     checked/*)

@@ -437,6 +437,25 @@ TEST(streams_refine_a_coarse_base) {
     sample_free(&s);
 }
 
+/* Both faces of the pillow begin at one vertex. */
+TEST(components_whose_faces_are_mixed_come_back) {
+    static const int faces[] = {0, 1, 2, 4, 5, 6, 0, 3, 1, 4, 6, 5, 0, 2, 3, 1, 3, 2};
+    sample s;
+    coded c;
+    decoding d;
+    sample_begin(&s, triangles_of(7, 6, faces));
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+    CHECK_EQ(d.decoder->num_components, 2);
+    CHECK_EQ(d.decoder->mesh.num_vertices, 7);
+    CHECK_EQ(d.decoder->mesh.num_faces, 6);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
 TEST(thousands_of_components_cost_bits_each_not_bytes) {
     enum { COUNT = 1500 };
     static int faces[12 * COUNT];
@@ -536,6 +555,7 @@ int main(int argc, char **argv) {
     RUN(a_mesh_without_vertices_round_trips_or_is_refused);
     RUN(progress_goes_forward_and_never_beyond_its_total);
     RUN(streams_refine_a_coarse_base);
+    RUN(components_whose_faces_are_mixed_come_back);
     RUN(thousands_of_components_cost_bits_each_not_bytes);
 #if CQ_INDEX_BITS == 32
     RUN(ten_thousand_vertices_come_back);
