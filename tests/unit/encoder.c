@@ -419,7 +419,7 @@ TEST(progress_goes_forward_and_never_beyond_its_total) {
         CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
         CHECK_EQ(p.bad, 0);
         if (which_s == 4) CHECK(p.calls > 0);
-        CHECK((uint32_t)p.calls <= c.report->num_levels + 1);   /* not at every step */
+        CHECK(p.calls <= c.report->num_levels + 1);   /* not at every step */
     }
 }
 

@@ -342,6 +342,21 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
     }
 }
 
+TEST(numbers_are_written_in_their_shortest_form) {
+    static const uint32_t numbers[] = {0, 1, 127, 128, 129, 16383, 16384, 0xfffffffu, 0x10000000u, 0xffffffffu};
+    static const size_t sizes[] = {1, 1, 1, 2, 2, 2, 3, 4, 5, 5};
+    size_t k;
+    for (k = 0; k < sizeof numbers / sizeof numbers[0]; ++k) {
+        uint8_t bytes[8], *to = bytes;
+        header h;
+        cqi_write_varint(&to, numbers[k]);
+        h.size = 0;
+        put_varint(&h, numbers[k]);
+        CHECK_EQ(to - bytes, sizes[k]);
+        CHECK(h.size == sizes[k] && memcmp(bytes, h.bytes, h.size) == 0);
+    }
+}
+
 TEST(channels_that_do_not_exist_are_not_supported) {
     static const struct { uint32_t kind, components, bits; } bad[] = {
         {2, 1, 8}, {255, 1, 8}, {CQ_GENERIC, 0, 8}, {CQ_GENERIC, 5, 8}, {CQ_GENERIC, 255, 8}, {CQ_GENERIC, 1, 0},
@@ -478,6 +493,7 @@ int main(int argc, char **argv) {
     RUN(as_many_faces_as_32_bits_can_count_are_a_shape);
     RUN(huge_counts_are_refused_before_any_work);
     RUN(a_number_that_is_not_in_its_shortest_form_is_corrupt);
+    RUN(numbers_are_written_in_their_shortest_form);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
 #if CQ_INDEX_BITS == 16
