@@ -159,6 +159,22 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
     sample_free(&s);
 }
 
+TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
+    uint8_t bytes[200];
+    sample s;
+    size_t size, stream_size;
+    void *memory;
+    const cqi_encoder *e;
+    sample_begin(&s, triangles_octahedron());
+    size = cq_encoder_bytes(&s.input.shape);
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_encode(&s.input, memory, size, bytes, sizeof bytes, &stream_size, NULL, NULL), CQ_OK);
+    e = (const cqi_encoder *)memory;
+    CHECK(e->replay.memory + e->replay.memory_size == (const uint8_t *)memory + size);
+    exact_free(memory);
+    sample_free(&s);
+}
+
 TEST(misaligned_encoder_memory_is_an_error) {
     sample s;
     size_t size, stream_size, shift;
@@ -542,6 +558,7 @@ int main(int argc, char **argv) {
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
+    RUN(the_decoder_that_replays_gets_the_rest_of_the_memory);
     RUN(misaligned_encoder_memory_is_an_error);
     RUN(every_output_that_is_too_small_is_full_and_the_size_is_told);
     RUN(an_output_that_is_larger_than_needed_gets_the_same_bytes);
