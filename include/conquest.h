@@ -1445,13 +1445,14 @@ uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
 size_t cq_range_encoder_finish(cq_range_encoder *e)
 {
     uint64_t end = e->low + e->range, value;
-    int bits = 32, k;
+    int bits = 32;
     do {
         uint64_t mask = ((uint64_t)1 << bits--) - 1;
         value = (e->low + mask) & ~mask;
     } while (value >= end);
     e->low = value;
-    for (k = 0; k < 5; k++) cqi_shift_low(e); /* four bytes of low, and the cache */
+    cqi_shift_low(e); /* the cache */
+    cqi_shift_low(e); /* the one byte of low that is not zero */
     e->count -= e->zeros;
     e->zeros = 0;
     return e->count;

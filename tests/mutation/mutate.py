@@ -34,7 +34,7 @@ def blank(match):
 
 def implementation(text):
     """Where mutants may be: between the implementation's guard and the end, without comments, tables and macros."""
-    start = text.index("defined(CONQUEST_IMPLEMENTATION)")
+    start = text.index("\n", text.index("defined(CONQUEST_IMPLEMENTATION)"))
     body = text[start:]
     body = re.sub(r"/\*.*?\*/", blank, body, flags=re.DOTALL)
     body = re.sub(r"\"(?:\\.|[^\"\\\n])*\"", blank, body)

@@ -5,9 +5,13 @@
 #     tests/mutation/mutation.sh only NUMBER ...
 #
 # Each mutant of mutate.py is built into the programs of `stages`, one after the other until one of them fails, prints
-# something else than with the header as it is, or runs out of time: then it is killed. A mutant that does not compile is
-# none. Survivors that change nothing that anybody could see are listed in explained.txt, with the reason, and
-# do not count. The last line is `N passed, N failed`: 1 passed if at least 95 % were killed; survivors are printed.
+# something else than with the header as it is, or runs out of processor time: then it is killed. A mutant that does not
+# compile is none, nor is one that an optimising compiler makes the same code of. Survivors that change nothing that
+# anybody could see are listed in explained.txt, with the reason, and do not count.
+#
+# A run that was interrupted goes on where it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
+# Survivors are tried again, for the tests may have become better. The last line is `N passed, N failed`: 1 passed if at
+# least 95 % were killed; survivors are printed.
 set -u
 shopt -s nullglob
 cd "$(dirname "$0")/../.." || exit 1
@@ -15,9 +19,9 @@ root=$PWD
 clang=${CLANG:-clang-19}
 work=build/mutation
 least=95
-limit=${MUTANT_SECONDS:-60}
-killed=0 survived=0 explained=0 invalid=0
-flags=(-O1 -w -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
+killed=0 survived=0 explained=0 same=0 invalid=0
+flags=(-w -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
+sanitizers=(-fsanitize=address,undefined -fno-sanitize-recover=all)
 meshes=(ref_data/*.off ref_data/bad/*.off)
 mutate() { python3 tests/mutation/mutate.py include/conquest.h "$@"; }
 
@@ -25,55 +29,71 @@ compile() { # include-directory program source... options
     local include=$1 program=$2
     shift 2
     case $1 in
-    *.cpp) timeout 120 g++ -std=c++17 -I"$include" "${flags[@]}" "$@" -lrapidcheck -o "$program" ;;
-    *) timeout 120 "$clang" -std=c99 -I"$include" "${flags[@]}" "$@" -lm -o "$program" ;;
+    *.cpp) g++ -std=c++17 -I"$include" "${flags[@]}" "$@" -lrapidcheck -o "$program" ;;
+    *) "$clang" -std=c99 -I"$include" "${flags[@]}" "$@" -lm -o "$program" ;;
     esac 2>"$program.log"
 }
 
-checked() { # include-directory program source... options: with sanitizers
-    compile "$@" -fsanitize=address,undefined -fno-sanitize-recover=all
+# Seconds of processor time, and bytes in a file: so that a loaded machine kills no more than an idle one.
+limited() { # seconds command...
+    (
+        ulimit -t "$1" -f 1000000
+        shift
+        exec "$@"
+    )
 }
 
-# The stages, cheapest first; each prints what must be the same as without a mutant. 2: it does not compile.
+# The stages, those first that kill most in the least time; each prints what must be the same as without a mutant. 2: it
+# does not compile. Not optimised: that is built ten times as fast.
+stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/decoder same_code
+    unit-16/header unit-16/mesh unit-16/encoder unit-16/decoder fuzz ref_data narrow
+    checked/range_coder checked/header checked/mesh checked/encoder checked/decoder
+    property/range_coder property/mesh property/codec)
+
 stage() { # name include-directory
     local program=$work/program
     case $1 in
     portability)
         compile "$2" "$program" tests/portability/portability.c || return 2
-        timeout "$limit" "$program" "${meshes[@]}"
+        limited 5 "$program" "${meshes[@]}"
         ;;
     unit/*)
-        checked "$2" "$program" "tests/$1.c" || return 2
-        timeout "$limit" "$program"
+        compile "$2" "$program" "tests/$1.c" || return 2
+        limited 20 "$program"
+        ;;
+    unit-16/*)
+        compile "$2" "$program" "tests/unit/${1#*/}.c" -DCQ_INDEX_BITS=16 || return 2
+        limited 20 "$program"
+        ;;
+    checked/*)
+        compile "$2" "$program" "tests/unit/${1#*/}.c" -O1 "${sanitizers[@]}" || return 2
+        limited 20 "$program"
         ;;
     narrow)
-        checked "$2" "$program" tests/portability/portability.c -DCQ_INDEX_BITS=16 || return 2
-        timeout "$limit" "$program" "${meshes[@]}"
+        compile "$2" "$program" tests/portability/portability.c -DCQ_INDEX_BITS=16 "${sanitizers[@]}" || return 2
+        limited 20 "$program" "${meshes[@]}"
         ;;
     ref_data)
         compile "$2" "$program" examples/cqm*.c examples/cqm/*.c examples/mesh_file.c || return 2
         replay "$program"
         ;;
-    fuzz)
-        fuzz_replay "$2" "$program"
-        ;;
+    fuzz) fuzz_replay "$2" "$program" ;;
+    same_code) code "$2" ;;
     property/*)
-        compile "$2" "$program" "tests/$1.cpp" || return 2
-        RC_PARAMS="seed=1" timeout "$limit" "$program"
+        compile "$2" "$program" "tests/$1.cpp" -O1 || return 2
+        RC_PARAMS="seed=1" limited 20 "$program"
         ;;
     esac
 }
-stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/decoder narrow ref_data fuzz
-    property/mesh property/codec)
 
 # Reports, levels and prefixes of the reference meshes.
 replay() { # program
     local mesh
     for mesh in ref_data/*.off; do
-        timeout "$limit" "$1" encode "$mesh" "$work/stream" || return 1
-        timeout "$limit" "$1" info --json "$work/stream" || return 1
-        timeout "$limit" "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
-        timeout "$limit" "$1" decode --quiet --bytes 80 "$work/stream" "$work/decoded.off"
+        limited 5 "$1" encode "$mesh" "$work/stream" || return 1
+        limited 5 "$1" info --json "$work/stream" || return 1
+        limited 5 "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
+        limited 5 "$1" decode --quiet --bytes 80 "$work/stream" "$work/decoded.off"
         sha256sum <"$work/decoded.off"
     done
 }
@@ -84,19 +104,42 @@ fuzz_replay() { # include-directory program
     for source in fuzz/*.c; do
         name=$(basename "${source%.c}")
         [ "$name" = work ] && continue
-        "$clang" -std=c99 -O1 -w -I"$1" -Iexamples -fsanitize=address,undefined -fno-sanitize-recover=all \
-            -DLLVMFuzzerTestOneInput="fuzz_$name" -c "$source" -o "$work/$name.o" || return 2
+        "$clang" -std=c99 -w -I"$1" -Iexamples "${sanitizers[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" \
+            -c "$source" -o "$work/$name.o" 2>/dev/null || return 2
         objects+=("$work/$name.o")
     done
-    "$clang" -fsanitize=address,undefined "${objects[@]}" -lm -o "$2" && timeout 300 "$2"
+    "$clang" "${sanitizers[@]}" "${objects[@]}" -lm -o "$2" && limited 30 "$2"
 }
 
-# Prints the stage that notices the header in a directory, or `none`, or `invalid`.
+# The header compiled, with both widths of indices.
+code() { # include-directory
+    local bits
+    for bits in 32 16; do
+        gcc -std=c99 -O2 -S -w -DCONQUEST_IMPLEMENTATION -DCQ_INDEX_BITS=$bits -x c - -o - <"$1/conquest.h"
+    done
+}
+
+# What a stage prints without a mutant, twice the same; found when it is first needed.
+expect() { # name
+    [ -e "$work/expected/$1" ] && return 0
+    mkdir -p "$(dirname "$work/expected/$1")"
+    stage "$1" "$root/include" >"$work/now" 2>&1 </dev/null &&
+        stage "$1" "$root/include" >"$work/again" 2>&1 </dev/null &&
+        cmp -s "$work/now" "$work/again" && mv "$work/again" "$work/expected/$1"
+}
+
+# Prints the stage that notices the header in a directory, or `none`, `same` or `invalid`; or `broken` and a stage that
+# fails without a mutant, or does not print the same twice.
 first_to_notice() { # include-directory
     local name status
     for name in "${stages[@]}"; do
+        expect "$name" || { echo "broken $name"; return; }
         stage "$name" "$1" >"$work/now" 2>&1 </dev/null
         status=$?
+        if [ "$name" = same_code ]; then
+            if cmp -s "$work/now" "$work/expected/$name"; then echo same; return; fi
+            continue
+        fi
         if [ $status = 2 ] && [ "$name" = portability ]; then echo invalid; return; fi
         if [ $status != 0 ] || ! cmp -s "$work/now" "$work/expected/$name"; then echo "$name"; return; fi
     done
@@ -110,10 +153,20 @@ is_explained() { # column old new source
 
 try() { # number line column old new source
     local by
-    mutate write "$1" "$work/mutant/conquest.h"
-    by=$(first_to_notice "$work/mutant")
+    by=$(awk -F'\t' -v number="$1" '$1 == number { by = $2 } END { print by }' "$results")
+    if [ -z "$by" ] || [ "$by" = none ]; then
+        mutate write "$1" "$work/mutant/conquest.h"
+        by=$(first_to_notice "$work/mutant")
+        case $by in broken*)
+            echo "without a mutant, stage ${by#* } fails, or does not print the same twice"
+            echo "0 passed, 1 failed"
+            exit 1
+        esac
+        printf '%s\t%s\n' "$1" "$by" >>"$results"
+    fi
     case $by in
     invalid) invalid=$((invalid + 1)) ;;
+    same) same=$((same + 1)) ;;
     none)
         if is_explained "$3" "$4" "$5" "$6"; then
             explained=$((explained + 1)) by=explained
@@ -123,32 +176,13 @@ try() { # number line column old new source
         ;;
     *) killed=$((killed + 1)) ;;
     esac
-    printf '%-16s %5d s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" $SECONDS "$1" "$2" "$3" "$4" "$5" "$6"
+    printf '%-20s %5d s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" $SECONDS "$1" "$2" "$3" "$4" "$5" "$6"
 }
 
-expect() {
-    local name
-    for name in "${stages[@]}"; do
-        mkdir -p "$(dirname "$work/expected/$name")"
-        stage "$name" "$root/include" >"$work/expected/$name" 2>&1 </dev/null
-        case $? in
-        0) ;;
-        *) echo "without a mutant, stage $name fails"; tail -n 3 "$work/expected/$name"; return 1 ;;
-        esac
-        stage "$name" "$root/include" >"$work/now" 2>&1 </dev/null
-        if ! cmp -s "$work/now" "$work/expected/$name"; then
-            echo "without a mutant, stage $name does not print the same twice"
-            return 1
-        fi
-    done
-}
-
-rm -rf "$work"
+rm -rf "$work/expected"
 mkdir -p "$work/mutant" "$work/expected"
-if ! expect; then
-    echo "0 passed, 1 failed"
-    exit 1
-fi
+results=$work/$(sha256sum <include/conquest.h | cut -c 1-16).tsv
+touch "$results"
 if [ "${1:-}" = only ]; then
     shift
     list=$(for number; do mutate list | grep "^$number	"; done)
@@ -159,7 +193,8 @@ while IFS=$'\t' read -r number line column old new source; do
     try "$number" "$line" "$column" "$old" "$new" "$source"
 done <<<"$list"
 total=$((killed + survived))
-echo "$killed of $total killed, $explained changed nothing, $invalid did not compile"
+echo "$killed of $total killed; of the others $same are the same code, $explained change nothing," \
+    "$invalid do not compile"
 if [ $total -gt 0 ] && [ $((100 * killed)) -ge $((least * total)) ]; then
     echo "1 passed, 0 failed"
 else

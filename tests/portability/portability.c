@@ -2,7 +2,7 @@
  *
  *     portability FILE.off ...
  *
- * For each mesh of the files and some that are made here, with and without positions: size and hash of the stream, hash
+ * For each mesh of the files and some that are made here, with and without channels: size and hash of the stream, hash
  * of the order of the vertices, and of what a decoder has after every quarter of the stream and at its end. Numbers are
  * hashed as 32-bit little-endian words whatever the machine, and coordinates are read without floating point, so that
  * all machines, compilers and index widths must print the same. C99 and C++. The exit status is 0 only if every decoded
@@ -191,9 +191,11 @@ typedef struct coded {
     cq_index *map;
 } coded;
 
+/* No channel, the positions, or these and the same numbers as a channel that is no position, for the other goal. */
 static cq_result encode(coded *c, const model *m, uint32_t num_channels)
 {
     cq_input in;
+    uint32_t k;
     cq_result result = CQ_ERROR_MEMORY;
     size_t capacity = 4096 + 64 * (size_t)m->num_vertices;
     int tries;
@@ -201,10 +203,13 @@ static cq_result encode(coded *c, const model *m, uint32_t num_channels)
     in.shape.num_vertices = m->num_vertices;
     in.shape.num_faces = m->num_faces;
     in.shape.num_channels = num_channels;
-    in.shape.channel[0].kind = CQ_POSITION;
-    in.shape.channel[0].components = 3;
-    in.shape.channel[0].bits = POSITION_BITS;
-    in.values[0] = m->positions;
+    for (k = 0; k < num_channels; k++) {
+        in.shape.channel[k].kind = (uint8_t)(k == 0 ? CQ_POSITION : CQ_GENERIC);
+        in.shape.channel[k].components = 3;
+        in.shape.channel[k].bits = POSITION_BITS;
+        in.values[k] = m->positions;
+    }
+    in.goal = num_channels > 1 ? CQ_SMALLEST : CQ_BALANCED;
     in.indices = m->indices;
     in.map = c->map = (cq_index *)allocate((size_t)m->num_vertices * sizeof(cq_index));
     c->bytes = (uint8_t *)allocate(capacity);
@@ -220,14 +225,15 @@ static cq_result encode(coded *c, const model *m, uint32_t num_channels)
 
 static void check_values(const cq_decoder *d, const model *m, const coded *c, const char *name)
 {
-    size_t v, k;
+    size_t v, k, channel;
     check(d->mesh.num_vertices == m->num_vertices && d->mesh.num_faces == m->num_faces, name, "other counts");
-    for (v = 0; d->shape.num_channels && v < m->num_vertices; v++)
-        for (k = 0; k < 3; k++)
-            if (d->channel[0][3 * (size_t)c->map[v] + k] != m->positions[3 * v + k]) {
-                check(0, name, "other positions");
-                return;
-            }
+    for (channel = 0; channel < d->shape.num_channels; channel++)
+        for (v = 0; v < m->num_vertices; v++)
+            for (k = 0; k < 3; k++)
+                if (d->channel[channel][3 * (size_t)c->map[v] + k] != m->positions[3 * v + k]) {
+                    check(0, name, "other values");
+                    return;
+                }
 }
 
 /* The hashes after each quarter of the stream, which is fed in pieces of 7 bytes. */
@@ -263,7 +269,7 @@ static void print_decoded(const model *m, const coded *c, const char *name)
 static void print_model(const model *m, const char *name)
 {
     uint32_t num_channels;
-    for (num_channels = 0; num_channels < 2; num_channels++) {
+    for (num_channels = 0; num_channels < 3; num_channels++) {
         coded c;
         cq_result result = encode(&c, m, num_channels);
         printf("%s %lu: %d", name, (unsigned long)num_channels, (int)result);

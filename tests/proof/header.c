@@ -61,7 +61,22 @@ void claim_varint(void)
     }
 }
 
-/* Counts of any 24 bytes: the number of faces that they imply is in range, and comes from the Euler formula. */
+/* A number as claim_varint says; those that were read are kept. */
+static int64_t number[4];
+static int num_read;
+
+uint32_t stub_read_varint(cqi_reader *r)
+{
+    size_t bytes = nondet_size();
+    ASSUME(bytes <= 5 && bytes <= r->size - r->at);
+    if (r->result != CQ_OK) return 0;
+    r->result = (cq_result)nondet_int();
+    ASSUME(r->result == CQ_OK || r->result == CQ_ERROR_CORRUPT || (r->result == CQ_NEED_INPUT && r->size - r->at < 5));
+    r->at += bytes;
+    return r->result == CQ_OK ? (uint32_t)(number[num_read++] = nondet_u32()) : 0;
+}
+
+/* Counts of any 24 bytes: the number of faces that they imply is in range, and is that of the Euler formula. */
 void claim_counts(void)
 {
     cqi_reader r = any_reader(24);
@@ -75,9 +90,12 @@ void claim_counts(void)
     PROVE(r.result != CQ_NEED_INPUT || r.size - at < 20);
     PROVE(result == CQ_OK || result == CQ_NEED_INPUT || result == CQ_ERROR_CORRUPT);
     if (result == CQ_OK) {
+        int64_t loops = number[1], edges = loops ? number[2] : 0, zigzag = number[num_read - 1];
+        int64_t euler = zigzag & 1 ? -(zigzag + 1) / 2 : zigzag / 2;
+        PROVE(num_read == (loops ? 4 : 3));
+        PROVE(s.num_vertices == number[0] && s.num_boundary_loops == loops && s.num_boundary_edges == edges);
+        PROVE(s.num_faces == 2 * (number[0] + loops) - 4 * euler - edges);
         PROVE(s.num_boundary_edges / 3 >= s.num_boundary_loops);
-        PROVE((2 * (uint64_t)s.num_vertices + 2 * (uint64_t)s.num_boundary_loops - s.num_faces - s.num_boundary_edges) %
-              4 == 0);
         REACHED();
     }
 }

@@ -11,7 +11,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 tools=${CBMC_DIR:-$root/build/cbmc}
 work=$root/build/proof
-limit=${PROOF_SECONDS:-600}
+limit=${PROOF_SECONDS:-1800}
 passed=0 failed=0
 mkdir -p "$work"
 

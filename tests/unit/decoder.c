@@ -720,6 +720,133 @@ TEST(scores_do_not_overflow_before_weights_are_limited) {
     CHECK(2 * weights * most <= (int64_t)UINT32_MAX);
 }
 
+/* Before any of its splits is made. */
+TEST(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt) {
+    FOR_EACH_SAMPLE(s, c) {
+        int less;
+        uint32_t end = 0;
+        for (less = 0; less < 2; ++less) {
+            decoding d;
+            cq_bytes in = {c.bytes, c.size};
+            cq_result result = CQ_OK;
+            decoding_begin(&d, c.bytes, c.size);
+            while (d.decoder->phase != CQI_WALK && result == CQ_OK) result = cq_decode(d.decoder, &in, 1);
+            if (result == CQ_OK) {
+                uint32_t before = d.decoder->mesh.num_vertices;
+                if (less) d.decoder->shape.num_vertices = end - 1;
+                while (d.decoder->phase == CQI_WALK && result == CQ_OK) result = cq_decode(d.decoder, &in, 1);
+                CHECK_EQ(result, less ? CQ_ERROR_CORRUPT : CQ_OK);
+                CHECK_EQ(d.decoder->mesh.num_vertices, before);
+                end = d.decoder->level_end;
+            }
+            decoding_free(&d);
+        }
+    }
+}
+
+TEST(shifts_of_negative_numbers_round_as_they_say) {
+    int32_t x;
+    for (x = -1000; x <= 1000; ++x) {
+        CHECK_EQ(cqi_floor_shift(x, 3), (x + 8000) / 8 - 1000);
+        CHECK_EQ(cqi_floor_half(x), (x + 8000) / 2 - 4000);
+        CHECK_EQ(cqi_abs(x), x < 0 ? -x : x);
+    }
+}
+
+TEST(half_bits_are_the_logarithm_in_halves) {
+    CHECK_EQ(cqi_half_bits(0), 0);
+    CHECK_EQ(cqi_half_bits(1), 1);
+    CHECK_EQ(cqi_half_bits(2), 3);
+    CHECK_EQ(cqi_half_bits(3), 4);
+    CHECK_EQ(cqi_half_bits(0x7fff), 30);
+    CHECK_EQ(cqi_half_bits(0x8000), 32);
+    CHECK_EQ(cqi_half_bits(0xffffffffu), 64);
+}
+
+/* The 64th neighbour, in the order in which the decoder asks them, counts; the 65th does not. */
+TEST(a_base_value_is_predicted_from_at_most_64_neighbours) {
+    static cq_decoder d;
+    static cq_value values[82];
+    static const cq_channel channel = {CQ_GENERIC, 1, 15, CQ_MIDPOINT, 0, {0, 0, 0, 0}};
+    triangles t = triangles_bipyramid(80);
+    built b;
+    cq_index h;
+    int k;
+    REQUIRE_EQ(build(&b, &t), CQ_OK);
+    d.draft = b.mesh;
+    for (k = 0, h = b.mesh.out[81]; k < 80; ++k, h = cq_clockwise(&b.mesh, h))
+        values[cq_target(&b.mesh, h)] = (cq_value)(k < 63 ? 2 : k == 63 ? 66 : 30000);
+    CHECK_EQ(cqi_predict_base(&d, &channel, values, 81), 3);
+    CHECK_EQ(cqi_predict_base(&d, &channel, values, 0), 1 << 14);
+    unbuild(&b);
+    triangles_free(&t);
+}
+
+/* L and R of a component are 2 and 3. */
+TEST(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate) {
+    static uint8_t mark[6] = {0, 0, CQI_SEED, 0, 0, 0};
+    static cq_decoder d;
+    d.mesh.mark = mark;
+    d.base_vertices = 5;
+    CHECK_EQ(cqi_side_of_patch(&d, 2, 3), 2);
+    CHECK_EQ(cqi_side_of_patch(&d, 2, 4), 1);
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 2), 2);
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 4), 1);
+    CHECK_EQ(cqi_side_of_patch(&d, 0, 2), 0);
+    CHECK_EQ(cqi_side_of_patch(&d, 1, 2), 0);
+    CHECK_EQ(cqi_side_of_patch(&d, 4, 3), 0);
+    d.base_vertices = 3;
+    CHECK_EQ(cqi_side_of_patch(&d, 3, 2), 0);
+}
+
+/* Around a patch that is a point nothing turns. */
+TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
+    static const int32_t predicted[3] = {0, 0, 0};
+    static cq_decoder d;
+    static cqi_plan plan;
+    const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
+    int axis, sign;
+    cq_range_encoder_init(&plan.range, NULL, 0);
+    cqi_model_init(&d.model, 1);
+    d.plan = &plan;
+    d.rate = 5;
+    d.ring.size = 3;
+    for (axis = 0; axis < 3; ++axis) {
+        for (sign = -1; sign < 2; sign += 2) {
+            int32_t residual[3] = {0, 0, 0};
+            residual[axis] = sign * limit;
+            CHECK(cqi_code_turned(&d, predicted, residual));
+            CHECK_EQ(residual[axis], sign * limit);
+            residual[axis] += sign;
+            CHECK(!cqi_code_turned(&d, predicted, residual));
+        }
+    }
+}
+
+/* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
+TEST(a_split_is_predicted_from_its_fans) {
+    static const int32_t offset[] = {7, -20, 0, 40, 300};
+    static cqi_ring r;
+    cq_channel channel = {CQ_GENERIC, 1, 12, CQ_MIDPOINT, 0, {0, 0, 0, 0}};
+    cqi_fans fans;
+    int k;
+    r.size = 5;
+    for (k = 0; k < 5; ++k) {
+        r.offset[k][1] = offset[k];
+        r.real[k + 1] = (uint8_t)(r.real[k] + (k != 2));
+    }
+    cqi_count_fans(&r, 1, 3, &fans);
+    cqi_sum_fans(&r, 1, 1, 3, &fans);
+    CHECK_EQ(fans.n_b, 2 + 1);
+    CHECK_EQ(fans.n_a, 4 + 1);
+    CHECK_EQ(fans.sum_b, -20 + 40);
+    CHECK_EQ(fans.sum_a, 40 + 300 + 7 - 20);
+    channel.bits = 12;
+    CHECK_EQ(cqi_predict_delta(&fans, &channel), 2 * (5 * 20 - 3 * 327) / (2 * 5 * 3 + 5 + 3));
+    channel.bits = 20;
+    CHECK_EQ(cqi_predict_delta(&fans, &channel), 2 * (5 * 5 - 3 * 81) / (2 * 5 * 3 + 5 + 3) * 4);
+}
+
 /* Of the largest residuals that a stream may hold; the sanitizers look for overflow. */
 TEST(turns_are_taken_back_exactly) {
     uint64_t random = 5;
@@ -1190,6 +1317,13 @@ int main(int argc, char **argv) {
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
     RUN(weights_are_limited_after_every_1024_splits);
     RUN(scores_do_not_overflow_before_weights_are_limited);
+    RUN(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt);
+    RUN(shifts_of_negative_numbers_round_as_they_say);
+    RUN(half_bits_are_the_logarithm_in_halves);
+    RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
+    RUN(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate);
+    RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
+    RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);
     RUN(memory_that_is_one_byte_short_is_an_error_before_any_work);

@@ -203,6 +203,21 @@ TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
     }
 }
 
+TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
+    static const cq_value positions[] = {100, 100, 100, 104, 100, 100, 100, 97, 100, 100, 100, 101};
+    static cq_index valence[] = {5, 5, 5, 6};
+    cqi_plan p;
+    memset(&p, 0, sizeof p);
+    p.mesh.valence = valence;
+    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
+    CHECK(!cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
+    p.positions = positions;
+    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
+    CHECK(cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
+    CHECK(!cqi_is_better(&p, 0, 1, 1));
+    CHECK_EQ(cqi_square_distance(positions, 1, 2), 16 + 9);
+}
+
 TEST(the_map_may_be_null) {
     FOR_EACH_SAMPLE(s, c) {
         cq_place place;
@@ -252,6 +267,22 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
     size = cq_encoder_bytes(&in.shape);
     memory = exact_alloc(size);
     CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
+    exact_free(memory);
+    sample_free(&s);
+}
+
+TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
+    uint8_t bytes[200];
+    sample s;
+    size_t size, stream_size;
+    void *memory;
+    const cqi_encoder *e;
+    sample_begin(&s, triangles_octahedron());
+    size = cq_encoder_bytes(&s.input.shape);
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_encode(&s.input, memory, size, bytes, sizeof bytes, &stream_size, NULL, NULL), CQ_OK);
+    e = (const cqi_encoder *)memory;
+    CHECK(e->replay.memory + e->replay.memory_size == (const uint8_t *)memory + size);
     exact_free(memory);
     sample_free(&s);
 }
@@ -548,6 +579,7 @@ TEST(progress_goes_forward_and_never_beyond_its_total) {
         CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
         CHECK_EQ(p.bad, 0);
         if (which_s == 4) CHECK(p.calls > 0);
+        CHECK(p.calls <= c.report->num_levels + 1);   /* not at every step */
     }
 }
 
@@ -562,6 +594,25 @@ TEST(streams_refine_a_coarse_base) {
     CHECK(c.report->base_vertices < 30);
     /* The paper's Table 1 has 3.04 bits per vertex for its torus. */
     CHECK((c.report->base + c.report->flags + c.report->indices) / 65536 < 304 * s.mesh.num_vertices / 100);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* Both faces of the pillow begin at one vertex. */
+TEST(components_whose_faces_are_mixed_come_back) {
+    static const int faces[] = {0, 1, 2, 4, 5, 6, 0, 3, 1, 4, 6, 5, 0, 2, 3, 1, 3, 2};
+    sample s;
+    coded c;
+    decoding d;
+    sample_begin(&s, triangles_of(7, 6, faces));
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+    CHECK_EQ(d.decoder->num_components, 2);
+    CHECK_EQ(d.decoder->mesh.num_vertices, 7);
+    CHECK_EQ(d.decoder->mesh.num_faces, 6);
+    decoding_free(&d);
     uncode(&c);
     sample_free(&s);
 }
@@ -649,9 +700,11 @@ int main(int argc, char **argv) {
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
     RUN(the_goal_best_looking_keeps_planes_creases_and_boundaries);
+    RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
+    RUN(the_decoder_that_replays_gets_the_rest_of_the_memory);
     RUN(misaligned_encoder_memory_is_an_error);
     RUN(every_output_that_is_too_small_is_full_and_the_size_is_told);
     RUN(an_output_that_is_larger_than_needed_gets_the_same_bytes);
@@ -668,6 +721,7 @@ int main(int argc, char **argv) {
     RUN(a_mesh_without_vertices_round_trips_or_is_refused);
     RUN(progress_goes_forward_and_never_beyond_its_total);
     RUN(streams_refine_a_coarse_base);
+    RUN(components_whose_faces_are_mixed_come_back);
     RUN(thousands_of_components_cost_bits_each_not_bytes);
 #if CQ_INDEX_BITS == 32
     RUN(ten_thousand_vertices_come_back);

@@ -131,6 +131,25 @@ TEST(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough) {
     }
 }
 
+TEST(a_header_that_is_not_complete_is_no_longer_than_what_there_is) {
+    sample s;
+    coded c;
+    size_t size, header_bytes;
+    cq_shape shape;
+    REQUIRE_EQ(sample_code(&s, &c, 1), CQ_OK);
+    REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, &header_bytes, NULL), CQ_OK);
+    for (size = 0; size < header_bytes; ++size) {
+        cqi_header h;
+        memset(&h, 0xff, sizeof h);
+        h.shape = &shape;
+        CHECK_EQ(cqi_read_header(c.bytes, size, &h), CQ_NEED_INPUT);
+        CHECK(h.header_size <= size);
+        CHECK(size > 3 || h.payload_size == 0);
+    }
+    uncode(&c);
+    sample_free(&s);
+}
+
 TEST(nothing_at_all_needs_more_input) {
     cq_shape shape;
     CHECK_EQ(cq_peek(NULL, 0, &shape, NULL, NULL), CQ_NEED_INPUT);
@@ -276,6 +295,20 @@ TEST(counts_that_no_closed_surface_has_are_corrupt) {
     }
 }
 
+TEST(as_many_faces_as_32_bits_can_count_are_a_shape) {
+    header h;
+    cq_shape shape;
+    put_start(&h, 0x80000000u, 1, 3, 0);
+    put(&h, 0, 1);
+    put_end(&h, 10);
+    CHECK_EQ(peek(&h, &shape), CQ_OK);
+    CHECK_EQ(shape.num_faces, 0xffffffffu);
+    put_start(&h, 0x80000001u, 1, 4, 0);
+    put(&h, 0, 1);
+    put_end(&h, 10);
+    CHECK_EQ(peek(&h, &shape), CQ_ERROR_CORRUPT);
+}
+
 TEST(huge_counts_are_refused_before_any_work) {
     static const uint32_t huge[] = {0x7fffffffu, 0xffffffffu, 100000000u, 21846u, 1000u};
     size_t k;
@@ -344,6 +377,21 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
         }
     }
     CHECK_EQ(count, (20 * 24) + (20 * 25) + (5 * 25));  /* 20 of all components and kinds, 5 have one component */
+}
+
+TEST(numbers_are_written_in_their_shortest_form) {
+    static const uint32_t numbers[] = {0, 1, 127, 128, 129, 16383, 16384, 0xfffffffu, 0x10000000u, 0xffffffffu};
+    static const size_t sizes[] = {1, 1, 1, 2, 2, 2, 3, 4, 5, 5};
+    size_t k;
+    for (k = 0; k < sizeof numbers / sizeof numbers[0]; ++k) {
+        uint8_t bytes[8], *to = bytes;
+        header h;
+        cqi_write_varint(&to, numbers[k]);
+        h.size = 0;
+        put_varint(&h, numbers[k]);
+        CHECK_EQ(to - bytes, sizes[k]);
+        CHECK(h.size == sizes[k] && memcmp(bytes, h.bytes, h.size) == 0);
+    }
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
@@ -483,6 +531,7 @@ int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_header_tells_the_shape_that_was_encoded);
     RUN(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough);
+    RUN(a_header_that_is_not_complete_is_no_longer_than_what_there_is);
     RUN(nothing_at_all_needs_more_input);
     RUN(null_arguments_of_peek_are_an_error);
     RUN(a_wrong_magic_is_not_a_stream_at_any_length);
@@ -492,9 +541,11 @@ int main(int argc, char **argv) {
     RUN(a_header_by_hand_is_understood);
     RUN(the_largest_header_fits_its_limit);
     RUN(counts_that_no_closed_surface_has_are_corrupt);
+    RUN(as_many_faces_as_32_bits_can_count_are_a_shape);
     RUN(huge_counts_are_refused_before_any_work);
     RUN(a_number_that_is_not_in_its_shortest_form_is_corrupt);
     RUN(exactly_the_channels_of_the_specification_are_supported);
+    RUN(numbers_are_written_in_their_shortest_form);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
 #if CQ_INDEX_BITS == 16

@@ -1024,6 +1024,17 @@ TEST(a_split_of_a_full_mesh_is_refused_and_changes_nothing) {
     unbuild(&b);
 }
 
+TEST(a_full_mesh_has_no_new_vertex_and_no_new_face) {
+    built b;
+    REQUIRE(build_and_check(&b, triangles_disc(6)));
+    CHECK_EQ(cqi_new_vertex(&b.mesh), CQ_NONE);
+    CHECK_EQ(cqi_new_virtual(&b.mesh), CQ_NONE);
+    CHECK_EQ(cqi_new_face(&b.mesh, 0), CQ_NONE);
+    CHECK_EQ(cqi_new_face(&b.mesh, 1), CQ_NONE);
+    CHECK_EQ(cq_mesh_check(&b.mesh, NULL), CQ_OK);
+    unbuild(&b);
+}
+
 TEST(a_split_of_a_virtual_vertex_is_refused_and_changes_nothing) {
     built b;
     snapshot s;
@@ -1622,6 +1633,7 @@ int main(int argc, char **argv) {
     RUN(a_split_of_neighbouring_spokes_makes_a_vertex_of_valence_three);
     RUN(a_split_gives_b_the_spokes_strictly_clockwise_from_first_to_last);
     RUN(a_split_of_a_full_mesh_is_refused_and_changes_nothing);
+    RUN(a_full_mesh_has_no_new_vertex_and_no_new_face);
     RUN(a_split_of_a_virtual_vertex_is_refused_and_changes_nothing);
     RUN(a_split_that_needs_a_virtual_face_is_refused_when_there_is_none);
     RUN(a_split_that_needs_two_real_faces_is_refused_when_there_is_one);

@@ -133,6 +133,15 @@ TEST(any_bytes_may_follow_in_memory_but_only_size_bytes_are_read) {
     exact_free(s.bytes);
 }
 
+/* Four bytes 0xff are the end of the first interval, which belongs to no symbol: as good as the number before it. */
+TEST(a_code_that_no_encoder_writes_is_the_last_symbol) {
+    static const uint8_t bytes[] = {0xff, 0xff, 0xff, 0xff};
+    cq_range_decoder d;
+    cq_range_decoder_init(&d, bytes, sizeof bytes);
+    CHECK(d.code < d.range);
+    CHECK_EQ(cq_decode_slot(&d, 1000), 999);
+}
+
 TEST(a_decoder_counts_the_bytes_it_wanted_past_the_end) {
     static sequence s;
     cq_range_decoder d;
@@ -590,6 +599,7 @@ int main(int argc, char **argv) {
     RUN(the_last_byte_of_a_code_is_never_zero);
     RUN(no_shorter_code_means_the_same);
     RUN(any_bytes_may_follow_in_memory_but_only_size_bytes_are_read);
+    RUN(a_code_that_no_encoder_writes_is_the_last_symbol);
     RUN(a_decoder_counts_the_bytes_it_wanted_past_the_end);
     RUN(a_decoder_has_read_four_bytes_more_than_the_encoder_has_shifted_out);
     RUN(finish_costs_at_most_two_bytes);
