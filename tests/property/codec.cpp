@@ -43,7 +43,7 @@ void all_goals_give_back_the_same_mesh() {
         RC_ASSERT(s.c.result == CQ_OK);
         Decoding d(s);
         RC_ASSERT(decoding_run(&d.d, s.c.bytes, s.c.size, s.c.size, CQ_NO_LIMIT) == CQ_DONE);
-        RC_ASSERT(same_mesh(model, s.c.map, *d.d.decoder));
+        RC_ASSERT(same_mesh(model, s.c, *d.d.decoder));
     }
 }
 
