@@ -203,8 +203,15 @@ typedef struct cq_mesh {
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
 } cq_mesh;
 
+/* A number of bytes, which may be more than a size_t of 16 bits can say. */
+#if SIZE_MAX < 0xffffffffu
+typedef uint32_t cqi_size;
+#else
+typedef size_t cqi_size;
+#endif
+
 /* Bytes of memory for a mesh: v vertices + boundary loops, f faces + boundary edges. A multiple of 4. */
-#define CQ_MESH_BYTES(v, f) (CQI_ROUND(((size_t)(v) * 2 + (size_t)(f) * 6) * sizeof(cq_index) + (size_t)(v)))
+#define CQ_MESH_BYTES(v, f) (CQI_ROUND(((cqi_size)(v) * 2 + (cqi_size)(f) * 6) * sizeof(cq_index) + (cqi_size)(v)))
 #define CQI_ROUND(n) (((n) + 3) / 4 * 4)
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
@@ -481,9 +488,9 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
 /* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
  * c components of all channels of vertices together. Each channel of faces needs CQ_FACE_BYTES(faces) more. */
 #define CQ_DECODER_BYTES(v, f, c) \
-    (CQ_MESH_BYTES(v, f) + CQI_ROUND(((size_t)(f) / 3 + 1) * sizeof(cq_index)) \
-     + CQI_ROUND((size_t)(v) * (size_t)(c) * sizeof(cq_value)))
-#define CQ_FACE_BYTES(f) CQI_ROUND((size_t)(f) * sizeof(cq_value))
+    (CQ_MESH_BYTES(v, f) + CQI_ROUND(((cqi_size)(f) / 3 + 1) * sizeof(cq_index)) \
+     + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
+#define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -748,22 +755,28 @@ static uint32_t cqi_all_components(const cq_shape *s, int per_face)
     return n;
 }
 
-/* Everything that cq_index can number, and small enough that no size below overflows: an encoder needs at most 121
- * bytes for each of CQI_MAX_HALFEDGES halfedges. */
-#define CQI_LARGEST_COUNT (sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu) /* unreachable: half of it */
+/* 0 if size_t has too few bits. */
+static size_t cqi_bytes(cqi_size n) { return (size_t)n == n ? (size_t)n : 0; } /* unreachable: size_t of 16 bits */
+
+/* Everything that cq_index can number, and small enough that no cqi_size below overflows: an encoder needs at most 121
+ * bytes for each of CQI_MAX_HALFEDGES halfedges. And a mesh whose size a size_t can say. */
+#define CQI_LARGEST_COUNT (sizeof(size_t) < 4 ? 511 : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu)
 #define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : CQI_LARGEST_COUNT)
 
 static int cqi_countable(const cq_shape *s)
 {
     const uint32_t limit = (uint32_t)(CQI_MAX_HALFEDGES / 3);
-    return s->num_vertices <= limit && s->num_boundary_loops <= limit - s->num_vertices &&
-           s->num_faces <= limit && s->num_boundary_edges <= limit - s->num_faces && s->num_channels <= CQ_MAX_CHANNELS;
+    cqi_size bytes;
+    if (s->num_vertices > limit || s->num_boundary_loops > limit - s->num_vertices) return 0;
+    if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
+    bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
+    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
+    return cqi_bytes(CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s)));
 }
 
 /* Lays out a mesh without vertices and faces. Block sizes add up to CQ_MESH_BYTES: only the last one needs rounding
@@ -1425,7 +1438,7 @@ void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t
 void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits)
 {
     for (; bits > 16; bits -= 8) cq_encode_freq(e, value >> (bits - 8) & 0xff, 1, 256);
-    if (bits > 0) cq_encode_freq(e, value & ((1u << bits) - 1), 1, 1u << bits);
+    if (bits > 0) cq_encode_freq(e, value & (((uint32_t)1 << bits) - 1), 1, (uint32_t)1 << bits);
 }
 
 uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
@@ -1560,7 +1573,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
     cq_shape *s = h->shape;
     cq_result result = cqi_read_counts(r, s);
-    uint32_t k;
+    uint32_t k, payload_size;
     if (result != CQ_OK) return result;
     s->num_channels = cqi_read_uint(r, 1);
     if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
@@ -1568,9 +1581,11 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
-    h->payload_size = cqi_read_varint(r);
+    payload_size = cqi_read_varint(r);
+    h->payload_size = (size_t)payload_size;
     h->payload_crc = cqi_read_uint(r, 4);
-    if (h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES) return CQ_ERROR_TOO_LARGE; /* unreachable: 32-bit size_t */
+    if (h->payload_size != payload_size || h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES)
+        return CQ_ERROR_TOO_LARGE; /* unreachable: size_t of 64 bits */
     return r->result;
 }
 
@@ -1610,11 +1625,16 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
     return result;
 }
 
+static cqi_size cqi_decoder_size(const cq_shape *s)
+{
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
+           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
+}
+
 size_t cq_decoder_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
-           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
+    return cqi_bytes(cqi_decoder_size(s));
 }
 
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
@@ -2417,7 +2437,7 @@ static cqi_vector cqi_fit(cqi_vector a, int bits)
     return shift < 0 ? cqi_shift(a, -shift) : cqi_scale(a, (int32_t)1 << shift);
 }
 
-/* Length within 7 %, not above: no square root, and no overflow below 2^26. */
+/* Length within 10 %, of tiny vectors less: no square root, and no overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
     int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
@@ -3618,13 +3638,13 @@ typedef struct cqi_encoder {
 
 size_t cq_encoder_bytes(const cq_shape *s)
 {
-    size_t v, f, c, notes;
+    cqi_size v, f, c, notes;
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     c = cqi_all_components(s, 0);
     notes = (7 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v + v * c * sizeof(cq_value) + 12 * 3;  /* 12 roundings */
-    return CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + cq_decoder_bytes(s);
+    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes) + cqi_decoder_size(s));
 }
 
 /* Joins the values of b to those of a; b's become the difference. */
@@ -4135,7 +4155,7 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
 {
     uint8_t header[CQ_MAX_HEADER_BYTES];
     size_t header_size = cqi_write_header(header, s, payload_size, 0);
-    if (payload_size > 0xffffffffu) return CQ_ERROR_TOO_LARGE; /* unreachable: by less than 4 GiB */
+    if ((uint32_t)payload_size != payload_size) return CQ_ERROR_TOO_LARGE; /* unreachable: by less than 4 GiB */
     *stream_size = header_size + payload_size;
     if (*stream_size > out_size) return CQ_ERROR_OUTPUT;
     cqi_move_up(out + gap, payload_size, header_size - gap);
@@ -4419,8 +4439,8 @@ cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_valu
 /* From -1 to 1, whatever the value. */
 static double cqi_octahedral_number(int32_t half, cq_value value)
 {
-    int32_t x = (int32_t)value - half;
-    return (double)(x < -half ? -half : cqi_at_most(x, half)) / half;
+    const int32_t x = (int32_t)value - half;
+    return (double)(x < -half ? -half : x > half ? half : x) / half;
 }
 
 void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to)

@@ -207,11 +207,12 @@ test_process() {
 
 # AVR, where int has 16 bits: without -Wconversion, which warns of integer promotion there.
 # shellcheck disable=SC2086
-compile_avr() {
+compile_avr() { # name source...
+    name=$1
+    shift
     mkdir -p "$out/avr" &&
         avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -ffunction-sections \
-            -fdata-sections -Wl,--gc-sections -I"$out/$1" $example/main.c $example/decoder.c $example/avr.c \
-            -o "$out/avr/$1.elf"
+            -fdata-sections -Wl,--gc-sections -I"$out/$name" -I$example "$@" $example/avr.c -o "$out/avr/$name.elf"
 }
 
 # The simulator colours what comes out of the serial port, and shows a dot for the end of a line.
@@ -221,9 +222,15 @@ run_avr() {
 }
 
 test_avr() {
-    check "avr: compiles" compile_avr "$1"
+    check "avr: compiles" compile_avr "$1" $example/main.c $example/decoder.c
     check "avr: decodes $1" run_avr "$1"
     check "avr: same mesh as the host, $1" same_mesh "$out/avr/$1.txt" "$out/host/$1.txt"
+}
+
+test_avr_sizes() {
+    check "avr: compiles sizes" compile_avr sizes tests/embedded/sizes.c
+    check "avr: runs sizes" run_avr sizes
+    check "avr: sizes that do not fit are refused" grep -q '^all refused$' "$out/avr/sizes.txt"
 }
 
 test_compilers() {
@@ -234,6 +241,7 @@ test_compilers() {
         test_process host-16 "$stream" "" cc -O2 -DCQ_INDEX_BITS=16
     done
     test_avr disc
+    test_avr_sizes
 }
 
 # -- Figures ---------------------------------------------------------------------------------------------------------
