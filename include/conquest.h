@@ -417,7 +417,7 @@ typedef struct cqi_ring {
     cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
     int32_t height;                            /* sum of the distances from the plane */
     cqi_point sum[CQ_MAX_VALENCE + 1];         /* in the plane: of the offsets before a vertex */
-    cqi_point direction[CQ_MAX_VALENCE + 2];   /* that of vertex k - 1, spokes being 64 long; the ends are there twice */
+    cqi_point direction[CQ_MAX_VALENCE + 2];   /* that of vertex k - 1, spokes are 64 long; the ends are there twice */
 } cqi_ring;
 
 /* Adaptive weights of the split model, in 2^-CQI_UNIT octaves: at most 8 octaves, which is seen to after every 1024

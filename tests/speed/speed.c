@@ -3,7 +3,7 @@
  *     speed MESH ...
  *
  * Decodes each mesh many times, its connectivity alone and with 12-bit positions, and prints microseconds of the
- * processor per split, base and conquest included: of the fastest run, since whatever else the machine does only adds. */
+ * processor per split, base and conquest included: of the fastest run, since what else the machine does only adds. */
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 
