@@ -113,6 +113,19 @@ static int same_mesh(const sample *s, const coded *c, const cq_decoder *d) {
     return same;
 }
 
+/* Encodes the sample, decodes it in pieces of `chunk` bytes and single steps, and compares. */
+static void check_round_trip(sample *s, size_t chunk) {
+    coded c;
+    decoding d;
+    code(&c, &s->input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, chunk, 1), CQ_DONE);
+    CHECK(same_mesh(s, &c, d.decoder));
+    decoding_free(&d);
+    uncode(&c);
+}
+
 TEST(a_stream_gives_back_the_mesh_and_the_values) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
@@ -219,21 +232,13 @@ TEST(exact_values_are_any_patterns) {
     int round;
     for (round = 0; round < 50; ++round) {
         sample s;
-        coded c;
-        decoding d;
         uint32_t j;
         sample_begin(&s, round % 2 ? triangles_torus(6, 7) : triangles_disc(40));
         sample_merged(&s, CQ_GENERIC, CQ_KEEP, 4, CQ_EXACT_BITS);
         sample_merged(&s, CQ_GENERIC, CQ_PER_FACE, 1, CQ_EXACT_BITS);
         for (j = 0; j < 4 * s.mesh.num_vertices; ++j) s.values[0][j] = (cq_value)odd[next_random(&random) % 14];
         for (j = 0; j < s.mesh.num_faces; ++j) s.values[1][j] = (cq_value)odd[next_random(&random) % 14];
-        code(&c, &s.input);
-        REQUIRE_EQ(c.result, CQ_OK);
-        decoding_begin(&d, c.bytes, c.size);
-        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
-        CHECK(same_mesh(&s, &c, d.decoder));
-        decoding_free(&d);
-        uncode(&c);
+        check_round_trip(&s, 1);
         sample_free(&s);
     }
 }
@@ -245,19 +250,11 @@ TEST(odd_numbers_of_everything_fit_the_memory_exactly) {
     for (parts = 3; parts < 6; ++parts) {
         for (channels = 0; channels <= CQ_MAX_CHANNELS; ++channels) {
             sample s;
-            coded c;
-            decoding d;
             triangles t = triangles_bipyramid((uint32_t)parts);
             if (parts == 4) triangles_append(&t, triangles_single());
             sample_begin(&s, t);
             for (k = 0; k < channels; ++k) sample_channel(&s, k == 1 ? CQ_POSITION : CQ_GENERIC, k % 2 == 0 ? 1 : 3, 7);
-            code(&c, &s.input);
-            REQUIRE_EQ(c.result, CQ_OK);
-            decoding_begin(&d, c.bytes, c.size);
-            CHECK_EQ(decoding_run(&d, c.bytes, c.size, 3, 1), CQ_DONE);
-            CHECK(same_mesh(&s, &c, d.decoder));
-            decoding_free(&d);
-            uncode(&c);
+            check_round_trip(&s, 3);
             sample_free(&s);
         }
     }
