@@ -19,7 +19,7 @@
 #define EXIT_BAD_USAGE 2
 
 struct options {
-    int connectivity, keep_order, json, quiet;
+    int connectivity, keep_order, fast, json, quiet;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */

@@ -215,6 +215,7 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.shape.num_faces = mesh->num_faces;
     e->input.indices = mesh->indices;
     e->input.goal = options->goal;
+    e->input.shape.fast = (uint32_t)options->fast;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     if (e->input.map == NULL)
         return complain(path, "out of memory");
