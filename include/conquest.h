@@ -2673,14 +2673,16 @@ static void cqi_walk_begin(cqi_walk *w)
     w->spoke = CQ_NONE;
 }
 
-/* Takes the marks of the level before from the next vertices; 0 when that was done for all. Virtual vertices are
- * conquered from the start: they are never the centre of a patch. */
+/* Virtual vertices are conquered from the start: they are never the centre of a patch. */
+static void cqi_conquer_virtual(cq_mesh *m) { memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual); }
+
+/* Takes the marks of the level before from the next vertices; 0 when that was done for all. */
 static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
 {
     cq_index k;
     for (k = 0; k < CQI_CLEAR_AT_ONCE && w->seed < m->num_vertices; k++) m->mark[w->seed++] &= CQI_SEED;
     if (w->seed < m->num_vertices) return 1;
-    memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual);
+    cqi_conquer_virtual(m);
     w->seed = 0;
     return 0;
 }
@@ -2688,11 +2690,13 @@ static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
 /* Takes the ring of the spoke's origin; returns how many of its vertices were available. */
 static int cqi_conquer_ring(cq_mesh *m, cq_index spoke)
 {
+    const cq_index *const origin = m->origin, *const twin = m->twin;
+    uint8_t *const marks = m->mark;
     cq_index h = spoke;
     int available = 0;
     do {
-        cq_index in = m->twin[h];
-        uint8_t *mark = &m->mark[m->origin[in]];
+        cq_index in = twin[h];
+        uint8_t *mark = &marks[origin[in]];
         available += (*mark & (CQI_MANY | CQI_CENTRE)) == 0;
         *mark = (uint8_t)(*mark + ((*mark & CQI_MANY) < CQI_MANY));
         h = cq_next(in);
@@ -2849,7 +2853,7 @@ static void cqi_limit_weights(cqi_model *m)
 static uint8_t cqi_ring_state(int mark)
 {
     const int holders = mark & CQI_MANY, left = (mark & CQI_LEFT) != 0;
-    return (uint8_t)cqi_at_most(2 * holders + left, CQI_HELD_OFTEN);
+    return (uint8_t)(holders > 1 ? CQI_HELD_OFTEN : 2 * holders + left);
 }
 
 /* A ring vertex has three neighbours or more: with two, its component were a pillow. */
@@ -2879,11 +2883,12 @@ static void cqi_leave(cq_decoder *d, cq_index spoke)
     cq_mesh *m = &d->mesh;
     cqi_ring *r = &d->ring;
     const cq_index centre = m->origin[spoke];
+    const cq_index *const origin = m->origin, *const twin = m->twin;
     cq_index h = spoke;
     int n = 0;
     r->real[0] = 0;
     do {
-        cq_index in = m->twin[h], v = m->origin[in];
+        cq_index in = twin[h], v = origin[in];
         int mark = m->mark[v];
         mark -= (unsigned)(mark & CQI_MANY) - 1 < CQI_MANY - 1;
         m->mark[v] = (uint8_t)(mark | CQI_LEFT);
@@ -4035,7 +4040,8 @@ static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
     cq_index spoke, splits = 0;
     int first;
     cqi_walk_begin(&w);
-    while (cqi_walk_clear(&p->mesh, &w)) {}
+    memset(p->mesh.mark, 0, p->mesh.num_vertices);
+    cqi_conquer_virtual(&p->mesh);
     while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
         splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
     if (splits < CQI_MIN_SPLITS(*num_live - splits)) {
