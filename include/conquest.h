@@ -584,7 +584,8 @@ typedef enum cq_goal {
 
 /* What to encode, and how. Zero-initialise, then set what you need. */
 typedef struct cq_input {
-    cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
+    cq_shape shape;                        /* num_vertices, num_faces, fast, num_channels, channel[]; the rest is
+                                              found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
