@@ -159,6 +159,7 @@ static inline stream take_headed_stream(input *in) {
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = size < 224 ? size % 64 : size < 248 ? 3 + take_below(in, 600) : 3 + take_below(in, 9000);
     shape.num_boundary_loops = loops < 160 ? 0 : loops % 8;
+    shape.fast = loops / 8 % 2;
     if (shape.num_boundary_loops > 0) shape.num_boundary_edges = 3 * shape.num_boundary_loops + take_below(in, 64);
     faces = 2 * ((int64_t)shape.num_vertices + shape.num_boundary_loops) - (int64_t)shape.num_boundary_edges;
     faces -= 4 * ((int64_t)take_below(in, 32 + shape.num_vertices / 3) - 4);

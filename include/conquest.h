@@ -584,7 +584,8 @@ typedef enum cq_goal {
 
 /* What to encode, and how. Zero-initialise, then set what you need. */
 typedef struct cq_input {
-    cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is found */
+    cq_shape shape;                        /* num_vertices, num_faces, fast, num_channels, channel[]; the rest is
+                                              found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
@@ -3472,10 +3473,11 @@ static cq_result cqi_step_walk(cq_decoder *d)
 static void cqi_fetch_ring(const cq_decoder *d, cq_index *at)
 {
     const cq_mesh *m = &d->mesh;
+    const cq_channel *c = &d->shape.channel[0];
     const cq_index v = m->origin[*at], next = m->twin[cq_next(*at)];
     CQI_PREFETCH(m->mark + v);
     CQI_PREFETCH(m->valence + v);
-    if (d->shape.num_channels) CQI_PREFETCH(d->channel[0] + (size_t)v * d->shape.channel[0].components);
+    if (d->shape.num_channels && c->merge != CQ_PER_FACE) CQI_PREFETCH(d->channel[0] + (size_t)v * c->components);
     CQI_PREFETCH(m->twin + next);
     CQI_PREFETCH(m->origin + next);
     *at = next;

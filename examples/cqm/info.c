@@ -77,6 +77,7 @@ static void print_counts(const cq_report *r)
     printf("genus           %lld\n", genus(r));
     printf("base            %lu vertices, %lu faces\n", (unsigned long)r->base_vertices, (unsigned long)r->base_faces);
     printf("levels          %lu\n", (unsigned long)r->num_levels);
+    printf("fast            %s\n", r->shape.fast ? "yes" : "no");
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
         printf("channel %lu       %s, %d x %d bits, step %.9g, %s\n", (unsigned long)k, channel_kind_name(c),
@@ -170,6 +171,7 @@ static void print_json_counts(const cq_report *r)
            (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
     printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
            (unsigned long)r->base_faces);
+    printf("  \"fast\": %s,\n", r->shape.fast ? "true" : "false");
     printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,
            ratio(8 * (double)r->bytes, r->shape.num_vertices));
 }

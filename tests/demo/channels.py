@@ -156,6 +156,7 @@ def test_all_channels(mesh):
             check(f"{kind} to {out_kind}: nothing dropped: {messages}", not messages)
             check_mesh(f"{kind} to {out_kind}", mesh, read(out))
             cqm("verify", "--keep-order", "--goal", "smallest", source)
+            cqm("verify", "--keep-order", "--fast", source)
 
 
 def test_alpha(mesh):
@@ -183,6 +184,24 @@ def test_choice(mesh):
         cqm("encode", "--channels", names, source, stream, status=2)
     cqm("encode", "--bits", 25, source, stream, status=2)
     cqm("encode", "--bits", 31, source, stream, status=2)
+
+
+def test_fast(mesh):
+    """Another stream of the same mesh; info tells which it is."""
+    source, stream = FOLDER / "h.ply", FOLDER / "h.cqm"
+    write_ply(source, mesh)
+    meshes = []
+    for fast in False, True:
+        cqm("encode", "--bits", 32, "--keep-order", *(["--fast"] if fast else []), source, stream)
+        check(f"info --json: fast {fast}", json.loads(cqm("info", "--json", stream)[1])["fast"] is fast)
+        lines = [line.split() for line in cqm("info", stream)[1].splitlines()]
+        check(f"info: fast {fast}", ["fast", "yes" if fast else "no"] in lines)
+        cqm("decode", stream, FOLDER / "h2.ply")
+        meshes.append((stream.read_bytes(), read_ply(FOLDER / "h2.ply")))
+    check("another stream", meshes[0][0] != meshes[1][0])
+    check("the same mesh", meshes[0][1] == meshes[1][1])
+    check_mesh("fast", mesh, meshes[1][1])
+    cqm("verify", "--fast", "--connectivity", source)
 
 
 def test_order_of_coarse_meshes(mesh):
@@ -252,7 +271,8 @@ def test_what_is_told(mesh):
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     mesh = make()
-    for test in (test_all_channels, test_alpha, test_choice, test_order_of_coarse_meshes, test_what_is_told):
+    for test in (test_all_channels, test_alpha, test_choice, test_fast, test_order_of_coarse_meshes,
+                 test_what_is_told):
         test(mesh)
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0

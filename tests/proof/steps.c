@@ -2,8 +2,14 @@
  *
  * The real cqi_step, from any state of one phase that has the invariant below; after the step the phase is the same one
  * or the next. The arrays of the mesh have any contents that are in range, with fans that close within STEPS. What the
- * coder returns is the verifier's choice, so this holds for streams of any length. Splits, first patches and the check
- * of the base are stubs that do what they promise. PHASE, THEN and STEP are the two phases and the function. */
+ * coder returns is the verifier's choice, so this holds for streams of any length. Splits, first patches, the check of
+ * the base and the look ahead are stubs that do what they promise. PHASE, THEN and STEP are the two phases and the
+ * function.
+ *
+ * The look ahead has a claim of its own, whose mesh need only be in range. The verifier has no opinion on what is
+ * prefetched, so it is asked as a read. */
+void stub_prefetch(const void *address);
+#define __builtin_prefetch(address) stub_prefetch(address)
 #include "proof.h"
 
 enum {
@@ -15,6 +21,8 @@ static cq_decoder d;
 static cq_index origin_of[HALFEDGES], twin_of[HALFEDGES], out_of[VERTICES], valence_of[VERTICES];
 static cq_index patch_of[REAL_VERTICES];
 static uint8_t mark_of[VERTICES];
+
+void stub_prefetch(const void *address) { PROVE(__CPROVER_r_ok(address, 1)); }
 
 /* -- Stubs --------------------------------------------------------------------------------------------------------- */
 
@@ -55,6 +63,27 @@ cq_result stub_code_split(cq_decoder *of, cq_index centre)
     if (d.mesh.num_vertices == d.mesh.first_virtual || nondet_int()) return CQ_ERROR_CORRUPT;
     d.mesh.num_vertices++;
     return CQ_OK;
+}
+
+static int ahead_holds(void)
+{
+    int ok = 1, k;
+    for (k = 0; k < CQI_AHEAD; k++) ok &= d.ahead[k] < HALFEDGES;
+    return ok;
+}
+
+/* Changes nothing else. */
+static void any_ahead(void)
+{
+    int k;
+    for (k = 0; k < CQI_AHEAD; k++) d.ahead[k] = any_index();
+    ASSUME(ahead_holds());
+}
+
+void stub_look_ahead(cq_decoder *of)
+{
+    PROVE(of == &d && d.walk.tail < REAL_VERTICES && ahead_holds());
+    any_ahead();
 }
 
 /* The steps of other phases. */
@@ -160,6 +189,7 @@ static int state_holds(int phase)
 {
     const cq_mesh *m = phase <= CQI_BASE_VALUES ? &d.draft : &d.mesh;
     if (!cqi_counts_fit(m) || d.shape.num_vertices > MOST_VERTICES || m->num_vertices > d.shape.num_vertices) return 0;
+    if (!ahead_holds()) return 0;
     switch (phase) {
     case CQI_BASE: return d.value == 0 && in_range(d.gate) && in_range(d.before) && in_range(d.before2);
     case CQI_BASE_VALUES: return d.value <= m->num_vertices;
@@ -242,6 +272,7 @@ void claim_step(void)
         patch_of[k] = any_index();
         ASSUME(patch_of[k] < HALFEDGES);
     }
+    any_ahead();
     ASSUME(d.scan <= 3 * d.draft.num_faces);
     ASSUME(d.virtual_scan >= 3 * REAL_FACES && d.virtual_scan <= 3 * (REAL_FACES + d.draft.num_virtual_faces));
     ASSUME(state_holds(PHASE) && (PHASE != CQI_BASE || d.shape.num_vertices >= REAL_VERTICES));
@@ -257,5 +288,46 @@ void claim_step(void)
         PROVE(state_holds(THEN));
         PROVE(steps_left(THEN) < before);
     }
+    REACHED();
+}
+
+/* -- The look ahead ------------------------------------------------------------------------------------------------ */
+
+/* With a first channel of any form, whose block has exactly its values, in a decoder and in an encoder. The patches
+ * that wait begin at halfedges in range, and vertices have numbers in range in the encoder's notes. */
+void claim_look_ahead_is_safe(void)
+{
+    enum { WAITING = CQI_AHEAD + 4 };
+    static cq_index waiting[WAITING], to_input[VERTICES];
+    static cqi_note note[VERTICES];
+    static cqi_plan plan;
+    cq_channel *channel = &d.shape.channel[0];
+    size_t owners;
+    int k;
+    any_mesh(&d.mesh);
+    any_ahead();
+    for (k = 0; k < WAITING; k++) {
+        waiting[k] = any_index();
+        ASSUME(waiting[k] < HALFEDGES);
+    }
+    for (k = 0; k < VERTICES; k++) {
+        to_input[k] = any_index();
+        note[k].top = any_index();
+        ASSUME(to_input[k] < VERTICES && (note[k].top == CQ_NONE || note[k].top < VERTICES));
+    }
+    plan.to_input = to_input;
+    plan.note = note;
+    d.plan = nondet_int() ? &plan : NULL;
+    d.shape.num_vertices = nondet_u32();
+    d.shape.num_channels = nondet_int() ? 1 : 0;
+    channel->merge = (uint8_t)any_between(CQ_MIDPOINT, CQ_PER_FACE);
+    channel->components = (uint8_t)any_between(1, CQ_MAX_COMPONENTS);
+    owners = channel->merge == CQ_PER_FACE ? REAL_FACES : VERTICES;
+    if (d.shape.num_channels) d.channel[0] = (cq_value *)any_bytes(owners * channel->components * sizeof(cq_value));
+    d.patch = waiting;
+    d.walk.tail = any_index();
+    ASSUME(d.walk.tail < WAITING);
+    cqi_look_ahead(&d);
+    PROVE(ahead_holds());
     REACHED();
 }

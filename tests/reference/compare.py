@@ -4,8 +4,8 @@
 CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c). Both decoders must print the same:
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
-    meshes     of ref_data, with positions, without, and with odd channels: whole, stopped at some numbers of vertices,
-               and cut at some places; those of build/meshes with up to 3000 vertices (--all: 20 000)
+    meshes     of ref_data, with positions, without, fast, and with odd channels: whole, stopped at some numbers of
+               vertices, and cut at some places; those of build/meshes with up to 3000 vertices (--all: 20 000)
     corrupt    400 streams (--all: 10 000) with bits flipped, counts changed, payloads made up, with and without
                matching check values
     valid      half as many that no encoder writes but that are valid (random_stream.py)
@@ -30,6 +30,7 @@ import random_stream
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FAILED = ROOT / "build" / "reference"
 LIMIT = 100000         # vertices, triangles or edges of a made-up header
+WAYS = ("positions", "connectivity", "fast")
 
 options = None
 
@@ -71,13 +72,13 @@ class Tally:
 # -- Meshes ------------------------------------------------------------------------------------------------------------
 
 def encode(path, how):
-    """The stream of a mesh: `positions`, `connectivity`, or the seed of channels."""
+    """The stream of a mesh: `positions`, `connectivity`, `fast`, or the seed of channels."""
     if isinstance(how, int):
         done = run([options.folder / "channels", str(how)], path.read_bytes())
         return done.stdout if done.returncode == 0 else None
     out = FAILED / f"{os.getpid()}.tmp"
     FAILED.mkdir(parents=True, exist_ok=True)
-    done = run([options.cqm, "encode", "--quiet"] + (["--connectivity"] if how == "connectivity" else []) + [path, out])
+    done = run([options.cqm, "encode", "--quiet"] + ([] if how == "positions" else ["--" + how]) + [path, out])
     data = out.read_bytes() if done.returncode == 0 else None
     out.unlink(missing_ok=True)
     return data
@@ -153,7 +154,7 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    count = data[first]
+    count = data[first] % 128
     at = first + 1
     for _ in range(count):
         at += 7 + 4 * data[at + 1]
@@ -258,6 +259,8 @@ def compare_edges_of_the_format():
             ("long varint", b"CQ\0\x84\x00", "corrupt"),
             ("large varint", b"CQ\0\xff\xff\xff\xff\x10", "corrupt"),
             ("nine channels", b"CQ\0\0\0\0\x09", "unsupported"),
+            ("nine channels, fast", b"CQ\0\0\0\0\x89", "unsupported"),
+            ("empty mesh, fast", frame(0, 0, 0, 0, b"\x80", b""), "done"),
             ("version 1", b"CQ\1", "version"),
             ("other magic", b"CR", "format")):
         tally.require(f"{name}: is {tally.check(name, data).kind}", decoder.Decoder(data).kind == kind)
@@ -292,14 +295,15 @@ def main():
     small = sorted((ROOT / "ref_data").glob("*.off"))
     jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,)]
     for path in package_meshes(20000 if options.all else 3000):
-        jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in ("positions", "connectivity")]
+        jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = zlib.crc32(path.name.encode()) % 997
-        jobs += [(compare_mesh, path, how, 3) for how in ("positions", "connectivity", channels)]
-    for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 5)):
+        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (channels,)]
+    for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 5),
+                      ("octahedron.off", "fast")):
         jobs.append((compare_cuts, ROOT / "ref_data" / name, how))
     streams = [encode(path, how) for path in small if path.stat().st_size < 6500
-               for how in ("positions", "connectivity", 3)]
+               for how in WAYS + (3,)]
     per_job = 25
     for k in range((10000 if options.all else 400) // per_job):
         jobs.append((compare_corrupt, streams, f"{options.seed}-{k}", per_job))

@@ -1,5 +1,5 @@
-// A random mesh with random values and any goal, its stream, and decodings of it: the C helpers with owners. Include conquest.h
-// first.
+// A random mesh with random values and any goal, fast or not, its stream, and decodings of it: the C helpers with
+// owners. Include conquest.h first.
 #ifndef CQ_TESTS_MODEL_HPP
 #define CQ_TESTS_MODEL_HPP
 
@@ -22,6 +22,7 @@ public:
         input.shape.num_vertices = mesh.num_vertices;
         input.shape.num_faces = static_cast<uint32_t>(mesh.faces.size());
         input.goal = static_cast<cq_goal>(recipe.seed % 3);
+        input.shape.fast = recipe.seed / 3 % 2;
         if (with_values)
             for (uint32_t n = random.below(4); n > 0; --n) add_channel();
         own();

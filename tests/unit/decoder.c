@@ -138,6 +138,102 @@ TEST(a_stream_gives_back_the_mesh_and_the_values) {
     }
 }
 
+TEST(a_fast_stream_gives_back_the_mesh_and_the_values) {
+    int which;
+    for (which = 0; which < SAMPLES; ++which) {
+        sample s;
+        sample_make(&s, which);
+        s.input.shape.fast = 1;
+        check_round_trip(&s, 50);
+        sample_free(&s);
+    }
+}
+
+#if CQ_INDEX_BITS == 32
+
+/* Every halfedge that is fetched ahead of its turn is one of the mesh. */
+static void check_ahead(const cq_decoder *d) {
+    int k;
+    for (k = 0; d->mesh.num_faces > 0 && k < CQI_AHEAD; ++k) {
+        const cq_index f = (cq_index)(d->ahead[k] / 3);
+        CHECK(f < d->mesh.num_faces ||
+              (f >= d->mesh.first_virtual_face && f - d->mesh.first_virtual_face < d->mesh.num_virtual_faces));
+    }
+}
+
+/* Meshes that are large enough to be fetched ahead: without channels, with a first channel of faces, of which there are
+ * fewer than vertices, and fast ones. */
+static void check_large_mesh(triangles mesh, int channels, uint32_t fast) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    sample_begin(&s, mesh);
+    CHECK(s.mesh.num_vertices >= CQI_LARGE_MESH);
+    s.input.shape.fast = fast;
+    if (channels == 2) sample_merged(&s, CQ_GROUP, CQ_PER_FACE, 1, 5);
+    if (channels > 0) sample_channel(&s, CQ_POSITION, 3, 12);
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while ((d.result = cq_decode(d.decoder, &in, 7)) == CQ_OK) check_ahead(d.decoder);
+    CHECK_EQ(d.result, CQ_DONE);
+    CHECK(same_mesh(&s, &c, d.decoder));
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(large_meshes_come_back_and_what_is_fetched_ahead_is_theirs) {
+    triangles t = triangles_sheet(30, 30), singles;
+    cq_index k;
+    singles.num_faces = 10800;
+    singles.num_vertices = 3 * singles.num_faces;
+    singles.indices = (cq_index *)exact_alloc(singles.num_vertices * sizeof(cq_index));
+    for (k = 0; k < singles.num_vertices; ++k) singles.indices[k] = k;
+    triangles_append(&t, singles);
+    check_large_mesh(t, 2, 0);
+    check_large_mesh(triangles_torus(182, 182), 0, 0);
+    check_large_mesh(triangles_sheet(182, 182), 1, 1);
+}
+
+#endif
+
+#ifdef CQI_PREFETCH
+
+/* A list of 17 patches on a torus, from its end: one spoke of the patch that is eight away from its turn comes in, and
+ * each of the eight goes on clockwise. */
+TEST(spokes_are_fetched_eight_patches_ahead_and_one_at_a_time) {
+    enum { PATCHES = 17 };
+    static cq_decoder d;
+    static cq_index patch[PATCHES];
+    triangles t = triangles_torus(6, 6);
+    built b;
+    cq_index expected[CQI_AHEAD];
+    int k;
+    REQUIRE_EQ(build(&b, &t), CQ_OK);
+    d.mesh = b.mesh;
+    d.patch = patch;
+    for (k = 0; k < PATCHES; ++k) patch[k] = b.mesh.out[2 * k];
+    memset(expected, 0, sizeof expected);
+    d.shape.num_vertices = CQI_LARGE_MESH - 1;
+    for (d.walk.tail = PATCHES; d.walk.tail--;) cqi_look_ahead(&d);
+    CHECK(memcmp(d.ahead, expected, sizeof expected) == 0);
+    d.shape.num_vertices = CQI_LARGE_MESH;
+    for (d.walk.tail = PATCHES; d.walk.tail--;) {
+        cqi_look_ahead(&d);
+        if (d.walk.tail > CQI_AHEAD) expected[d.walk.tail % CQI_AHEAD] = cq_prev(patch[d.walk.tail - CQI_AHEAD]);
+        for (k = 0; k < CQI_AHEAD; ++k) expected[k] = b.mesh.twin[cq_next(expected[k])];
+        CHECK(memcmp(d.ahead, expected, sizeof expected) == 0);
+    }
+    unbuild(&b);
+    triangles_free(&t);
+}
+
+#endif
+
 /* One channel on a torus of 240 vertices and 480 faces: bits that it takes, for a vertex or face. */
 static double cost_of_channel(cq_kind kind, cq_merge merge, int components, int bits, cq_value (*value)(uint32_t)) {
     sample s;
@@ -709,6 +805,40 @@ TEST(weights_are_limited_after_every_1024_splits) {
     sample_free(&s);
 }
 
+/* The mesh of this moment has n vertices; the splits of a fast stream teach nothing unless 4 divides n. */
+static void check_learning(uint32_t fast) {
+    static cqi_model before;
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    sample_begin(&s, triangles_torus(16, 15));
+    s.input.shape.fast = fast;
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    do {
+        uint32_t n = d.decoder->mesh.num_vertices;
+        before = d.decoder->model;
+        d.result = cq_decode(d.decoder, &in, 1);
+        if (n > 0 && d.decoder->mesh.num_vertices == n + 1) {
+            int same = memcmp(before.weight, d.decoder->model.weight, sizeof before.weight) == 0;
+            CHECK_EQ(!same, !fast || n % 4 == 0);
+        }
+    } while (d.result == CQ_OK);
+    CHECK_EQ(d.result, CQ_DONE);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(weights_learn_from_every_split_or_from_every_fourth_of_a_fast_stream) {
+    check_learning(0);
+    check_learning(1);
+}
+
 /* The sum of a candidate's weights, and the difference of two sums, at the end of 1024 splits of the same kind. */
 TEST(scores_do_not_overflow_before_weights_are_limited) {
     const int64_t most = CQI_MOST + (int64_t)CQI_LIMIT_EVERY * CQI_STEP;
@@ -816,6 +946,55 @@ TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
             CHECK_EQ(residual[axis], sign * limit);
             residual[axis] += sign;
             CHECK(!cqi_code_turned(&d, predicted, residual));
+        }
+    }
+}
+
+/* Magnitudes of every number of bits, the smallest and largest one and one between them; the 32nd bit is that of -2^31. */
+static int32_t plain_residual(int k) {
+    const int bits = 1 + k / 6;
+    const uint32_t high = (uint32_t)1 << (bits - 1), low = high - 1;
+    const uint32_t magnitude = bits == 32 ? high : high | (k % 3 == 0 ? 0 : k % 3 == 1 ? low : low & 0x2d5b6a97u);
+    return (int32_t)(k % 6 < 3 ? magnitude : 0 - magnitude);
+}
+
+TEST(plain_residuals_of_any_number_of_bits_come_back) {
+    enum { RESIDUALS = 6 * 32 };
+    static cq_decoder encoder, decoder;
+    static cqi_plan plan;
+    static uint8_t bytes[8 * RESIDUALS];
+    int k;
+    cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
+    cqi_model_init(&encoder.model, 0);
+    cqi_model_init(&decoder.model, 0);
+    encoder.plan = &plan;
+    encoder.rate = decoder.rate = 5;
+    for (k = 0; k < RESIDUALS; ++k)
+        CHECK_EQ(cqi_code_expected(&encoder, CQI_PLAIN, k % 64, 32, plain_residual(k)), plain_residual(k));
+    cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
+    for (k = 0; k < RESIDUALS; ++k)
+        CHECK_EQ(cqi_code_expected(&decoder, CQI_PLAIN, k % 64, 32, 0), plain_residual(k));
+}
+
+/* The bits below the highest one and the sign cost a bit each, whatever was coded before. */
+TEST(plain_residuals_have_raw_bits) {
+    int bits, negative;
+    for (bits = 1; bits <= 32; ++bits) {
+        for (negative = 0; negative < 2; ++negative) {
+            static cq_decoder encoder, decoder;
+            static cqi_plan plan;
+            uint8_t bytes[8];
+            const uint32_t high = (uint32_t)1 << (bits - 1);
+            const uint32_t magnitude = high | (0x2d5b6a97u & (high - 1) & (bits == 32 ? 0 : 0xffffffffu));
+            const int32_t x = (int32_t)(negative ? 0 - magnitude : magnitude);
+            memset(bytes, 0, sizeof bytes);
+            cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
+            encoder.plan = &plan;
+            CHECK_EQ(cqi_code_raw_bits(&encoder, bits, magnitude, negative), x);
+            cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
+            CHECK_EQ(cq_decode_raw(&decoder.range, bits), (uint32_t)(((uint64_t)magnitude - high) << 1 | (uint32_t)negative));
+            cq_range_decoder_init(&decoder.range, bytes, sizeof bytes);
+            CHECK_EQ(cqi_code_raw_bits(&decoder, bits, 0, 0), x);
         }
     }
 }
@@ -1290,6 +1469,13 @@ TEST(changes_in_blocks_are_those_of_their_elements) {
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_stream_gives_back_the_mesh_and_the_values);
+    RUN(a_fast_stream_gives_back_the_mesh_and_the_values);
+#if CQ_INDEX_BITS == 32
+    RUN(large_meshes_come_back_and_what_is_fetched_ahead_is_theirs);
+#endif
+#ifdef CQI_PREFETCH
+    RUN(spokes_are_fetched_eight_patches_ahead_and_one_at_a_time);
+#endif
     RUN(what_is_alike_costs_little);
     RUN(what_is_kept_is_never_averaged);
     RUN(exact_positions_leave_connectivity_as_it_is_without);
@@ -1320,6 +1506,7 @@ int main(int argc, char **argv) {
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
     RUN(weights_are_limited_after_every_1024_splits);
+    RUN(weights_learn_from_every_split_or_from_every_fourth_of_a_fast_stream);
     RUN(scores_do_not_overflow_before_weights_are_limited);
     RUN(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt);
     RUN(shifts_of_negative_numbers_round_as_they_say);
@@ -1327,6 +1514,8 @@ int main(int argc, char **argv) {
     RUN(a_base_value_is_predicted_from_at_most_64_neighbours);
     RUN(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate);
     RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
+    RUN(plain_residuals_of_any_number_of_bits_come_back);
+    RUN(plain_residuals_have_raw_bits);
     RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);

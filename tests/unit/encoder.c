@@ -123,6 +123,50 @@ TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
     check_goal(CQ_BEST_LOOKING);
 }
 
+/* Of two costs that differ only in how the coder's interval is rounded. */
+static int about_the_same(uint64_t a, uint64_t b) {
+    return a < b ? b - a <= b / 100 : a - b <= a / 100;
+}
+
+/* The plan is the same one: what is collapsed, and so what any part of the stream shows. Only bits of splits differ. */
+TEST(a_fast_stream_has_the_same_meshes_in_the_same_order) {
+    FOR_EACH_SAMPLE(s, c) {
+        coded fast;
+        s.input.shape.fast = 1;
+        code(&fast, &s.input);
+        REQUIRE_EQ(fast.result, CQ_OK);
+        CHECK(memcmp(fast.map, c.map, s.mesh.num_vertices * sizeof *c.map) == 0);
+        CHECK(memcmp(fast.face_map, c.face_map, s.mesh.num_faces * sizeof *c.face_map) == 0);
+        CHECK_EQ(fast.report->num_levels, c.report->num_levels);
+        CHECK_EQ(fast.report->base_vertices, c.report->base_vertices);
+        CHECK_EQ(fast.report->base, c.report->base);
+        CHECK(about_the_same(fast.report->flags, c.report->flags));
+        uncode(&fast);
+    }
+}
+
+/* What the connectivity costs, whatever the positions are. */
+TEST(the_connectivity_of_a_fast_stream_does_not_depend_on_positions) {
+    uint64_t cost[3];
+    uint32_t v;
+    int k;
+    for (k = 0; k < 3; ++k) {
+        sample s;
+        coded c;
+        sample_begin(&s, triangles_torus(16, 15));
+        s.input.shape.fast = 1;
+        if (k > 0) sample_channel(&s, CQ_POSITION, 3, 12);
+        for (v = 0; k > 1 && v < 3 * s.mesh.num_vertices; ++v) s.values[0][v] = (cq_value)(v * 1237 % 4096);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        cost[k] = c.report->indices;
+        uncode(&c);
+        sample_free(&s);
+    }
+    CHECK(about_the_same(cost[1], cost[0]));
+    CHECK(about_the_same(cost[2], cost[0]));
+}
+
 /* A roof over a square, rising from two eaves by `slope` a step to a ridge. */
 enum { ROOF = 33, ROOF_SPACING = 64 };
 
@@ -466,6 +510,19 @@ TEST(more_than_eight_channels_are_an_argument_error) {
     sample_free(&s);
 }
 
+TEST(a_stream_is_fast_or_not) {
+    static const uint32_t fast[] = {0, 1, 2, 128, 0xffffffffu};
+    size_t k;
+    for (k = 0; k < sizeof fast / sizeof fast[0]; ++k) {
+        sample s;
+        cq_place place;
+        sample_make(&s, 1);
+        s.input.shape.fast = fast[k];
+        CHECK_EQ(encode_once(&s.input, &place), fast[k] > 1 ? CQ_ERROR_ARGUMENT : CQ_OK);
+        sample_free(&s);
+    }
+}
+
 TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
     static const int bits[] = {1, 7, 12, CQ_MAX_BITS};
     static const uint32_t vertices[] = {0, 5, 11, 5};
@@ -699,6 +756,8 @@ int main(int argc, char **argv) {
     RUN(the_face_map_leads_to_the_same_corners);
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
+    RUN(a_fast_stream_has_the_same_meshes_in_the_same_order);
+    RUN(the_connectivity_of_a_fast_stream_does_not_depend_on_positions);
     RUN(the_goal_best_looking_keeps_planes_creases_and_boundaries);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
@@ -715,6 +774,7 @@ int main(int argc, char **argv) {
     RUN(values_wider_than_a_build_has_are_not_supported);
     RUN(counts_that_an_index_cannot_number_are_too_large_to_encode);
     RUN(more_than_eight_channels_are_an_argument_error);
+    RUN(a_stream_is_fast_or_not);
     RUN(a_value_outside_its_bits_is_an_error_at_its_vertex);
     RUN(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face);
     RUN(a_mesh_that_is_no_manifold_is_refused_with_its_place);

@@ -260,6 +260,51 @@ TEST(a_header_by_hand_is_understood) {
     CHECK_EQ(shape.channel[1].components, 1);
 }
 
+/* Bit 7 of the byte that counts the channels. */
+TEST(a_header_tells_whether_the_stream_is_fast) {
+    uint32_t fast, n;
+    for (n = 0; n <= CQ_MAX_CHANNELS; ++n) {
+        for (fast = 0; fast < 2; ++fast) {
+            header h;
+            cq_shape shape;
+            uint32_t k;
+            put_start(&h, 4, 0, 0, 1);
+            put(&h, n + 128 * fast, 1);
+            for (k = 0; k < n; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
+            put_end(&h, 10);
+            REQUIRE_EQ(peek(&h, &shape), CQ_OK);
+            CHECK_EQ(shape.fast, fast);
+            CHECK_EQ(shape.num_channels, n);
+        }
+    }
+}
+
+TEST(the_header_of_a_fast_stream_differs_in_one_bit) {
+    int which;
+    for (which = 0; which < SAMPLES; ++which) {
+        sample s;
+        coded c, fast;
+        cq_shape shape;
+        size_t at = 5;
+        REQUIRE_EQ(sample_code(&s, &c, which), CQ_OK);
+        s.input.shape.fast = 1;
+        code(&fast, &s.input);
+        REQUIRE_EQ(fast.result, CQ_OK);
+        REQUIRE_EQ(cq_peek(c.bytes, c.size, &shape, NULL, NULL), CQ_OK);
+        CHECK_EQ(shape.fast, 0);
+        REQUIRE_EQ(cq_peek(fast.bytes, fast.size, &shape, NULL, NULL), CQ_OK);
+        CHECK_EQ(shape.fast, 1);
+        CHECK_EQ(shape.num_channels, s.input.shape.num_channels);
+        while (at < c.size && at < fast.size && c.bytes[at] == fast.bytes[at]) ++at;
+        REQUIRE(at < c.size && at < fast.size);
+        CHECK_EQ(c.bytes[at], s.input.shape.num_channels);
+        CHECK_EQ(fast.bytes[at], s.input.shape.num_channels + 128);
+        uncode(&fast);
+        uncode(&c);
+        sample_free(&s);
+    }
+}
+
 TEST(the_largest_header_fits_its_limit) {
     sample s;
     coded c;
@@ -413,16 +458,17 @@ TEST(channels_that_do_not_exist_are_not_supported) {
 }
 
 TEST(more_channels_than_there_may_be_are_not_supported) {
-    uint32_t n;
-    for (n = CQ_MAX_CHANNELS; n < 256; n += 13) {
+    uint32_t byte;
+    for (byte = 0; byte < 256; ++byte) {
+        const uint32_t n = byte % 128;               /* fast or not */
         header h;
         cq_shape shape;
         uint32_t k;
         put_start(&h, 4, 0, 0, 1);
-        put(&h, n, 1);
+        put(&h, byte, 1);
         for (k = 0; k < n && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
         put_end(&h, 10);
-        CHECK_EQ(peek(&h, &shape), n == CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+        CHECK_EQ(peek(&h, &shape), n <= CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
     }
 }
 
@@ -539,6 +585,8 @@ int main(int argc, char **argv) {
     RUN(a_wrong_check_value_of_the_header_is_found);
     RUN(no_flipped_bit_in_a_header_goes_unnoticed);
     RUN(a_header_by_hand_is_understood);
+    RUN(a_header_tells_whether_the_stream_is_fast);
+    RUN(the_header_of_a_fast_stream_differs_in_one_bit);
     RUN(the_largest_header_fits_its_limit);
     RUN(counts_that_no_closed_surface_has_are_corrupt);
     RUN(as_many_faces_as_32_bits_can_count_are_a_shape);
