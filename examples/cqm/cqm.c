@@ -44,9 +44,11 @@ static const char encode_help[] =
     "                     32: floats as they are, and then coarse levels keep vertices\n"
     "                     where they are instead of moving them to midpoints\n"
     "  --channels LIST    what to keep beside the triangles, of positions, normals,\n"
-    "                     texcoords, colors, with commas; default: all that the file\n"
-    "                     has for each vertex. What cannot be kept is told. Normals\n"
-    "                     get 2 x 10 bits, texture coordinates 2 x 12, colors 8 each\n"
+    "                     texcoords, colors, materials, with commas; default: all\n"
+    "                     that the file has for each vertex, and materials of OBJ.\n"
+    "                     What cannot be kept is told. Normals get 2 x 10 bits,\n"
+    "                     texture coordinates 2 x 12, colors 8 each; materials are\n"
+    "                     numbered, their names are not kept\n"
     "  --connectivity     keep nothing beside the triangles\n"
     "  --keep-order       also keep the order of the vertices\n"
     "  --goal GOAL        balanced (default): collapses by valences alone;\n"
@@ -204,22 +206,23 @@ static int parse_bits(const char *text, uint32_t *bits)
 /* Names with commas between them; at least one. */
 static int parse_channels(const char *text, struct options *options)
 {
-    static const char *const names[] = { "normals", "texcoords", "colors", "positions" };   /* attributes first */
+    static const char *const names[] = { "normals", "texcoords", "colors", "materials", "positions" };
+    const int positions = MESH_NUM_ATTRIBUTES + 1;   /* the attributes are first, in the order of their bits */
     int kept = 0;
     for (;;) {
         size_t length = strcspn(text, ",");
         int i = 0;
-        while (i <= MESH_NUM_ATTRIBUTES && (strlen(names[i]) != length || memcmp(names[i], text, length) != 0))
+        while (i <= positions && (strlen(names[i]) != length || memcmp(names[i], text, length) != 0))
             i++;
-        if (i > MESH_NUM_ATTRIBUTES)
+        if (i > positions)
             return 0;
         kept |= 1 << i;
         text += length;
         if (*text++ == '\0')
             break;
     }
-    options->attributes = kept & ((1 << MESH_NUM_ATTRIBUTES) - 1);
-    options->connectivity = kept >> MESH_NUM_ATTRIBUTES == 0;
+    options->attributes = kept & ((1 << positions) - 1);
+    options->connectivity = kept >> positions == 0;
     return 1;
 }
 
@@ -302,7 +305,7 @@ static int run_command(const struct command *command, char **arguments)
 {
     struct options options = { 0 };
     options.bits = 12;
-    options.attributes = (1 << MESH_NUM_ATTRIBUTES) - 1;
+    options.attributes = KEEP_MATERIALS | (KEEP_MATERIALS - 1);
     options.max_vertices = options.max_bytes = options.max_levels = CQ_NO_LIMIT;
     options.files = arguments;       /* files move to the front: there are never more than arguments seen */
     if (!parse_arguments(&options, command, arguments))
