@@ -298,7 +298,8 @@ static int save_decoded(const cq_decoder *d, const struct options *options, enum
     struct mesh_file mesh;
     if (!check_positions(options, &d->shape, format))
         return 0;
-    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d) && add_materials(&mesh, d)) || complain(options->files[1], "out of memory");
+    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d) && add_materials(&mesh, d))
+             || complain(options->files[1], "out of memory");
     if (ok && !options->quiet)
         tell_not_written(&d->shape, options->files[1], format);
     ok = ok && save_mesh(&mesh, options->files[1], format);

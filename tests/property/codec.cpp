@@ -37,7 +37,7 @@ void decoding_gives_back_the_faces_and_values_through_the_map() {
 
 void all_goals_give_back_the_same_mesh() {
     Model model(*any_recipe(4.0));
-    for (cq_goal goal : {CQ_BALANCED, CQ_SMALLEST, CQ_BEST_LOOKING}) {
+    for (cq_goal goal : {CQ_BALANCED, CQ_SMALLEST, CQ_BEST_LOOKING, CQ_LEAST_CONNECTIVITY}) {
         model.input.goal = goal;
         Stream s(model);
         RC_ASSERT(s.c.result == CQ_OK);

@@ -47,7 +47,8 @@ static double measure(const struct mesh_file *mesh, const char *path, const stru
 
 static int print_row(const char *path)
 {
-    static const struct options alone = { .connectivity = 1, .quiet = 1 }, located = { .bits = 12, .quiet = 1 };
+    static const struct options alone = { .connectivity = 1, .quiet = 1 };
+    static const struct options located = { .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .quiet = 1 };
     struct mesh_file mesh;
     if (!load_mesh(&mesh, path, mesh_format_of_path(path)))
         return 0;
