@@ -561,7 +561,7 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 /* What a collapse is chosen for; without positions that move to midpoints, all are CQ_LEAST_CONNECTIVITY. The stream is
  * of the same format, and decodes as fast. Of streams that stop early CQ_BALANCED shows two to three times as much as
  * CQ_LEAST_CONNECTIVITY (in distance from the exact mesh), CQ_BEST_LOOKING three times; for 1 and 3 % more bytes, and
- * encoding takes 1.3 and 1.4 times as long. */
+ * encoding takes about 1.4 and 1.5 times as long. */
 typedef enum cq_goal {
     CQ_BALANCED = 0,      /* features of the surface go last; of what may go the smallest valence, then the nearest */
     CQ_SMALLEST,          /* the smallest valence, then the nearest: positions cost least, and mostly the stream */
