@@ -57,6 +57,7 @@ static const char encode_help[] =
     "                     most meshes 1 to 2 % fewer bytes, but coarse meshes are\n"
     "                     two to three times as far from the exact one;\n"
     "                     least-connectivity: by valences alone\n"
+    "  --fast             decodes 1.6 times as fast, from about a tenth more bytes\n"
     "  --format FORMAT    IN is off, obj, ply or stl, whatever its name\n"
     "  --quiet            do not tell what is dropped; show no progress, which is shown\n"
     "                     only on a terminal anyway\n"
@@ -103,6 +104,7 @@ static const char verify_help[] =
     "  --connectivity     as for encode\n"
     "  --keep-order       as for encode\n"
     "  --goal GOAL        as for encode\n"
+    "  --fast             as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, whatever its name\n"
     "  --quiet            as for encode\n"
     "  --help             this text\n";
@@ -126,7 +128,7 @@ static const struct command commands[] = {
     { "verify", VERIFY, run_verify, 1, INT32_MAX, verify_help },
 };
 
-enum option_id { BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FORMAT, QUIET, VERTICES, LEVEL, BYTES, JSON };
+enum option_id { BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FAST, FORMAT, QUIET, VERTICES, LEVEL, BYTES, JSON };
 
 struct option {
     const char *name;
@@ -141,6 +143,7 @@ static const struct option option_list[] = {
     { "--connectivity", CONNECTIVITY, 0, ENCODE | VERIFY },
     { "--keep-order", KEEP_ORDER, 0, ENCODE | VERIFY },
     { "--goal", GOAL, 1, ENCODE | VERIFY },
+    { "--fast", FAST, 0, ENCODE | VERIFY },
     { "--format", FORMAT, 1, ENCODE | DECODE | VERIFY },
     { "--quiet", QUIET, 0, ENCODE | DECODE | VERIFY },
     { "--vertices", VERTICES, 1, DECODE },
@@ -247,6 +250,7 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case FORMAT: return (options->format = mesh_format_by_name(value)) != MESH_UNKNOWN;
     case CONNECTIVITY: return no_channels(options);
     case GOAL: return parse_goal(value, &options->goal);
+    case FAST: return options->fast = 1;
     case QUIET: return options->quiet = 1;
     case JSON: return options->json = 1;
     }

@@ -234,6 +234,7 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.shape.num_faces = mesh->num_faces;
     e->input.indices = mesh->indices;
     e->input.goal = options->goal;
+    e->input.shape.fast = (uint32_t)options->fast;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
     if (e->input.map == NULL || e->input.face_map == NULL)

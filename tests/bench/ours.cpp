@@ -17,7 +17,9 @@ using Block = std::unique_ptr<void, Free>;
 
 class Ours final : public Codec {
 public:
-    std::string name() const override { return "conquest"; }
+    explicit Ours(bool fast) : fast_(fast) {}
+
+    std::string name() const override { return fast_ ? "conquest-fast" : "conquest"; }
     Bytes encode(const Mesh &) override;
     void decode(const Bytes &bytes) override { begin(bytes), refine(CQ_NO_LIMIT); }
     Decoded inspect() const override;
@@ -29,6 +31,7 @@ public:
     size_t bytes_used() const { return static_cast<size_t>(in_.data - start_); }
 
 private:
+    const bool fast_;
     std::unique_ptr<cq_decoder> decoder_;
     Block memory_;
     cq_bytes in_{};
@@ -58,6 +61,7 @@ cq_result try_encode(cq_input &in, Bytes &out, size_t &size)
 Bytes Ours::encode(const Mesh &mesh)
 {
     cq_input in = input_of(mesh);
+    in.shape.fast = fast_;
     Bytes out(4096 + 8 * mesh.vertices());
     size_t size = 0;
     cq_result result = try_encode(in, out, size);
@@ -101,11 +105,11 @@ Decoded Ours::inspect() const
 
 } // namespace
 
-std::unique_ptr<Codec> make_ours() { return std::make_unique<Ours>(); }
+std::unique_ptr<Codec> make_ours(bool fast) { return std::make_unique<Ours>(fast); }
 
 FirstView first_view(const Bytes &bytes, size_t vertices, double (*seconds)())
 {
-    Ours ours;
+    Ours ours(false);
     FirstView view;
     double begin = seconds();
     ours.begin(bytes);

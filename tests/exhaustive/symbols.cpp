@@ -47,7 +47,7 @@ cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, si
     e->plan.seed[1] = static_cast<cq_index>(s.r);
     cqi_replay(e, &in);
     size_t payload_size = cq_range_encoder_finish(&e->plan.range);
-    memcpy(in.map, e->plan.to_decoded, in.shape.num_vertices * sizeof(cq_index));
+    for (cq_index v = 0; v < in.shape.num_vertices; v++) in.map[v] = e->plan.note[v].decoded;
     return cqi_wrap(&in.shape, out, out_size, gap, payload_size, stream_size);
 }
 

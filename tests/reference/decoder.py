@@ -147,6 +147,7 @@ class Header:
 
     def read_channels(self):  # 2.4
         count = self.uint(1)
+        self.fast, count = count > 127, count % 128
         if count > 8:
             raise End("unsupported")
         self.channels = []
@@ -166,7 +167,7 @@ class Header:
     @property
     def position(self):
         """The position channel, or None."""
-        return next((c for c in self.channels if c.kind == 0 and c.merge == 0), None)
+        return next((c for c in self.channels if c.kind == 0 and c.merge == 0 and not self.fast), None)
 
     def numbers(self):
         """The channel of each number of a vertex."""
@@ -593,8 +594,8 @@ class Model:
     def score(self, features):
         return sum(self.weight[w] for w in features)
 
-    def code_pair(self, coder, valences, states, case, level_class, geometry):
-        """Decodes p, q of a ring, and learns."""
+    def code_pair(self, coder, valences, states, case, level_class, geometry, learns):
+        """Decodes p, q of a ring, and learns if it is time to."""
         count = len(valences)
         val = [min(v, 31) for v in valences]
         ends = self.end_features(val, states, level_class, geometry)
@@ -622,7 +623,8 @@ class Model:
         highest = max(scores)
         freqs = [TABLES.shares[min(highest - score >> 18, 223)] * ok for score, ok in zip(scores, allowed)]
         chosen = coder.symbol(freqs, "pair")
-        self.learn(features, freqs, chosen)
+        if learns:
+            self.learn(features, freqs, chosen)
         return pairs[chosen]
 
     @staticmethod
@@ -728,11 +730,17 @@ class Decoder:
             return 0
         if n > most:
             return 1 << 26
+        if kind == "PLAIN":
+            magnitude, negative = divmod(coder.raw(n) + (1 << n), 2)
+            return self.signed(-magnitude if negative else magnitude)
         magnitude = 1
         if n > 1:
             magnitude = 2 + coder.bit(kind, 1 + min(n, 26)) << n - 2
             magnitude |= coder.raw(n - 2)
-        residual = -magnitude if coder.bit(kind, 0) else magnitude
+        return self.signed(-magnitude if coder.bit(kind, 0) else magnitude)
+
+    @staticmethod
+    def signed(residual):
         return (residual + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def number_of_bits(self, kind, expected, index):
@@ -938,7 +946,8 @@ class Decoder:
             positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
             geometry = Geometry(self.values[centre][at:at + 3], positions)
         valences = [mesh.valence[x] for x in ring]
-        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry)
+        learns = not self.header.fast or self.vertices % 4 == 0
+        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry, learns)
         if self.vertices % 1024 == 0:
             self.model.limit()  # 8.7
         values, of_faces = self.differences(centre, ring, p, q, geometry)

@@ -109,6 +109,7 @@ class Header(decoder.Header):
         self.base_vertices = draw.randint(3, 14)
         self.vertices = self.base_vertices + draw.choice((0, 1, 5, 30))
         self.channels, self.raw_channels = [], b""
+        self.fast = draw.random() < 0.3
         for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
             while True:
                 kind, merge = draw.choice((0, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
@@ -260,5 +261,5 @@ def make_hubs(seed):
 
 def result(m):
     h = m.header
-    return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels)]) + h.raw_channels,
+    return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels) + 128 * h.fast]) + h.raw_channels,
             m.coder.payload_bytes())

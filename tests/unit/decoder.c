@@ -822,22 +822,29 @@ TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
 
 /* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
 TEST(a_split_is_predicted_from_its_fans) {
-    static const int32_t offset[] = {7, -20, 0, 40, 300};
-    static cqi_ring r;
-    cq_channel channel = {CQ_GENERIC, 1, 12, CQ_MIDPOINT, 0, {0, 0, 0, 0}};
+    enum { CENTRE = 5 };
+    static cq_value values[] = {0, 107, 0, 80, 0, 9999, 0, 140, 0, 400, 0, 100}; /* with another component before each */
+    static cq_index origin[] = {CENTRE};
+    static cq_decoder d;
+    cq_channel channel = {CQ_GENERIC, 2, 12, CQ_MIDPOINT, 0, {0, 0, 0, 0}};
+    cqi_ring *r = &d.ring;
     cqi_fans fans;
     int k;
-    r.size = 5;
+    d.shape.channel[3] = channel;
+    d.channel[3] = values;
+    d.mesh.origin = origin;
+    r->size = 5;
     for (k = 0; k < 5; ++k) {
-        r.offset[k][1] = offset[k];
-        r.real[k + 1] = (uint8_t)(r.real[k] + (k != 2));
+        r->seen[k] = (cq_index)(k == 2 ? CENTRE : k);
+        r->real[k + 1] = (uint8_t)(r->real[k] + (k != 2));
     }
-    cqi_count_fans(&r, 1, 3, &fans);
-    cqi_sum_fans(&r, 1, 1, 3, &fans);
+    cqi_count_fans(r, 1, 3, &fans);
+    cqi_sum_fans(&d, 3, 1, 1, 3, &fans);
     CHECK_EQ(fans.n_b, 2 + 1);
     CHECK_EQ(fans.n_a, 4 + 1);
     CHECK_EQ(fans.sum_b, -20 + 40);
     CHECK_EQ(fans.sum_a, 40 + 300 + 7 - 20);
+    CHECK_EQ(fans.spread, 7 + 20 + 40 + 300);
     channel.bits = 12;
     CHECK_EQ(cqi_predict_delta(&fans, &channel), 2 * (5 * 20 - 3 * 327) / (2 * 5 * 3 + 5 + 3));
     channel.bits = 20;
