@@ -184,7 +184,7 @@ SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERT
 define variant
 build/tests/%$(1): tests/%.c $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
-	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$< -o $$@
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$< -lm -o $$@
 build/tests/%$(1): tests/%.cpp $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
 	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$< -lrapidcheck -o $$@

@@ -325,11 +325,20 @@ static int read_off(struct reader *r, struct mesh_file *mesh)
 #define OBJ_NONE UINT32_MAX
 enum { OBJ_LISTS = MESH_TEXCOORDS + 1 };
 
+struct obj_material {
+    const uint8_t *name;               /* in the file, up to the end of the line */
+    size_t length;
+    uint32_t line, first;              /* of the lines that name materials this one, from 1; the first with that name */
+    uint32_t number;                   /* there: of the material; 0: no face has it yet */
+};
+
 struct obj {
     size_t vertices, faces;            /* lines, in all; then so far */
     size_t items[OBJ_LISTS];           /* likewise */
     size_t others;                     /* lines that are not read */
     char other[WORD_BYTES];            /* the first word of one */
+    size_t material_lines;             /* in all; then so far */
+    struct obj_material *material;     /* of each such line */
     float *list[OBJ_LISTS];
     uint32_t *corner[OBJ_LISTS];
 };
@@ -349,6 +358,8 @@ static void obj_count_line(struct obj *obj, const char *word)
         obj->items[MESH_NORMALS]++;
     else if (strcmp(word, obj_words[MESH_TEXCOORDS]) == 0)
         obj->items[MESH_TEXCOORDS]++;
+    else if (strcmp(word, "usemtl") == 0)
+        obj->material_lines++;
     else
         known = 0;
     for (int i = 0; i < 3 && !known; i++)
@@ -374,6 +385,12 @@ static int obj_allocate(struct reader *r, struct mesh_file *mesh, struct obj *ob
 {
     if (!allocate(r, mesh, obj->vertices, obj->faces))
         return 0;
+    if (obj->material_lines > 0) {
+        obj->material = calloc(obj->material_lines, sizeof *obj->material);
+        mesh->materials = calloc(obj->faces + 1, sizeof *mesh->materials);
+        if (obj->material == NULL || mesh->materials == NULL)
+            return fail(r, "out of memory for materials");
+    }
     for (int a = 0; a < OBJ_LISTS; a++) {
         if (obj->items[a] == 0)
             continue;
@@ -462,10 +479,76 @@ static int obj_face(struct reader *r, struct mesh_file *mesh, struct obj *obj, c
 {
     char word[WORD_BYTES];
     size_t corners = 0;
+    if (mesh->materials != NULL)
+        mesh->materials[obj->faces] = (uint32_t)obj->material_lines;
     for (take_word(r, word); word[0] != '\0'; take_word(r, word), corners++)
         if (corners < 3 && !obj_corner(r, mesh, obj, all, 3 * obj->faces + corners, word))
             return 0;
     return check_corners(r, obj->faces++, (double)corners);
+}
+
+/* The rest of the line is the name: it may have spaces. */
+static void obj_use_material(const struct reader *r, struct obj *obj)
+{
+    struct obj_material *material = &obj->material[obj->material_lines++];
+    size_t begin = r->at, end;
+    while (begin < r->size && (r->data[begin] == ' ' || r->data[begin] == '\t'))
+        begin++;
+    for (end = begin; end < r->size && r->data[end] != '\n' && r->data[end] != '\r'; end++) {}
+    while (end > begin && (r->data[end - 1] == ' ' || r->data[end - 1] == '\t'))
+        end--;
+    material->name = r->data + begin;
+    material->length = end - begin;
+    material->line = (uint32_t)obj->material_lines;
+}
+
+static int compare_names(const struct obj_material *a, const struct obj_material *b)
+{
+    if (a->length != b->length)
+        return a->length < b->length ? -1 : 1;
+    return memcmp(a->name, b->name, a->length);
+}
+
+static int compare_by_name(const void *a, const void *b)
+{
+    const struct obj_material *s = a, *t = b;
+    int order = compare_names(s, t);
+    return order != 0 ? order : (s->line > t->line) - (s->line < t->line);
+}
+
+static int compare_by_line(const void *a, const void *b)
+{
+    const struct obj_material *s = a, *t = b;
+    return (s->line > t->line) - (s->line < t->line);
+}
+
+/* From lines that name materials to their numbers, in the order in which faces have them. */
+static void obj_materials(struct mesh_file *mesh, struct obj *obj)
+{
+    struct obj_material *material = obj->material;
+    size_t n = obj->material_lines;
+    if (n == 0)
+        return;
+    qsort(material, n, sizeof *material, compare_by_name);
+    for (size_t i = 0; i < n; i++)
+        material[i].first = i > 0 && compare_names(&material[i - 1], &material[i]) == 0 ? material[i - 1].first
+                                                                                        : material[i].line;
+    qsort(material, n, sizeof *material, compare_by_line);
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        if (mesh->materials[f] == 0)
+            continue;
+        struct obj_material *named = &material[material[mesh->materials[f] - 1].first - 1];
+        if (named->number == 0)
+            named->number = ++mesh->num_materials;
+        mesh->materials[f] = named->number;
+    }
+    if (mesh->num_materials == 0) {
+        free(mesh->materials);
+        mesh->materials = NULL;
+        return;
+    }
+    note_dropped(mesh, "names of materials: the first of %lu comes back as material_1, and so on",
+                 (unsigned long)mesh->num_materials);
 }
 
 static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
@@ -473,13 +556,15 @@ static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     char word[WORD_BYTES];
     size_t all[OBJ_LISTS];
     memcpy(all, obj->items, sizeof all);
-    obj->vertices = obj->faces = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = 0;
+    obj->vertices = obj->faces = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = obj->material_lines = 0;
     while (seek_word(r)) {
         take_word(r, word);
         if (strcmp(word, "v") == 0 && !obj_vertex(r, mesh, obj->vertices++))
             return 0;
         if (strcmp(word, "f") == 0 && !obj_face(r, mesh, obj, all))
             return 0;
+        if (strcmp(word, "usemtl") == 0)
+            obj_use_material(r, obj);
         for (int a = 0; a < OBJ_LISTS; a++)
             if (strcmp(word, obj_words[a]) == 0) {
                 float *item = obj->list[a] + (size_t)obj_components[a] * obj->items[a]++;
@@ -525,6 +610,9 @@ static int read_obj(struct reader *r, struct mesh_file *mesh)
     obj_count(r, &obj);
     int ok = obj_allocate(r, mesh, &obj) && obj_lines(r, mesh, &obj) && obj_attribute(r, mesh, &obj, MESH_NORMALS)
              && obj_attribute(r, mesh, &obj, MESH_TEXCOORDS);
+    if (ok)
+        obj_materials(mesh, &obj);
+    free(obj.material);
     for (int a = 0; a < OBJ_LISTS; a++) {
         free(obj.list[a]);
         free(obj.corner[a]);
@@ -1113,6 +1201,7 @@ void mesh_free(struct mesh_file *mesh)
     free(mesh->indices);
     for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
         free(mesh->attribute[a]);
+    free(mesh->materials);
     memset(mesh, 0, sizeof *mesh);
 }
 
@@ -1160,18 +1249,29 @@ static void write_obj_vertices(const struct mesh_file *mesh, FILE *file)
 }
 
 /* A vertex has the same number everywhere. */
-static void write_obj_faces(const struct mesh_file *mesh, FILE *file)
+static void write_obj_face(const struct mesh_file *mesh, FILE *file, size_t face)
 {
     int texcoords = mesh->attribute[MESH_TEXCOORDS] != NULL, normals = mesh->attribute[MESH_NORMALS] != NULL;
-    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces; c++) {
+    fputc('f', file);
+    for (size_t c = 3 * face; c < 3 * face + 3; c++) {
         unsigned long v = mesh->indices[c] + 1ul;
-        fprintf(file, c % 3 == 0 ? "f %lu" : " %lu", v);
+        fprintf(file, " %lu", v);
         if (texcoords)
             fprintf(file, "/%lu", v);
         if (normals)
             fprintf(file, texcoords ? "/%lu" : "//%lu", v);
-        if (c % 3 == 2)
-            fputc('\n', file);
+    }
+    fputc('\n', file);
+}
+
+/* In their order: a material holds until the next is named. */
+static void write_obj_faces(const struct mesh_file *mesh, FILE *file)
+{
+    uint32_t material = 0;
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        if (mesh->materials != NULL && mesh->materials[f] != material)
+            fprintf(file, "usemtl material_%lu\n", (unsigned long)(material = mesh->materials[f]));
+        write_obj_face(mesh, file, f);
     }
 }
 

@@ -3,7 +3,8 @@
  *
  * Vertices and faces come out as the file has them: same order, nothing merged, nothing dropped. Only STL, which has a
  * position for each corner, gets its indices here: corners with equal coordinates become one vertex. Normals, texture
- * coordinates and colors are kept where each vertex has one; what else a file has is told in `dropped`.
+ * coordinates and colors are kept where each vertex has one, materials of OBJ as numbers; what else a file has is told
+ * in `dropped`.
  *
  *     struct mesh_file mesh;
  *     char error[MESH_ERROR_BYTES];
@@ -25,8 +26,8 @@
  * MESH_OFF  OFF and its variants with colours (C), normals (N) and texture coordinates (ST), which are skipped, as is
  *           everything behind the corners of a face. One vertex or face a line. Written as OFF.
  * MESH_OBJ  `v` lines, also with red, green, blue behind the position; `vt` and `vn` lines, if all corners of a vertex
- *           have the same; `f` lines, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end. Others are
- *           skipped.
+ *           have the same; `f` lines, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; `usemtl`
+ *           lines. Others are skipped.
  * MESH_PLY  ascii and binary of both byte orders: of element `vertex` x, y, z; nx, ny, nz; s, t or u, v or texture_u,
  *           texture_v; red, green, blue, alpha; list `vertex_indices` or `vertex_index` of element `face`; other
  *           elements and properties are skipped. Written as binary little-endian, colors in 8 bits.
@@ -45,6 +46,8 @@ struct mesh_file {
     uint32_t num_vertices, num_faces;
     float *attribute[MESH_NUM_ATTRIBUTES];    /* float[components * num_vertices], finite; NULL: none */
     int components[MESH_NUM_ATTRIBUTES];      /* 3; 2; 3 or with alpha 4, each 0 .. 1 */
+    uint32_t *materials;               /* uint32_t[num_faces], each <= num_materials, 0: none said; NULL: none */
+    uint32_t num_materials;            /* numbered from 1 as faces first have them */
     char dropped[MESH_MAX_DROPPED][MESH_ERROR_BYTES];   /* what the file has and this has not, and why */
     int num_dropped;
 };
@@ -61,7 +64,8 @@ enum mesh_format mesh_format_of_path(const char *path);
 int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mesh_format format,
               char error[MESH_ERROR_BYTES]);
 
-/* Writes a mesh. Text has enough digits to read back the same floats. OFF and STL hold no attributes, OBJ no alpha.
+/* Writes a mesh. Text has enough digits to read back the same floats. OFF and STL hold no attributes, OBJ no alpha;
+ * OBJ alone materials, under the names material_1, material_2 and so on; a face without one has to come before them.
  * Returns 1; or 0 if the file reports an error. */
 int mesh_write(const struct mesh_file *mesh, FILE *file, enum mesh_format format);
 

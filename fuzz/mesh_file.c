@@ -11,6 +11,7 @@ static void check_mesh(const struct mesh_file *m) {
     int a;
     for (k = 0; k < 3 * (size_t)m->num_vertices; k++) REQUIRE(isfinite(m->positions[k]));
     for (k = 0; k < 3 * (size_t)m->num_faces; k++) REQUIRE(m->indices[k] < m->num_vertices);
+    for (k = 0; m->materials != NULL && k < m->num_faces; k++) REQUIRE(m->materials[k] <= m->num_materials);
     for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
         if (m->attribute[a] == NULL) continue;
         REQUIRE(m->components[a] == (a == MESH_TEXCOORDS ? 2 : 3) || (a == MESH_COLORS && m->components[a] == 4));
@@ -37,6 +38,13 @@ static void require_equal_attributes(const struct mesh_file *a, const struct mes
             REQUIRE(x == y || (i == MESH_COLORS && format == MESH_PLY && fabs((double)x - (double)y) < 0.0020));
         }
     }
+}
+
+/* OBJ tells materials only of faces; where no face has one, nothing. */
+static void require_equal_materials(const struct mesh_file *a, const struct mesh_file *b) {
+    size_t k;
+    REQUIRE(a->num_materials == b->num_materials);
+    for (k = 0; a->num_materials > 0 && k < a->num_faces; k++) REQUIRE(a->materials[k] == b->materials[k]);
 }
 
 static void require_equal_corners(const struct mesh_file *a, const struct mesh_file *b) {
@@ -73,6 +81,7 @@ static void check_writing(const struct mesh_file *m, enum mesh_format format) {
     if (format == MESH_STL) require_equal_corners(m, &again);
     else check_same(m, &again);
     if (format == MESH_PLY || format == MESH_OBJ) require_equal_attributes(m, &again, format);
+    if (format == MESH_OBJ) require_equal_materials(m, &again);
     mesh_free(&again);
     free(exact);
     free(text);

@@ -573,13 +573,15 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
-/* What a collapse is chosen for; without positions, all are CQ_BALANCED. The stream is of the same format, and decodes
- * as fast. */
+/* What a collapse is chosen for; without positions that move to midpoints, all are CQ_LEAST_CONNECTIVITY. The stream is
+ * of the same format, and decodes as fast. Of streams that stop early CQ_BALANCED shows two to three times as much as
+ * CQ_LEAST_CONNECTIVITY (in distance from the exact mesh), CQ_BEST_LOOKING three times; for 1 and 3 % more bytes, and
+ * encoding takes about 1.4 and 1.5 times as long. */
 typedef enum cq_goal {
-    CQ_BALANCED = 0,      /* by valences alone: connectivity costs least */
-    CQ_SMALLEST,          /* of the neighbours with the smallest valence the nearest one: positions save more */
-    CQ_BEST_LOOKING       /* what changes the surface little goes first: coarse meshes are several times closer to the
-                             exact one; streams are 3 % longer on average, encoding takes three times as long */
+    CQ_BALANCED = 0,      /* features of the surface go last; of what may go the smallest valence, then the nearest */
+    CQ_SMALLEST,          /* the smallest valence, then the nearest: positions cost least, and mostly the stream */
+    CQ_BEST_LOOKING,      /* as CQ_BALANCED, but finer features count, too */
+    CQ_LEAST_CONNECTIVITY /* by valences alone */
 } cq_goal;
 
 /* What to encode, and how. Zero-initialise, then set what you need. */
@@ -1690,6 +1692,7 @@ typedef struct cqi_plan {
     cq_mesh mesh;                       /* simplified step by step, in the end the base */
     const cq_value *positions;          /* those in value, if they decide what is collapsed; or NULL */
     uint32_t most_loss;                 /* of a collapse at this level; CQI_ANY_LOSS: whatever it is */
+    uint32_t level_loss;                /* how much it grows from level to level */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
     cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A,
                                            with CQ_KEEP still B */
@@ -3776,33 +3779,46 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
     return sum;
 }
 
-/* -- What a collapse loses: the goal best-looking --
+/* -- What a collapse loses: the goals balanced and best-looking --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
  * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of the merged vertex
- * from the planes of the triangles around both ends, weighted with their areas; and from the lines of boundary edges,
- * weighted with their squared lengths. A crease has planes on both sides, and so resists by itself. The loss is the
- * logarithm of their sum over the square root of the weights, half way from the sum to the mean: the sum alone spares
- * large triangles, the mean small ones. A collapse that turns a triangle by more than 75 degrees loses anything.
+ * from the planes of the triangles around both ends, times their areas; and from the lines of boundary edges, times
+ * their squared lengths. A crease has planes on both sides, and so resists by itself. A collapse that turns a triangle
+ * over, or leaves it an eighth of its area as seen along its normal, loses anything.
  *
- * A level refuses collapses above a limit, and still takes the smallest valence of the others. The limit grows when
- * a level is not worth its walk; in the end it falls.
+ * A level refuses collapses that lose more than a limit, and still takes the smallest valence of the others. At first
+ * the limit is what half of the edges lose, or less. It grows from level to level about as the losses of a smooth
+ * surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7 times.
+ * What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits. It
+ * also grows when a level is not worth its walk; in the end it falls.
  *
- * Bounds: offsets have 11 bits, so differences 12, cross products 26, volumes 39 and distances 18 with 4 bits of
- * fraction; weights have 20, and less than 32 faces around both ends add up to less than 2^61. */
+ * Losses are compared as numbers that grow with their logarithm, in 1/256 octave.
+ *
+ * Bounds: offsets from the centre of a fan have 12 bits, half an edge 11, areas 25, volumes 38. So distances, in
+ * sixteenths, are below 2^17, as cqi_norm is never less than half a length; their products with volumes are
+ * below 2^55; squares of areas of a boundary's edge and half an edge below 2^50; and all of both fans together below
+ * 2^57. */
 #define CQI_ANY_LOSS 0xffffffffu
-#define CQI_LOSS_BITS 11
-#define CQI_LEAST_LOSS ((uint32_t)2 << 16)   /* the first limit, */
-#define CQI_MORE_LOSS ((uint32_t)4 << 16)    /* and the least that it grows by: octaves */
+#define CQI_OFFSET_BITS 12
+#define CQI_OCTAVE 256
 
-typedef struct cqi_loss {
-    const cqi_plan *plan;
-    cq_index a, b;
-    int shift;            /* of offsets, which are relative to a */
-    cqi_vector merged;
-    uint64_t sum, weight;
-    int turned;           /* a triangle is turned over, or nearly */
-} cqi_loss;
+/* How much more a level may lose than the one before; and at least so much more than itself, if it is done again. */
+#define CQI_LEVEL_LOSS(goal) ((goal) == CQ_BALANCED ? 4 * CQI_OCTAVE / 5 : CQI_OCTAVE / 2)
+#define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
+
+/* Vertices that a level with a limit must remove, of one that keeps so many: half of what one without can. */
+#define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
+
+/* The triangles around a vertex, with offsets from it. */
+typedef struct cqi_fan {
+    cq_index centre;
+    int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
+    cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
+    cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
+    cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
+    int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
+} cqi_fan;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 {
@@ -3817,116 +3833,125 @@ static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
     return a;
 }
 
-static cqi_vector cqi_loss_offset(const cqi_loss *l, cq_index v)
+static cqi_vector cqi_offset(const cqi_plan *p, cq_index from, cq_index to)
 {
-    const cq_value *at = l->plan->positions + 3 * (size_t)v, *origin = l->plan->positions + 3 * (size_t)l->a;
+    const cq_value *a = p->positions + 3 * (size_t)from, *b = p->positions + 3 * (size_t)to;
     cqi_vector x;
-    x.x = cqi_floor_shift((int32_t)at[0] - origin[0], l->shift);
-    x.y = cqi_floor_shift((int32_t)at[1] - origin[1], l->shift);
-    x.z = cqi_floor_shift((int32_t)at[2] - origin[2], l->shift);
+    x.x = (int32_t)b[0] - a[0];
+    x.y = (int32_t)b[1] - a[1];
+    x.z = (int32_t)b[2] - a[2];
     return x;
 }
 
-/* All bits that the offsets around v have. */
-static uint32_t cqi_loss_extent(const cqi_loss *l, cq_index v)
+/* Lists the neighbours of v, not more than CQ_MAX_VALENCE. */
+static void cqi_list_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
 {
-    const cq_mesh *m = &l->plan->mesh;
+    const cq_mesh *m = &p->mesh;
+    const cqi_vector none = { 0, 0, 0 };
     cq_index h = m->out[v];
     uint32_t bits = 0;
+    int k, n = 0;
     do {
-        cq_index w = cq_target(m, h);
-        if (!cq_is_virtual(m, w)) {
-            cqi_vector x = cqi_loss_offset(l, w);
-            bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
+        cq_index w = m->origin[m->twin[h]];
+        cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p, v, w);
+        f->vertex[n] = w;
+        f->at[n++] = x;
+        bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    f->shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
+    for (k = 0; f->shift && k < n; k++) f->at[k] = cqi_shift(f->at[k], f->shift);
+    f->vertex[n] = f->vertex[0];
+    f->at[n] = f->at[0];
+    f->size = n;
+    f->centre = v;
+}
+
+static void cqi_read_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
+{
+    int k;
+    cqi_list_fan(p, f, v);
+    for (k = 0; k < f->size; k++) {
+        int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
+        f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
+        f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
+    }
+}
+
+/* If the centre goes to x. Triangles without an area lose nothing. */
+static uint64_t cqi_fan_loss(const cqi_fan *f, cqi_vector x)
+{
+    uint64_t sum = 0;
+    int k;
+    for (k = 0; k < f->size; k++) {
+        if (f->norm[k] > 0) {
+            int64_t volume = cqi_wide_dot(f->area[k], x);
+            uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
+            sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
+        } else if (f->norm[k]) {
+            cqi_vector area = cqi_cross(f->area[k], x);
+            sum += (uint64_t)cqi_wide_dot(area, area);
         }
-        h = cq_clockwise(m, h);
-    } while (h != m->out[v]);
-    return bits;
+    }
+    return sum;
 }
 
-/* A plane or line: `above` is the distance of the merged vertex times `size`, `weight` more than 0. */
-static void cqi_lose(cqi_loss *l, uint64_t above, uint32_t size, uint32_t weight)
+/* Is a triangle turned if the centre goes to x? Those that the collapse removes are not. */
+static int cqi_turns(const cqi_fan *f, cqi_vector x, cq_index removed)
 {
-    uint64_t distance = 16 * above / size;
-    l->sum += distance * distance * weight;
-    l->weight += weight;
+    int k;
+    for (k = 0; k < f->size; k++) {
+        cqi_vector along = cqi_subtract(f->at[k + 1], f->at[k]);
+        int64_t before, less;
+        if (f->norm[k] <= 0 || f->vertex[k] == removed || f->vertex[k + 1] == removed) continue;
+        before = cqi_wide_dot(f->area[k], f->area[k]);
+        less = cqi_wide_dot(f->area[k], cqi_cross(x, along));
+        if (8 * (before - less) <= before) return 1;
+    }
+    return 0;
 }
 
-/* The boundary edge from x to y. */
-static void cqi_lose_edge(cqi_loss *l, cq_index x, cq_index y)
+/* A loss of 16^shift x. */
+static uint32_t cqi_loss(uint64_t x, int shift)
 {
-    cqi_vector from = cqi_loss_offset(l, x), along = cqi_subtract(cqi_loss_offset(l, y), from);
-    uint32_t length = (uint32_t)cqi_norm(along);
-    cqi_vector area = cqi_cross(along, cqi_subtract(l->merged, from));
-    if (length) cqi_lose(l, (uint32_t)cqi_norm(area), length, (length * length >> 6) + 1);
+    int n = x >> 32 ? 32 + cqi_bit_length((uint32_t)(x >> 32)) : cqi_bit_length((uint32_t)x);
+    uint32_t fraction = (uint32_t)(n > 8 ? x >> (n - 9) : x << (9 - n)) & 255;
+    return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* The triangle x, y, z of which x moves, and y and z do not if `stays`. */
-static void cqi_lose_triangle(cqi_loss *l, cq_index x, cq_index y, cq_index z, int stays)
+/* Of a collapse of h: a number above the limit if it is above the limit. */
+static uint32_t cqi_loss_of(const cqi_plan *p, cqi_fan *fan, cq_index h)
 {
-    cqi_vector from = cqi_loss_offset(l, x), to_y = cqi_loss_offset(l, y), to_z = cqi_loss_offset(l, z);
-    cqi_vector before = cqi_cross(cqi_subtract(to_y, from), cqi_subtract(to_z, from));
-    cqi_vector after = cqi_cross(cqi_subtract(to_y, l->merged), cqi_subtract(to_z, l->merged));
-    uint32_t size = (uint32_t)cqi_norm(before);
-    int64_t volume = cqi_wide_dot(before, cqi_subtract(l->merged, from));
-    if (!size) return;
-    cqi_lose(l, (uint64_t)(volume < 0 ? -volume : volume), size, (size >> 6) + 1);
-    if (stays && 4 * cqi_wide_dot(before, after) <= (int64_t)size * cqi_norm(after)) l->turned = 1;
-}
-
-static void cqi_lose_fan(cqi_loss *l, cq_index v)
-{
-    const cq_mesh *m = &l->plan->mesh;
-    cq_index h = m->out[v];
-    do {
-        cq_index y = cq_target(m, h), z = m->origin[cq_prev(h)];
-        int stays = y != l->a && y != l->b && z != l->a && z != l->b;
-        if (cq_is_virtual(m, y)) cqi_lose_edge(l, v, z);
-        else if (cq_is_virtual(m, z)) cqi_lose_edge(l, v, y);
-        else cqi_lose_triangle(l, v, y, z, stays);
-        h = cq_clockwise(m, h);
-    } while (h != m->out[v]);
-}
-
-/* log2(x + 1) in 1/65536. */
-static uint32_t cqi_wide_log2(uint64_t x)
-{
-    uint32_t octaves = 0;
-    for (x++; x >> 32; x >>= 1) octaves++;
-    return (octaves << 16) + cqi_log2((uint32_t)x);
-}
-
-/* Of a collapse of h; areas and squared distances both grow with 2^(2 shift). */
-static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
-{
-    cqi_loss l;
-    cqi_vector b;
-    uint32_t sum, root;
-    int bits;
-    memset(&l, 0, sizeof l);
-    l.plan = p;
-    l.a = p->mesh.origin[h];
-    l.b = cq_target(&p->mesh, h);
-    b = cqi_loss_offset(&l, l.b);
-    bits = cqi_bit_length(cqi_loss_extent(&l, l.a) | cqi_loss_extent(&l, l.b));
-    if (bits > CQI_LOSS_BITS) l.shift = bits - CQI_LOSS_BITS;
-    l.merged.x = cqi_floor_shift(cqi_floor_half(b.x), l.shift);
-    l.merged.y = cqi_floor_shift(cqi_floor_half(b.y), l.shift);
-    l.merged.z = cqi_floor_shift(cqi_floor_half(b.z), l.shift);
-    cqi_lose_fan(&l, l.a);
-    cqi_lose_fan(&l, l.b);
-    if (l.turned) return CQI_ANY_LOSS;
-    sum = cqi_wide_log2(l.sum) + ((uint32_t)l.shift << 18);
-    root = (cqi_wide_log2(l.weight) + ((uint32_t)l.shift << 17)) / 2;
-    return sum > root ? sum - root : 0;
+    cqi_fan *a = fan, *b = fan + 1;
+    const cq_index from = p->mesh.origin[h], to = cq_target(&p->mesh, h);
+    cqi_vector x = cqi_offset(p, from, to), half, rest;
+    uint64_t sum;
+    uint32_t loss;
+    int shift;
+    half.x = cqi_floor_half(x.x);
+    half.y = cqi_floor_half(x.y);
+    half.z = cqi_floor_half(x.z);
+    rest = cqi_subtract(half, x);
+    if (a->centre != from) cqi_read_fan(p, a, from);
+    half = a->shift ? cqi_shift(half, a->shift) : half;
+    sum = cqi_fan_loss(a, half);
+    loss = cqi_loss(sum, a->shift);
+    if (loss > p->most_loss) return loss;
+    cqi_read_fan(p, b, to);
+    rest = b->shift ? cqi_shift(rest, b->shift) : rest;
+    shift = a->shift > b->shift ? a->shift : b->shift;
+    sum = (sum >> 4 * (shift - a->shift)) + (cqi_fan_loss(b, rest) >> 4 * (shift - b->shift));
+    loss = cqi_loss(sum, shift);
+    if (loss > p->most_loss) return loss;
+    return cqi_turns(a, half, to) || cqi_turns(b, rest, from) ? CQI_ANY_LOSS : loss;
 }
 
 /* Does the collapse of h lose no more than this level allows? What is refused is noted. */
-static int cqi_allows(cqi_plan *p, cq_index h)
+static int cqi_allows(cqi_plan *p, cqi_fan *fan, cq_index h)
 {
     uint32_t loss;
     if (p->most_loss == CQI_ANY_LOSS) return 1;
-    loss = cqi_loss_of(p, h);
+    loss = cqi_loss_of(p, fan, h);
     if (loss <= p->most_loss) return 1;
     if (loss < p->refused_loss) p->refused_loss = loss;
     return 0;
@@ -3939,6 +3964,29 @@ static void cqi_allow_more_loss(cqi_plan *p)
     p->most_loss = p->refused_loss > more ? p->refused_loss : more;
 }
 
+/* What half of the edges lose, in whole octaves, of 256 or more that are spread over the vertices. */
+static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
+{
+    const cq_mesh *m = &p->mesh;
+    const cq_index step = (cq_index)(num_vertices / 512 + 1);
+    uint32_t count[128], all = 0, below = 0, octave = 0;
+    cqi_fan fan[2];
+    cq_index v;
+    memset(count, 0, sizeof count);
+    p->most_loss = CQI_ANY_LOSS - 1;
+    for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
+        cq_index h = m->out[v], w = cq_target(m, h);
+        uint32_t loss;
+        if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
+        fan->centre = CQ_NONE;
+        loss = cqi_loss_of(p, fan, h);
+        all++;
+        if (loss != CQI_ANY_LOSS) count[loss / CQI_OCTAVE]++;
+    }
+    while (octave < 127 && 2 * (below += count[octave]) < all) octave++;
+    return octave * CQI_OCTAVE;
+}
+
 /* -- Choosing collapses -- */
 
 /* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
@@ -3949,24 +3997,42 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* The neighbour B of the front vertex to collapse with, as the halfedge A -> B: the best one, of equal ones the first
- * clockwise from L. CQ_NONE: the patch is isolated. */
-static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
+/* The best neighbour B of the front vertex of those that are not refused, as the halfedge A -> B; of equal ones the
+ * first clockwise from L. CQ_NONE: there is none. */
+static cq_index cqi_best_spoke(const cqi_plan *p, cq_index spoke, int first, int boundary, uint32_t refused)
 {
     const cq_mesh *m = &p->mesh;
     cq_index a = m->origin[spoke], h = spoke, chosen = CQ_NONE;
-    int boundary;
-    if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
-    boundary = cqi_on_boundary(m, a);
-    cqi_mark_ring(m, a, 1);
     do {
         cq_index b = cq_target(m, h);
-        if (!cqi_is_conquered(m, b) && (chosen == CQ_NONE || cqi_is_better(p, a, b, cq_target(m, chosen))) &&
-            cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && !(first && cqi_turns_gate(m, spoke, b)) &&
-            cqi_allows(p, h))
+        if (!(refused & 1) && !cqi_is_conquered(m, b) &&
+            (chosen == CQ_NONE || cqi_is_better(p, a, b, cq_target(m, chosen))) &&
+            cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && !(first && cqi_turns_gate(m, spoke, b)))
             chosen = h;
+        refused >>= 1;
         h = cq_clockwise(m, h);
     } while (h != spoke);
+    return chosen;
+}
+
+/* The one to collapse with: the best one that loses no more than is allowed. CQ_NONE: the patch is isolated. */
+static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
+{
+    const cq_mesh *m = &p->mesh;
+    cq_index a = m->origin[spoke], h, chosen;
+    uint32_t refused = 0, bit;
+    cqi_fan fan[2];
+    int boundary;
+    if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
+    fan->centre = CQ_NONE;
+    boundary = cqi_on_boundary(m, a);
+    cqi_mark_ring(m, a, 1);
+    for (;;) {
+        chosen = cqi_best_spoke(p, spoke, first, boundary, refused);
+        if (chosen == CQ_NONE || cqi_allows(p, fan, chosen)) break;
+        for (h = spoke, bit = 1; h != chosen; h = cq_clockwise(m, h)) bit <<= 1;
+        refused |= bit;
+    }
     cqi_mark_ring(m, a, 0);
     return chosen;
 }
@@ -4039,18 +4105,19 @@ static void cqi_undo_level(cqi_plan *p, const cq_shape *s, cqi_walk *w)
 static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
 {
     cqi_walk w;
-    cq_index spoke, splits = 0;
+    cq_index spoke, kept, splits = 0;
     int first;
     cqi_walk_begin(&w);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
     cqi_conquer_virtual(&p->mesh);
     while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
         splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
-    if (splits < CQI_MIN_SPLITS(*num_live - splits)) {
+    kept = (cq_index)(*num_live - splits);
+    if (splits < (p->most_loss == CQI_ANY_LOSS ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
         cqi_undo_level(p, s, &w);
         return 0;
     }
-    *num_live = (cq_index)(*num_live - splits);
+    *num_live = kept;
     return 1;
 }
 
@@ -4128,9 +4195,6 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
         values += n;
     }
     p->input = in->values;
-    p->most_loss = CQI_ANY_LOSS;
-    if (in->goal != CQ_BALANCED && cqi_position_channel(s) >= 0) p->positions = p->value[cqi_position_channel(s)];
-    if (in->goal == CQ_BEST_LOOKING && p->positions) p->most_loss = CQI_LEAST_LOSS;
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;
@@ -4142,16 +4206,29 @@ static void cqi_progress(const cq_input *in, uint32_t done)
     if (in->progress) in->progress(in->user, done, 2 * in->shape.num_vertices);
 }
 
+static void cqi_set_goal(cqi_plan *p, const cq_input *in)
+{
+    const int channel = cqi_position_channel(&in->shape);
+    p->most_loss = CQI_ANY_LOSS;
+    if (in->goal == CQ_LEAST_CONNECTIVITY || channel < 0) return;
+    p->positions = p->value[channel];
+    if (in->goal == CQ_SMALLEST) return;
+    p->level_loss = CQI_LEVEL_LOSS(in->goal);
+    p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
+}
+
 static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
 {
     cqi_plan *p = &e->plan;
     cq_index live = (cq_index)in->shape.num_vertices;
+    cqi_set_goal(p, in);
     cqi_find_components(p, p->to_input);
     p->current = 1;
     while (p->current <= CQ_MAX_LEVELS) {
         p->refused_loss = CQI_ANY_LOSS;
         if (cqi_simplify(p, &in->shape, &live)) {
             p->current++;
+            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += p->level_loss;
             cqi_progress(in, in->shape.num_vertices - live);
         } else if (p->most_loss != CQI_ANY_LOSS) {
             cqi_allow_more_loss(p);

@@ -18,9 +18,11 @@
 #define EXIT_BAD_DATA 1
 #define EXIT_BAD_USAGE 2
 
+#define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
+
 struct options {
     int connectivity, keep_order, fast, json, quiet;
-    int attributes;                             /* to keep: 1 << MESH_NORMALS and so on */
+    int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
     uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */

@@ -127,6 +127,16 @@ static int add_attributes(struct mesh_file *mesh, const cq_decoder *d)
     return 1;
 }
 
+/* The first channel with the material of each face; -1 if there is none, or one beyond what a count of them can say. */
+static int find_materials(const cq_shape *shape)
+{
+    for (uint32_t k = 0; k < shape->num_channels; k++)
+        if (shape->channel[k].kind == CQ_GROUP && shape->channel[k].merge == CQ_PER_FACE
+                && shape->channel[k].bits <= CQ_MAX_BITS)
+            return (int)k;
+    return -1;
+}
+
 /* The decoded mesh in arrays of its own. */
 static int view_mesh(struct mesh_file *mesh, const cq_decoder *d)
 {
@@ -144,10 +154,10 @@ static int view_mesh(struct mesh_file *mesh, const cq_decoder *d)
     return add_attributes(mesh, d);
 }
 
-/* -- The order of the file that was encoded -- */
+/* -- Sorting by numbers: of vertices in the file that was encoded, of the materials of faces -- */
 
 struct numbered {
-    uint32_t number, vertex;
+    uint32_t number, item;
 };
 
 static int compare_numbered(const void *a, const void *b)
@@ -155,17 +165,31 @@ static int compare_numbered(const void *a, const void *b)
     const struct numbered *s = a, *t = b;
     if (s->number != t->number)
         return s->number < t->number ? -1 : 1;
-    return (s->vertex > t->vertex) - (s->vertex < t->vertex);
+    return (s->item > t->item) - (s->item < t->item);
 }
 
-/* Rows of so many floats, row order[i].vertex first i = 0, then 1, ... */
+/* NULL: no memory. */
+static struct numbered *sort_numbers(const cq_value *number, uint32_t count)
+{
+    struct numbered *order = malloc(((size_t)count + 1) * sizeof *order);
+    if (order == NULL)
+        return NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        order[i].number = (uint32_t)number[i];
+        order[i].item = i;
+    }
+    qsort(order, count, sizeof *order, compare_numbered);
+    return order;
+}
+
+/* Rows of so many floats, row order[i].item first i = 0, then 1, ... */
 static int reorder_rows(float **rows, size_t floats, const struct numbered *order, size_t count)
 {
     float *sorted = malloc((count + 1) * floats * sizeof *sorted);
     if (sorted == NULL)
         return 0;
     for (size_t i = 0; i < count; i++)
-        memcpy(sorted + floats * i, *rows + floats * order[i].vertex, floats * sizeof *sorted);
+        memcpy(sorted + floats * i, *rows + floats * order[i].item, floats * sizeof *sorted);
     free(*rows);
     *rows = sorted;
     return 1;
@@ -179,7 +203,7 @@ static int reorder_vertices(struct mesh_file *mesh, const struct numbered *order
         if (mesh->attribute[a] != NULL)
             ok = reorder_rows(&mesh->attribute[a], (size_t)mesh->components[a], order, mesh->num_vertices);
     for (uint32_t i = 0; i < mesh->num_vertices && ok; i++)
-        place[order[i].vertex] = i;
+        place[order[i].item] = i;
     for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && ok; c++)
         mesh->indices[c] = place[mesh->indices[c]];
     free(place);
@@ -192,16 +216,30 @@ static int restore_order(struct mesh_file *mesh, const cq_decoder *d)
     int channel = find_channel(&d->shape, CQ_NUMBER);
     if (channel < 0)
         return 1;
-    struct numbered *order = malloc(((size_t)mesh->num_vertices + 1) * sizeof *order);
-    if (order == NULL)
-        return 0;
-    for (uint32_t v = 0; v < mesh->num_vertices; v++) {
-        order[v].number = (uint32_t)d->channel[channel][v];
-        order[v].vertex = v;
-    }
-    qsort(order, mesh->num_vertices, sizeof *order, compare_numbered);
-    int ok = reorder_vertices(mesh, order);
+    struct numbered *order = sort_numbers(d->channel[channel], mesh->num_vertices);
+    int ok = order != NULL && reorder_vertices(mesh, order);
     free(order);
+    return ok;
+}
+
+/* Gives faces their materials and sorts them by these, those without first, so that few lines of OBJ name them. */
+static int add_materials(struct mesh_file *mesh, const cq_decoder *d)
+{
+    int channel = find_materials(&d->shape);
+    if (channel < 0)
+        return 1;
+    struct numbered *order = sort_numbers(d->channel[channel], mesh->num_faces);
+    uint32_t *sorted = malloc(((size_t)mesh->num_faces + 1) * 3 * sizeof *sorted);
+    mesh->materials = malloc(((size_t)mesh->num_faces + 1) * sizeof *mesh->materials);
+    int ok = order != NULL && sorted != NULL && mesh->materials != NULL;
+    for (size_t f = 0; f < mesh->num_faces && ok; f++) {
+        memcpy(sorted + 3 * f, mesh->indices + 3 * (size_t)order[f].item, 3 * sizeof *sorted);
+        mesh->num_materials = mesh->materials[f] = order[f].number;
+    }
+    if (ok)
+        memcpy(mesh->indices, sorted, 3 * (size_t)mesh->num_faces * sizeof *sorted);
+    free(order);
+    free(sorted);
     return ok;
 }
 
@@ -233,6 +271,8 @@ static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format
 {
     const cq_channel *c = &shape->channel[k];
     int attributes = format == MESH_OBJ || format == MESH_PLY;
+    if (format == MESH_OBJ && find_materials(shape) == (int)k)
+        return 1;
     if (find_channel(shape, (cq_kind)c->kind) != (int)k)
         return 0;
     switch (c->kind) {
@@ -258,7 +298,8 @@ static int save_decoded(const cq_decoder *d, const struct options *options, enum
     struct mesh_file mesh;
     if (!check_positions(options, &d->shape, format))
         return 0;
-    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d)) || complain(options->files[1], "out of memory");
+    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d) && add_materials(&mesh, d))
+             || complain(options->files[1], "out of memory");
     if (ok && !options->quiet)
         tell_not_written(&d->shape, options->files[1], format);
     ok = ok && save_mesh(&mesh, options->files[1], format);

@@ -11,7 +11,7 @@
 
 enum { NORMAL_BITS = 10, TEXCOORD_BITS = 12, COLOR_BITS = 8 };
 
-/* A channel with room for its values. NULL if there is no memory. */
+/* A channel with room for its values, all 0. NULL if there is no memory. */
 static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
 {
     uint32_t k = e->input.shape.num_channels++;
@@ -20,7 +20,8 @@ static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge,
     channel->merge = (uint8_t)merge;
     channel->components = (uint8_t)components;
     channel->bits = (uint8_t)bits;
-    e->values[k] = calloc((size_t)e->input.shape.num_vertices + 1, (size_t)components * sizeof(cq_value));
+    size_t count = merge == CQ_PER_FACE ? e->input.shape.num_faces : e->input.shape.num_vertices;
+    e->values[k] = calloc(count + 1, (size_t)components * sizeof(cq_value));
     e->input.values[k] = e->values[k];
     return e->values[k] != NULL ? channel : NULL;
 }
@@ -91,12 +92,28 @@ static int bits_for(uint32_t largest)
     return bits;
 }
 
+/* As few bits as may be for numbers up to this one. */
+static uint32_t bits_of_number(uint32_t largest)
+{
+    int bits = bits_for(largest);
+    return bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS;
+}
+
+static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    uint32_t k = e->input.shape.num_channels;
+    if (add_channel(e, CQ_GROUP, CQ_PER_FACE, 1, bits_of_number(mesh->num_materials)) == NULL)
+        return complain(path, "out of memory");
+    for (uint32_t f = 0; f < mesh->num_faces; f++)
+        e->values[k][f] = (cq_value)mesh->materials[f];
+    return 1;
+}
+
 /* The vertices' own numbers. */
 static int add_order(struct encoding *e, const char *path)
 {
     uint32_t k = e->input.shape.num_channels, n = e->input.shape.num_vertices;
-    int bits = bits_for(n);
-    if (add_channel(e, CQ_NUMBER, CQ_KEEP, 1, bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS) == NULL)
+    if (add_channel(e, CQ_NUMBER, CQ_KEEP, 1, bits_of_number(n)) == NULL)
         return complain(path, "out of memory");
     for (uint32_t v = 0; v < n; v++)
         e->values[k][v] = (cq_value)v;
@@ -127,6 +144,8 @@ static int add_channels(struct encoding *e, const struct mesh_file *mesh, const 
         if ((options->attributes >> a & 1) != 0 && mesh->attribute[a] != NULL
                 && !add_attribute(e, mesh, path, (enum mesh_attribute)a))
             return 0;
+    if ((options->attributes & KEEP_MATERIALS) != 0 && mesh->materials != NULL && !add_materials(e, mesh, path))
+        return 0;
     if (options->attributes != 0 && !options->quiet)
         tell_dropped(mesh, path);
     return !options->keep_order || add_order(e, path);
@@ -217,7 +236,8 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.goal = options->goal;
     e->input.shape.fast = (uint32_t)options->fast;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
-    if (e->input.map == NULL)
+    e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
+    if (e->input.map == NULL || e->input.face_map == NULL)
         return complain(path, "out of memory");
     return add_channels(e, mesh, path, options);
 }
@@ -242,6 +262,7 @@ void free_encoding(struct encoding *e)
     for (int k = 0; k < CQ_MAX_CHANNELS; k++)
         free(e->values[k]);
     free(e->input.map);
+    free(e->input.face_map);
     free(e->stream);
 }
 

@@ -49,22 +49,25 @@ static int same_faces(const struct encoding *e, const cq_decoder *d)
     return same;
 }
 
-/* 1 if the map takes each input vertex to a decoded vertex of its own. */
-static int is_permutation(const cq_index *map, size_t num_vertices)
+/* 1 if the map takes each of so many input vertices or faces to a decoded one of its own. */
+static int is_permutation(const cq_index *map, size_t count)
 {
-    uint8_t *taken = calloc(num_vertices + 1, 1);
+    uint8_t *taken = calloc(count + 1, 1);
     int ok = taken != NULL;
-    for (size_t v = 0; ok && v < num_vertices; v++)
-        ok = map[v] < num_vertices && !taken[map[v]] && (taken[map[v]] = 1);
+    for (size_t i = 0; ok && i < count; i++)
+        ok = map[i] < count && !taken[map[i]] && (taken[map[i]] = 1);
     free(taken);
     return ok;
 }
 
 static int same_channel(const struct encoding *e, const cq_decoder *d, uint32_t k)
 {
-    size_t n = e->input.shape.channel[k].components;
-    for (size_t v = 0; v < e->input.shape.num_vertices; v++)
-        if (memcmp(&e->values[k][n * v], &d->channel[k][n * e->input.map[v]], n * sizeof(cq_value)) != 0)
+    const cq_channel *channel = &e->input.shape.channel[k];
+    int per_face = channel->merge == CQ_PER_FACE;
+    const cq_index *map = per_face ? e->input.face_map : e->input.map;
+    size_t n = channel->components, count = per_face ? e->input.shape.num_faces : e->input.shape.num_vertices;
+    for (size_t i = 0; i < count; i++)
+        if (memcmp(&e->values[k][n * i], &d->channel[k][n * map[i]], n * sizeof(cq_value)) != 0)
             return 0;
     return 1;
 }
@@ -85,6 +88,8 @@ static const char *find_difference(const struct encoding *e, const cq_decoder *d
         return "the number of vertices differs";
     if (!is_permutation(e->input.map, e->input.shape.num_vertices))
         return "the vertex map is no permutation";
+    if (!is_permutation(e->input.face_map, e->input.shape.num_faces))
+        return "the face map is no permutation";
     if (!same_values(e, d))
         return "the values differ";
     if (!same_faces(e, d))

@@ -97,16 +97,20 @@ def read_ply(path):
 
 
 def read_obj(path):
-    mesh = {"positions": [], "colors": [], "texcoords": [], "normals": [], "faces": []}
+    mesh = {"positions": [], "colors": [], "texcoords": [], "normals": [], "faces": [], "materials": []}
+    material = None
     for words in map(str.split, path.read_text().splitlines()):
-        numbers = tuple(map(float, words[1:])) if words[0] != "f" else ()
-        if words[0] == "v":
+        numbers = tuple(map(float, words[1:])) if words[0] not in ("f", "usemtl") else ()
+        if words[0] == "usemtl":
+            material = " ".join(words[1:])
+        elif words[0] == "v":
             mesh["positions"].append(numbers[:3])
             mesh["colors"] += [numbers[3:]] if len(numbers) > 3 else []
         elif words[0] == "f":
             corners = [corner.split("/") for corner in words[1:]]
             check("a vertex has one number in OBJ", all(x in ("", c[0]) for c in corners for x in c))
             mesh["faces"].append(tuple(int(c[0]) - 1 for c in corners))
+            mesh["materials"].append(material)
         else:
             mesh[{"vt": "texcoords", "vn": "normals"}[words[0]]].append(numbers)
     return {name: values for name, values in mesh.items() if values}
@@ -216,6 +220,61 @@ def test_order_of_coarse_meshes(mesh):
         check(f"{n} vertices of the file", len(numbers) == n and numbers[0] >= 0 and numbers == sorted(set(numbers)))
 
 
+def write_materials(path, mesh, names):
+    """names: of the material of each face, None for none, which only the first ones can have."""
+    write_obj(path, mesh)
+    lines, named, k = [], None, 0
+    for line in path.read_text().splitlines():
+        if line.startswith("f "):
+            lines += [f"usemtl {names[k]}"] if names[k] != named else []
+            named = names[k]
+            k += 1
+        lines.append(line)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def materials(mesh):
+    return sorted((turned(face), str(name)) for face, name in zip(mesh["faces"], mesh["materials"]))
+
+
+def test_materials(mesh):
+    source, stream, out = FOLDER / "m.obj", FOLDER / "m.cqm", FOLDER / "n.obj"
+    kinds = ["red", "dark  green", "red light", "usemtl", "#5"]
+    names = [None] * 7 + [kinds[(k // 5 + k % 2) % 5] for k in range(len(mesh["faces"]) - 7)]
+    used = list(dict.fromkeys(name for name in names if name))
+    numbered = [name and f"material_{used.index(name) + 1}" for name in names]
+    write_materials(source, mesh, names)
+    messages, _ = cqm("encode", "--bits", 32, "--keep-order", source, stream)
+    check(f"names are told: {messages}", messages.count("dropped") == 1 and
+          "dropped: names of materials: the first of 5 comes back as material_1, and so on" in messages)
+    channels = json.loads(cqm("info", "--json", stream)[1])["channels"]
+    check("a channel of faces", [(c["merge"], c["components"], c["bits"]) for c in channels if c["kind"] == "group"] ==
+          [("face", 1, 3)])
+    messages, _ = cqm("decode", stream, out)
+    check(f"materials are written: {messages}", not messages)
+    check_mesh("with materials", mesh, read_obj(out))
+    check("materials", materials(read_obj(out)) == materials(dict(mesh, materials=numbered)))
+    check("few lines name them", out.read_text().count("usemtl") == 5)
+    cqm("encode", "--bits", 32, "--keep-order", out, FOLDER / "again.cqm")
+    cqm("decode", FOLDER / "again.cqm", FOLDER / "again.obj")
+    again = materials(read_obj(FOLDER / "again.obj"))
+    check("materials again", again == materials(read_obj(out)))
+    cqm("verify", source)
+    cqm("decode", "--vertices", 40, stream, out)
+    check("coarse", set(read_obj(out)["materials"]) <= set(numbered))
+    messages, _ = cqm("decode", stream, FOLDER / "m.ply")
+    check(f"PLY has no materials: {messages}", "dropped: group of the stream" in messages)
+    cqm("encode", "--channels", "positions", source, stream)
+    cqm("decode", stream, out)
+    check("materials are not wanted", "usemtl" not in out.read_text())
+    cqm("encode", "--channels", "materials", source, stream)
+    check("materials alone", [c["kind"] for c in json.loads(cqm("info", "--json", stream)[1])["channels"]] == ["group"])
+    write_obj(source, mesh)
+    source.write_text(source.read_text() + "usemtl red\n")
+    messages, _ = cqm("encode", source, stream)
+    check(f"no face has the material: {messages}", not messages and "group" not in cqm("info", stream)[1])
+
+
 def test_what_is_told(mesh):
     obj, ply, stream = FOLDER / "g.obj", FOLDER / "g.ply", FOLDER / "g.cqm"
 
@@ -238,8 +297,8 @@ def test_what_is_told(mesh):
     write_obj(obj, mesh, seam, corner="{0}/99999/{0}")
     told(obj, "dropped: texture coordinates: vertex", "has a corner without")
     write_obj(obj, mesh)
-    obj.write_text(obj.read_text().replace("f ", "usemtl red\nf ", 1))
-    told(obj, "dropped: 1 lines that are not read, such as 'usemtl'")
+    obj.write_text(obj.read_text().replace("f ", "g red\nf ", 1))
+    told(obj, "dropped: 1 lines that are not read, such as 'g'")
     write_obj(obj, dict(mesh, colors=[(2, 0, 0)] + mesh["colors"][1:]))
     told(obj, "dropped: colors: vertex 0 has one outside 0 .. 1")
     write_obj(obj, mesh)
@@ -271,7 +330,7 @@ def test_what_is_told(mesh):
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     mesh = make()
-    for test in (test_all_channels, test_alpha, test_choice, test_fast, test_order_of_coarse_meshes,
+    for test in (test_all_channels, test_alpha, test_choice, test_fast, test_order_of_coarse_meshes, test_materials,
                  test_what_is_told):
         test(mesh)
     print(f"{passed} passed, {failed} failed")

@@ -37,9 +37,9 @@ void decoding_gives_back_the_faces_and_values_through_the_map() {
 
 void all_goals_fast_or_not_give_back_the_same_mesh() {
     Model model(*any_recipe(4.0));
-    for (uint32_t k = 0; k < 6; ++k) {
-        model.input.goal = static_cast<cq_goal>(k % 3);
-        model.input.shape.fast = k / 3;
+    for (uint32_t k = 0; k < 8; ++k) {
+        model.input.goal = static_cast<cq_goal>(k % 4);
+        model.input.shape.fast = k / 4;
         Stream s(model);
         RC_ASSERT(s.c.result == CQ_OK);
         Decoding d(s);

@@ -21,8 +21,8 @@ public:
             for (uint32_t v : f) indices.push_back(static_cast<cq_index>(v));
         input.shape.num_vertices = mesh.num_vertices;
         input.shape.num_faces = static_cast<uint32_t>(mesh.faces.size());
-        input.goal = static_cast<cq_goal>(recipe.seed % 3);
-        input.shape.fast = recipe.seed / 3 % 2;
+        input.goal = static_cast<cq_goal>(recipe.seed % 4);
+        input.shape.fast = recipe.seed / 4 % 2;
         if (with_values)
             for (uint32_t n = random.below(4); n > 0; --n) add_channel();
         own();

@@ -8,7 +8,7 @@
 /* -- Rates --------------------------------------------------------------------------------------------------------- */
 
 static const struct options alone = { .connectivity = 1, .quiet = 1 };
-static const struct options with_positions = { .bits = 12, .quiet = 1 };
+static const struct options with_positions = { .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .quiet = 1 };
 
 static double per_vertex(const struct encoding *e, double bits)
 {

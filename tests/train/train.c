@@ -117,7 +117,7 @@ static double train_mesh(const struct sample *sample, const struct options *opti
 }
 
 /* Encodes all samples once; returns the mean bits per vertex. With positions every eighth mesh is encoded for the goal
- * `smallest` too: enough for it to gain, and too little for the usual goal to lose. */
+ * `smallest` too: enough for it to gain, and too little for the other goal to lose. */
 static double train_pass(const struct sample *samples, int n, const struct options *options)
 {
     double sum = 0;
@@ -139,6 +139,7 @@ static void train(struct sample *samples, int n, int connectivity)
     memset(&options, 0, sizeof options);
     reset_model();
     options.connectivity = connectivity;
+    options.goal = CQ_LEAST_CONNECTIVITY;
     options.bits = 12;
     options.quiet = 1;
     for (pass = 0; pass < PASSES; pass++) {
@@ -211,6 +212,7 @@ static double measure(const struct sample *tests, int n, int connectivity)
     int k;
     memset(&options, 0, sizeof options);
     options.connectivity = connectivity;
+    options.goal = CQ_LEAST_CONNECTIVITY;
     options.bits = 12;
     options.quiet = 1;
     set_product_speed();

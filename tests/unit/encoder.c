@@ -4,6 +4,8 @@
 #include "sample.h"
 #include "test.h"
 
+#include <math.h>
+
 #define FOR_EACH_SAMPLE(s, c) \
     sample s; coded c; int which_##s; \
     for (which_##s = 0; which_##s < SAMPLES; ++which_##s, uncode(&c), sample_free(&s)) \
@@ -93,7 +95,8 @@ static int has_positions(const cq_shape *shape) {
     return 0;
 }
 
-static void check_goal(cq_goal goal) {
+/* At least so many samples are encoded otherwise than for the goal balanced. */
+static void check_goal(cq_goal goal, int least) {
     int changed = 0;
     FOR_EACH_SAMPLE(s, c) {
         coded other;
@@ -115,12 +118,13 @@ static void check_goal(cq_goal goal) {
         decoding_free(&d);
         uncode(&other);
     }
-    CHECK(changed > 1);
+    CHECK(changed >= least);
 }
 
 TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
-    check_goal(CQ_SMALLEST);
-    check_goal(CQ_BEST_LOOKING);
+    check_goal(CQ_SMALLEST, 2);
+    check_goal(CQ_BEST_LOOKING, 1);
+    check_goal(CQ_LEAST_CONNECTIVITY, 2);
 }
 
 /* Of two costs that differ only in how the coder's interval is rounded. */
@@ -154,6 +158,7 @@ TEST(the_connectivity_of_a_fast_stream_does_not_depend_on_positions) {
         sample s;
         coded c;
         sample_begin(&s, triangles_torus(16, 15));
+        s.input.goal = CQ_LEAST_CONNECTIVITY;
         s.input.shape.fast = 1;
         if (k > 0) sample_channel(&s, CQ_POSITION, 3, 12);
         for (v = 0; k > 1 && v < 3 * s.mesh.num_vertices; ++v) s.values[0][v] = (cq_value)(v * 1237 % 4096);
@@ -219,7 +224,7 @@ static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, int32
     decoding_free(&d);
 }
 
-TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
+static void check_roofs(cq_goal goal) {
     const int64_t all = 2 * (int64_t)((ROOF - 1) * ROOF_SPACING) * ((ROOF - 1) * ROOF_SPACING);
     int32_t slope;
     for (slope = 0; slope < 8; ++slope) {
@@ -229,7 +234,7 @@ TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
         int64_t area;
         int turned;
         roof_make(&s, slope);
-        s.input.goal = CQ_BEST_LOOKING;
+        s.input.goal = goal;
         code(&c, &s.input);
         REQUIRE_EQ(c.result, CQ_OK);
         roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);
@@ -237,7 +242,7 @@ TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
         CHECK(area >= all - all / 1000);
         CHECK_EQ(turned, 0);
         uncode(&c);
-        s.input.goal = CQ_BALANCED;
+        s.input.goal = CQ_LEAST_CONNECTIVITY;
         code(&c, &s.input);
         roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);
         CHECK(off > 20 * slope || slope == 0);
@@ -245,6 +250,146 @@ TEST(the_goal_best_looking_keeps_planes_creases_and_boundaries) {
         uncode(&c);
         sample_free(&s);
     }
+}
+
+TEST(the_goals_balanced_and_best_looking_keep_planes_creases_and_boundaries) {
+    check_roofs(CQ_BALANCED);
+    check_roofs(CQ_BEST_LOOKING);
+}
+
+/* They grow with the loss, whatever the shift, by one octave where it doubles. */
+TEST(losses_are_compared_by_their_logarithms) {
+    const uint64_t largest = (uint64_t)1 << 62;
+    uint64_t x;
+    int shift;
+    CHECK_EQ(cqi_loss(0, 0), 0);
+    CHECK_EQ(cqi_loss(0, 12), 0);
+    CHECK_EQ(cqi_loss(1, 0), CQI_OCTAVE);
+    CHECK_EQ(cqi_loss(3, 0), 2 * CQI_OCTAVE + CQI_OCTAVE / 2);
+    CHECK_EQ(cqi_loss(largest, 12), (63 + 48) * CQI_OCTAVE);
+    for (x = 1; x < largest / 3; x += x / 3 + 1) {
+        CHECK(cqi_loss(x, 0) <= cqi_loss(x + x / 200 + 1, 0));
+        CHECK(cqi_loss(x, 0) < cqi_loss(x + x / 100 + 1, 0));
+        CHECK_EQ(cqi_loss(2 * x, 0), cqi_loss(x, 0) + CQI_OCTAVE);
+        for (shift = 0; shift < 12 && x >> 50 == 0; ++shift) CHECK_EQ(cqi_loss(16 * x, shift), cqi_loss(x, shift + 1));
+    }
+}
+
+/* -- Losses, against the same in floating point -- */
+
+typedef struct loss_model {
+    double sum;              /* of areas times squared distances, and of squared lengths times squared distances */
+    double least;            /* of the shares of its area that a triangle keeps */
+} loss_model;
+
+static void model_cross(const double *a, const double *b, double *n) {
+    int i;
+    for (i = 0; i < 3; ++i) n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static double model_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* What the triangle v, y, z loses where v goes to x. */
+static void model_triangle(loss_model *l, const double *v, const double *y, const double *z, const double *x,
+                           int stays) {
+    double e[3], f[3], before[3], after[3], move[3], size;
+    int i;
+    for (i = 0; i < 3; ++i) e[i] = y[i] - v[i], f[i] = z[i] - v[i], move[i] = x[i] - v[i];
+    model_cross(e, f, before);
+    for (i = 0; i < 3; ++i) e[i] = y[i] - x[i], f[i] = z[i] - x[i];
+    model_cross(e, f, after);
+    size = model_dot(before, before);
+    if (size == 0) return;
+    l->sum += model_dot(before, move) * model_dot(before, move) / sqrt(size);
+    if (stays && model_dot(before, after) / size < l->least) l->least = model_dot(before, after) / size;
+}
+
+static void model_edge(loss_model *l, const double *v, const double *w, const double *x) {
+    double along[3], move[3], area[3];
+    int i;
+    for (i = 0; i < 3; ++i) along[i] = w[i] - v[i], move[i] = x[i] - v[i];
+    model_cross(along, move, area);
+    l->sum += model_dot(area, area);
+}
+
+/* Both ends of h go to x. */
+static loss_model model_loss(const cq_mesh *m, const cq_value *positions, cq_index h) {
+    const cq_index end[2] = {m->origin[h], cq_target(m, h)};
+    loss_model l = {0, 1e9};
+    double at[64][3], x[3];
+    cq_index g;
+    int i, k;
+    for (g = 0; g < m->first_virtual; ++g)
+        for (i = 0; i < 3; ++i) at[g][i] = (double)positions[3 * g + (cq_index)i];
+    for (i = 0; i < 3; ++i) x[i] = floor((at[end[0]][i] + at[end[1]][i]) / 2);
+    for (k = 0; k < 2; ++k) {
+        g = m->out[end[k]];
+        do {
+            cq_index y = cq_target(m, g), z = m->origin[cq_prev(g)], other = end[1 - k];
+            if (cq_is_virtual(m, y)) model_edge(&l, at[end[k]], at[z], x);
+            else if (cq_is_virtual(m, z)) model_edge(&l, at[end[k]], at[y], x);
+            else model_triangle(&l, at[end[k]], at[y], at[z], x, y != other && z != other);
+            g = cq_clockwise(m, g);
+        } while (g != m->out[end[k]]);
+    }
+    return l;
+}
+
+/* A grid of points with noise, in units of 1 << shift. */
+static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, int shift, uint64_t seed) {
+    uint32_t v, i;
+    for (v = 0; v < side * side; ++v)
+        for (i = 0; i < 3; ++i) {
+            int32_t grid = i == 0 ? (int32_t)(v % side) * 400 : i == 1 ? (int32_t)(v / side) * 400 : 800;
+            grid += (int32_t)(next_random(&seed) % (uint32_t)(2 * noise + 1));
+            positions[3 * v + i] = (cq_value)((int32_t)grid * ((int32_t)1 << shift));
+        }
+}
+
+/* Compares all edges; returns how many triangles were turned. */
+static int check_losses(const triangles *t, int32_t noise, int shift) {
+    cq_value positions[3 * 64];
+    built b;
+    cqi_plan p;
+    cq_index h;
+    int turned = 0;
+    CHECK(build(&b, t) == CQ_OK);
+    memset(&p, 0, sizeof p);
+    p.mesh = b.mesh;
+    p.positions = positions;
+    p.most_loss = CQI_ANY_LOSS - 1;
+    loss_positions(positions, 6, noise, shift, (uint64_t)noise + (uint64_t)shift);
+    for (h = 0; h < 3 * t->num_faces; ++h) {
+        loss_model expected = model_loss(&b.mesh, positions, h);
+        cqi_fan fan[2];
+        uint32_t loss;
+        fan->centre = CQ_NONE;
+        loss = cqi_loss_of(&p, fan, h);
+        if (expected.least > 0.127) CHECK(loss != CQI_ANY_LOSS);
+        if (expected.least < 0.123) CHECK_EQ(loss, CQI_ANY_LOSS);
+        turned += loss == CQI_ANY_LOSS;
+        if (loss != CQI_ANY_LOSS && expected.sum > 1e6 * exp2(4 * shift))
+            CHECK(fabs((double)loss / CQI_OCTAVE - 1 - log2(expected.sum)) < 0.35);
+        p.most_loss = loss;                                /* with a limit it tells on which side of that it is */
+        CHECK_EQ(cqi_loss_of(&p, fan, h), loss);
+        p.most_loss = loss < CQI_OCTAVE ? 0 : loss - 1;
+        CHECK(loss == 0 || cqi_loss_of(&p, fan, h) > p.most_loss);
+        p.most_loss = CQI_ANY_LOSS - 1;
+    }
+    unbuild(&b);
+    return turned;
+}
+
+TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything) {
+    triangles closed = triangles_torus(6, 6), open = triangles_sheet(6, 6);
+    int32_t noise;
+    int shift, turned = 0;
+    for (noise = 0; noise < 400; noise += 19)
+        for (shift = 0; shift < (CQ_INDEX_BITS == 16 ? 3 : 12); ++shift)
+            turned += check_losses(&open, noise, shift) + check_losses(&closed, noise, shift);
+    CHECK(turned > 100);
+    triangles_free(&closed);
+    triangles_free(&open);
 }
 
 TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
@@ -758,7 +903,9 @@ int main(int argc, char **argv) {
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
     RUN(a_fast_stream_has_the_same_meshes_in_the_same_order);
     RUN(the_connectivity_of_a_fast_stream_does_not_depend_on_positions);
-    RUN(the_goal_best_looking_keeps_planes_creases_and_boundaries);
+    RUN(the_goals_balanced_and_best_looking_keep_planes_creases_and_boundaries);
+    RUN(losses_are_compared_by_their_logarithms);
+    RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
