@@ -950,7 +950,7 @@ TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
     }
 }
 
-/* Magnitudes of every number of bits, the smallest and largest one and one between them; the 32nd bit is that of -2^31. */
+/* Magnitudes of every number of bits, the smallest and largest one and one between; the 32nd bit is that of -2^31. */
 static int32_t plain_residual(int k) {
     const int bits = 1 + k / 6;
     const uint32_t high = (uint32_t)1 << (bits - 1), low = high - 1;
@@ -992,7 +992,7 @@ TEST(plain_residuals_have_raw_bits) {
             encoder.plan = &plan;
             CHECK_EQ(cqi_code_raw_bits(&encoder, bits, magnitude, negative), x);
             cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
-            CHECK_EQ(cq_decode_raw(&decoder.range, bits), (uint32_t)(((uint64_t)magnitude - high) << 1 | (uint32_t)negative));
+            CHECK_EQ(cq_decode_raw(&decoder.range, bits), (magnitude - high) << 1 | (uint32_t)negative);
             cq_range_decoder_init(&decoder.range, bytes, sizeof bytes);
             CHECK_EQ(cqi_code_raw_bits(&decoder, bits, 0, 0), x);
         }
