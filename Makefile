@@ -206,7 +206,8 @@ GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
 PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
     libc6-dev-s390x-cross qemu-user
 VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
-    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 $(PROOF_PACKAGES)
+PROOF_PACKAGES = cvc5
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 # $(call install,PACKAGES): those that are missing
@@ -388,9 +389,11 @@ build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
 .PHONY: proof proof-bugs portability mutation coverage
 
 proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
+	$(call install,$(PROOF_PACKAGES))
 	@tests/proof/prove.sh
 
 proof-bugs: ## plants bugs into the header and checks that the proofs fail
+	$(call install,$(PROOF_PACKAGES))
 	@tests/proof/prove.sh --bugs
 
 portability: verify-deps ## compares streams and decoded meshes of all compilers, options and emulated machines

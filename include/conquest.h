@@ -781,7 +781,8 @@ static size_t cqi_bytes(cqi_size n) { return (size_t)n == n ? (size_t)n : 0; } /
 
 /* Everything that cq_index can number, and small enough that no cqi_size below overflows: an encoder needs at most 121
  * bytes for each of CQI_MAX_HALFEDGES halfedges. And a mesh whose size a size_t can say. */
-#define CQI_LARGEST_COUNT (sizeof(size_t) < 4 ? 511 : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu)
+#define CQI_LARGEST_COUNT \
+    (sizeof(size_t) < 4 ? 511 : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu) /* unreachable: size_t of 64 bits */
 #define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : CQI_LARGEST_COUNT)
 
 static int cqi_countable(const cq_shape *s)

@@ -9,7 +9,7 @@
 # compile is none, nor is one that an optimising compiler makes the same code of. Survivors that change nothing that
 # anybody could see are listed in explained.txt, with the reason, and do not count.
 #
-# A run that was interrupted goes on where it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
+# JOBS mutants are tried at once, as many as there are cores if it is not said. A run that was interrupted goes on where it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
 # Survivors are tried again, for the tests may have become better. The last line is `N passed, N failed`: 1 passed if at
 # least 95 % were killed; survivors are printed.
 set -u
@@ -17,7 +17,9 @@ shopt -s nullglob
 cd "$(dirname "$0")/../.." || exit 1
 root=$PWD
 clang=${CLANG:-clang-19}
-work=build/mutation
+jobs=${JOBS:-$(nproc)}
+base=build/mutation
+work=$base
 least=95
 killed=0 survived=0 explained=0 same=0 invalid=0
 flags=(-w -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
@@ -51,7 +53,7 @@ stages=(portability unit/range_coder unit/header unit/mesh unit/encoder unit/dec
     property/range_coder property/mesh property/codec)
 
 stage() { # name include-directory
-    local program=$work/program
+    local program=$work/program status
     case $1 in
     portability)
         compile "$2" "$program" tests/portability/portability.c || return 2
@@ -75,7 +77,10 @@ stage() { # name include-directory
         ;;
     ref_data)
         compile "$2" "$program" examples/cqm*.c examples/cqm/*.c examples/mesh_file.c || return 2
-        replay "$program"
+        replay "$program" >"$work/said" 2>&1
+        status=$?
+        sed "s,$work/,,g" "$work/said"
+        return $status
         ;;
     fuzz) fuzz_replay "$2" "$program" ;;
     same_code) code "$2" ;;
@@ -121,11 +126,11 @@ code() { # include-directory
 
 # What a stage prints without a mutant, twice the same; found when it is first needed.
 expect() { # name
-    [ -e "$work/expected/$1" ] && return 0
-    mkdir -p "$(dirname "$work/expected/$1")"
+    [ -e "$base/expected/$1" ] && return 0
+    mkdir -p "$(dirname "$base/expected/$1")"
     stage "$1" "$root/include" >"$work/now" 2>&1 </dev/null &&
         stage "$1" "$root/include" >"$work/again" 2>&1 </dev/null &&
-        cmp -s "$work/now" "$work/again" && mv "$work/again" "$work/expected/$1"
+        cmp -s "$work/now" "$work/again" && mv "$work/again" "$base/expected/$1"
 }
 
 # Prints the stage that notices the header in a directory, or `none`, `same` or `invalid`; or `broken` and a stage that
@@ -137,11 +142,11 @@ first_to_notice() { # include-directory
         stage "$name" "$1" >"$work/now" 2>&1 </dev/null
         status=$?
         if [ "$name" = same_code ]; then
-            if cmp -s "$work/now" "$work/expected/$name"; then echo same; return; fi
+            if cmp -s "$work/now" "$base/expected/$name"; then echo same; return; fi
             continue
         fi
         if [ $status = 2 ] && [ "$name" = portability ]; then echo invalid; return; fi
-        if [ $status != 0 ] || ! cmp -s "$work/now" "$work/expected/$name"; then echo "$name"; return; fi
+        if [ $status != 0 ] || ! cmp -s "$work/now" "$base/expected/$name"; then echo "$name"; return; fi
     done
     echo none
 }
@@ -151,20 +156,35 @@ is_explained() { # column old new source
         tests/mutation/explained.txt
 }
 
-try() { # number line column old new source
-    local by
-    by=$(awk -F'\t' -v number="$1" '$1 == number { by = $2 } END { print by }' "$results")
-    if [ -z "$by" ] || [ "$by" = none ]; then
-        mutate write "$1" "$work/mutant/conquest.h"
+known() { # number
+    awk -F'\t' -v number="$1" '$1 == number { by = $2 } END { print by }' "$results"
+}
+
+# Every jobs-th mutant of the list, in a directory of its own.
+try_some() { # which
+    local number by at=0
+    work=$base/job-$1
+    mkdir -p "$work/mutant"
+    while IFS=$'\t' read -r number _; do
+        [ $((at++ % jobs)) = "$1" ] || continue
+        by=$(known "$number")
+        [ -n "$by" ] && [ "$by" != none ] && continue
+        mutate write "$number" "$work/mutant/conquest.h"
         by=$(first_to_notice "$work/mutant")
-        case $by in broken*)
-            echo "without a mutant, stage ${by#* } fails, or does not print the same twice"
-            echo "0 passed, 1 failed"
-            exit 1
-        esac
-        printf '%s\t%s\n' "$1" "$by" >>"$results"
-    fi
+        printf '%s\t%s\n' "$number" "$by" >>"$results"
+        case $by in broken*) return 1 ;; esac
+    done <<<"$list"
+}
+
+count() { # number line column old new source
+    local by
+    by=$(known "$1")
     case $by in
+    '' | broken*)
+        echo "without a mutant, stage ${by#* } fails, or does not print the same twice"
+        echo "0 passed, 1 failed"
+        exit 1
+        ;;
     invalid) invalid=$((invalid + 1)) ;;
     same) same=$((same + 1)) ;;
     none)
@@ -176,21 +196,24 @@ try() { # number line column old new source
         ;;
     *) killed=$((killed + 1)) ;;
     esac
-    printf '%-20s %5d s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" $SECONDS "$1" "$2" "$3" "$4" "$5" "$6"
+    printf '%-20s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" "$1" "$2" "$3" "$4" "$5" "$6"
 }
 
-rm -rf "$work/expected"
-mkdir -p "$work/mutant" "$work/expected"
+rm -rf "$base/expected"
+mkdir -p "$base/expected"
 results=$work/$(sha256sum <include/conquest.h | cut -c 1-16).tsv
 touch "$results"
+sed -i '/\tbroken/d' "$results"
 if [ "${1:-}" = only ]; then
     shift
     list=$(for number; do mutate list | grep "^$number	"; done)
 else
     list=$(mutate sample "${1:-300}")
 fi
+for ((job = 0; job < jobs; job++)); do try_some $job & done
+wait
 while IFS=$'\t' read -r number line column old new source; do
-    try "$number" "$line" "$column" "$old" "$new" "$source"
+    count "$number" "$line" "$column" "$old" "$new" "$source"
 done <<<"$list"
 total=$((killed + survived))
 echo "$killed of $total killed; of the others $same are the same code, $explained change nothing," \
