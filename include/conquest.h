@@ -3487,15 +3487,6 @@ static void cqi_fetch_ring(const cq_decoder *d, cq_index *at)
     *at = next;
 }
 
-/* What the encoder noted of the next centres, the last of them first: each look-up needs the one before. */
-static void cqi_fetch_notes(const cqi_plan *p, const cq_mesh *m, const cq_index *spoke)
-{
-    const cq_index a = p->to_input[m->origin[spoke[2]]], b = p->note[a].top;
-    CQI_PREFETCH(p->to_input + m->origin[spoke[0]]);
-    CQI_PREFETCH(p->note + p->to_input[m->origin[spoke[1]]]);
-    if (b != CQ_NONE) CQI_PREFETCH(p->note + b);
-}
-
 static void cqi_look_ahead(cq_decoder *d)
 {
     const cq_index *spoke = d->patch + d->walk.tail;
@@ -3506,7 +3497,6 @@ static void cqi_look_ahead(cq_decoder *d)
         CQI_PREFETCH(d->mesh.origin + spoke[0]);
         CQI_PREFETCH(d->mesh.twin + spoke[0]);
         d->ahead[d->walk.tail % CQI_AHEAD] = cq_prev(spoke[1]);
-        if (CQI_ENCODING(d)) cqi_fetch_notes(d->plan, &d->mesh, spoke + 1);
     }
     for (k = 0; k < CQI_AHEAD; k++) cqi_fetch_ring(d, &d->ahead[k]);
 }

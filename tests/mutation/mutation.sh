@@ -9,7 +9,8 @@
 # compile is none, nor is one that an optimising compiler makes the same code of. Survivors that change nothing that
 # anybody could see are listed in explained.txt, with the reason, and do not count.
 #
-# JOBS mutants are tried at once, as many as there are cores if it is not said. A run that was interrupted goes on where it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
+# JOBS mutants are tried at once, as many as there are cores if it is not said. A run that was interrupted goes on where
+# it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
 # Survivors are tried again, for the tests may have become better. The last line is `N passed, N failed`: 1 passed if at
 # least 95 % were killed; survivors are printed.
 set -u

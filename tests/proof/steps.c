@@ -293,14 +293,12 @@ void claim_step(void)
 
 /* -- The look ahead ------------------------------------------------------------------------------------------------ */
 
-/* With a first channel of any form, whose block has exactly its values, in a decoder and in an encoder. The patches
- * that wait begin at halfedges in range, and vertices have numbers in range in the encoder's notes. */
+/* With a first channel of any form, whose block has exactly its values. The patches that wait begin at halfedges in
+ * range. */
 void claim_look_ahead_is_safe(void)
 {
     enum { WAITING = CQI_AHEAD + 4 };
-    static cq_index waiting[WAITING], to_input[VERTICES];
-    static cqi_note note[VERTICES];
-    static cqi_plan plan;
+    static cq_index waiting[WAITING];
     cq_channel *channel = &d.shape.channel[0];
     size_t owners;
     int k;
@@ -310,14 +308,6 @@ void claim_look_ahead_is_safe(void)
         waiting[k] = any_index();
         ASSUME(waiting[k] < HALFEDGES);
     }
-    for (k = 0; k < VERTICES; k++) {
-        to_input[k] = any_index();
-        note[k].top = any_index();
-        ASSUME(to_input[k] < VERTICES && (note[k].top == CQ_NONE || note[k].top < VERTICES));
-    }
-    plan.to_input = to_input;
-    plan.note = note;
-    d.plan = nondet_int() ? &plan : NULL;
     d.shape.num_vertices = nondet_u32();
     d.shape.num_channels = nondet_int() ? 1 : 0;
     channel->merge = (uint8_t)any_between(CQ_MIDPOINT, CQ_PER_FACE);
