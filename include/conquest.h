@@ -604,7 +604,7 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  *
  * in       in->shape.num_boundary_loops and _edges are set as found; start with zeros (a closed mesh) and on
  *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
- * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8.
+ * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. An eighth more is mostly enough for boundaries at once.
  * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
  * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
  *

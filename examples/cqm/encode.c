@@ -198,12 +198,13 @@ static int complain_mesh(const char *path, cq_result result, const cq_place *at)
     }
 }
 
-/* One try with as much memory as the shape is known to need. */
+/* One try with as much memory as the shape is known to need, and some more, which is mostly enough for its boundaries. */
 static cq_result encode_once(struct encoding *e, size_t capacity, cq_place *place)
 {
     size_t memory_size = cq_encoder_bytes(&e->input.shape);
-    if (memory_size == 0)
+    if (memory_size == 0 || memory_size > SIZE_MAX - memory_size / 8)
         return CQ_ERROR_TOO_LARGE;
+    memory_size += memory_size / 8;
     void *memory = malloc(memory_size);
     free(e->stream);
     e->stream = malloc(capacity);

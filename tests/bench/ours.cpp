@@ -53,7 +53,7 @@ cq_input input_of(const Mesh &mesh)
 
 cq_result try_encode(cq_input &in, Bytes &out, size_t &size)
 {
-    size_t memory_size = cq_encoder_bytes(&in.shape);
+    size_t memory_size = cq_encoder_bytes(&in.shape) / 8 * 9; // boundaries need little more
     Block memory(std::malloc(memory_size));
     return cq_encode(&in, memory.get(), memory_size, out.data(), out.size(), &size, nullptr, nullptr);
 }
