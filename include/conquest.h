@@ -310,7 +310,8 @@ typedef uint16_t cq_bit_model;       /* probability of a 1 in 1/65536, kept in 3
 CQ_API void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size);
 CQ_API void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size);
 
-/* Codes one bit with an adaptive model; both sides must use the same rate 1 .. 8 (higher is slower) per call. */
+/* Codes one bit, 0 or anything else, with an adaptive model; both sides must use the same rate 1 .. 8 (higher is
+ * slower) per call. */
 CQ_API void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit);
 CQ_API int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate);
 
@@ -1418,7 +1419,7 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 {
     uint32_t one = cqi_one_width(e->range, *model);
     cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
-    cqi_adapt_bit(model, rate, bit);
+    cqi_adapt_bit(model, rate, bit != 0);
 }
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)

@@ -396,6 +396,21 @@ TEST(a_bit_model_stays_within_its_limits_at_every_rate) {
     }
 }
 
+TEST(any_number_but_0_is_a_bit_that_is_set) {
+    static const int set[] = {1, 2, -1, 256, INT32_MAX, -INT32_MAX - 1};
+    size_t k;
+    for (k = 0; k < sizeof set / sizeof *set; ++k) {
+        uint8_t byte[8];
+        cq_range_encoder e;
+        cq_bit_model model = 20000, same = 20000;
+        cq_range_encoder_init(&e, byte, sizeof byte);
+        cq_encode_bit(&e, &model, 4, set[k]);
+        cq_encode_bit(&e, &same, 4, 1);
+        CHECK_EQ(model, same);
+        CHECK(model > 20000);
+    }
+}
+
 TEST(a_model_learns_faster_at_a_lower_rate) {
     int rate;
     cq_bit_model last = 65535;
@@ -612,6 +627,7 @@ int main(int argc, char **argv) {
     RUN(symbols_of_any_width_come_back);
     RUN(a_decoder_of_noise_returns_slots_in_range);
     RUN(a_bit_model_stays_within_its_limits_at_every_rate);
+    RUN(any_number_but_0_is_a_bit_that_is_set);
     RUN(a_model_learns_faster_at_a_lower_rate);
     RUN(bits_at_both_limits_of_probability_come_back);
     RUN(a_model_set_to_its_limit_codes_both_bits);
