@@ -105,9 +105,80 @@ void claim_channel(void)
 {
     cqi_reader r = any_reader(32);
     size_t at = r.at;
+    cq_result before = r.result;
     cq_channel c;
     memset(&c, 0, sizeof c);
     cqi_read_channel(&r, &c);
     PROVE(r.at <= r.size && r.at - at <= 23);
+    PROVE(before != CQ_OK || r.result == CQ_OK || (r.result == CQ_NEED_INPUT && r.size - at < 23));
     if (r.result == CQ_OK && cqi_channel_is_valid(&c)) REACHED();
+}
+
+/* -- The whole header: its parts are stubs that do what the claims above promise -- */
+
+/* Moves a reader on by at most so many bytes; more input is only wanted where fewer are left. */
+static void move_on(cqi_reader *r, size_t most)
+{
+    const size_t bytes = nondet_size();
+    ASSUME(bytes <= most && bytes <= r->size - r->at);
+    if (r->result != CQ_OK) return;
+    if (nondet_int() && r->size - r->at < most) r->result = CQ_NEED_INPUT;
+    r->at += bytes;
+}
+
+cq_result stub_read_counts(cqi_reader *r, cq_shape *s)
+{
+    move_on(r, 20);
+    if (r->result != CQ_OK) return r->result;
+    s->num_vertices = nondet_u32();
+    s->num_faces = nondet_u32();
+    s->num_boundary_loops = nondet_u32();
+    s->num_boundary_edges = nondet_u32();
+    ASSUME(s->num_boundary_edges / 3 >= s->num_boundary_loops);
+    return nondet_int() ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+void stub_read_channel(cqi_reader *r, cq_channel *c)
+{
+    move_on(r, 23);
+    c->kind = nondet_u8();
+    c->components = nondet_u8();
+    c->bits = nondet_u8();
+    c->merge = nondet_u8();
+}
+
+uint32_t stub_crc32(uint32_t crc, const uint8_t *data, size_t size)
+{
+    (void)crc;
+    PROVE(size == 0 || __CPROVER_r_ok(data, size));
+    return nondet_u32();
+}
+
+static int is_header_result(cq_result r)
+{
+    return r == CQ_OK || r == CQ_NEED_INPUT || r == CQ_ERROR_FORMAT || r == CQ_ERROR_VERSION || r == CQ_ERROR_CORRUPT ||
+           r == CQ_ERROR_UNSUPPORTED || r == CQ_ERROR_CHECKSUM || r == CQ_ERROR_TOO_LARGE;
+}
+
+/* What it accepts can be decoded: channels that are known, and sizes that do not wrap around. */
+void claim_peek(void)
+{
+    const size_t size = nondet_size();
+    const uint8_t *data;
+    cq_shape shape;
+    size_t header_bytes, stream_bytes;
+    cq_result result;
+    ASSUME(size <= MAX_SIZE);
+    data = any_bytes(size);
+    result = cq_peek(data, size, &shape, &header_bytes, &stream_bytes);
+    PROVE(is_header_result(result) && header_bytes <= size && header_bytes <= stream_bytes);
+    PROVE(result != CQ_NEED_INPUT || size < CQ_MAX_HEADER_BYTES);
+    if (result == CQ_OK) {
+        uint32_t k = nondet_u32();
+        PROVE(header_bytes >= 3 + 1 + 4 + 2 && header_bytes <= CQ_MAX_HEADER_BYTES);
+        PROVE(shape.num_channels <= CQ_MAX_CHANNELS && shape.fast <= 1);
+        PROVE(k >= shape.num_channels || cqi_channel_is_valid(&shape.channel[k]));
+        PROVE(shape.num_boundary_edges / 3 >= shape.num_boundary_loops);
+        REACHED();
+    }
 }
