@@ -999,6 +999,17 @@ TEST(plain_residuals_have_raw_bits) {
     }
 }
 
+/* -0 comes right before 0, as all floats come in their order. */
+TEST(patterns_of_floats_stand_for_numbers_in_their_order) {
+    const cq_channel exact = {CQ_POSITION, 3, CQ_EXACT_BITS, CQ_KEEP, 0, {0, 0, 0, 0}};
+    if (CQ_MAX_BITS < 24) return;
+    CHECK_EQ(cqi_number(&exact, 0), 0);
+    CHECK_EQ(cqi_number(&exact, INT32_MIN), -1);
+    CHECK_EQ(cqi_number(&exact, INT32_MIN + 1), -2);
+    CHECK_EQ(cqi_number(&exact, -1), INT32_MIN);
+    CHECK_EQ(cqi_number(&exact, INT32_MAX), INT32_MAX);
+}
+
 /* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
 TEST(a_split_is_predicted_from_its_fans) {
     enum { CENTRE = 5 };
@@ -1516,6 +1527,7 @@ int main(int argc, char **argv) {
     RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
     RUN(plain_residuals_of_any_number_of_bits_come_back);
     RUN(plain_residuals_have_raw_bits);
+    RUN(patterns_of_floats_stand_for_numbers_in_their_order);
     RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
     RUN(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh);

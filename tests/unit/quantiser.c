@@ -231,6 +231,7 @@ TEST(what_comes_back_is_finite_whatever_the_channel_says) {
             c.origin[0] = numbers[j];
             cq_reconstruct(&c, values, 3, back);
             for (k = 0; k < 3; ++k) CHECK((bits_of(back[k]) & INFINITE) != INFINITE);
+            if (numbers[i] == NOT_A_NUMBER || numbers[j] == NOT_A_NUMBER) CHECK_EQ(bits_of(back[1]), 0);
         }
     }
 }
