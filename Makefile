@@ -463,9 +463,9 @@ build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regre
 	@$$< >$$@ 2>&1 || true
 	@echo "fuzz$(1): $$$$(tail -n 1 $$@)"
 endef
-$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK)))
+$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK) -DCQI_LARGE_MESH=1))
 $(eval $(call fuzz_variant,-16,$(SANITIZERS) $(COUNT_WORK) -DCQ_INDEX_BITS=16))
-$(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all))
+$(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all -DCQI_LARGE_MESH=1))
 
 build/fuzz/work: fuzz/work.c $(FUZZ_DEPENDS)
 	@mkdir -p $(@D)

@@ -23,8 +23,8 @@ build() {
     *-16) flags+=(-DCQ_INDEX_BITS=16) ;;
     *-msan) flags=("-fsanitize=fuzzer,memory") ;;
     esac
-    "$clang" -std=c99 -O1 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -I"$header_dir" -Iexamples \
-        "fuzz/$name.c" -lm -o "build/fuzz/bin/$variant"
+    "$clang" -std=c99 -O1 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -DCQI_LARGE_MESH=1 \
+        -I"$header_dir" -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$variant"
 }
 
 # Runs a target and prints one line of the table. libFuzzer's last status line has cov: blocks reached and ft: features.
@@ -64,8 +64,8 @@ coverage() {
     local name objects=() version=${clang#clang}
     for name in $(base_names) all; do
         if [ "$name" != all ]; then
-            "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping -I"$header_dir" \
-                -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
+            "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping -DCQI_LARGE_MESH=1 \
+                -I"$header_dir" -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
             # shellcheck disable=SC2046
             LLVM_PROFILE_FILE="build/fuzz/$name.profraw" "build/fuzz/bin/$name-coverage" -runs=0 $(inputs "$name") \
                 >"build/fuzz/$name-coverage.log" 2>&1

@@ -434,9 +434,12 @@ typedef struct cqi_ring {
 #define CQI_MOST ((int32_t)8 << CQI_UNIT)
 #define CQI_LIMIT_EVERY 1024
 
-/* Patches whose memory is asked for before their turn, and vertices from which on that pays. */
+/* Patches whose memory is asked for before their turn, and vertices from which on that pays; the fuzzers have it pay at
+ * once. */
 #define CQI_AHEAD 8
+#ifndef CQI_LARGE_MESH
 #define CQI_LARGE_MESH 32768
+#endif
 #if defined(__GNUC__) && SIZE_MAX > 0xffffffff
 #define CQI_PREFETCH(address) __builtin_prefetch(address)
 #endif
@@ -848,61 +851,70 @@ static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_
     return CQ_OK;
 }
 
-/* The larger (which = 0) or smaller (1) end of a halfedge. */
-static cq_index cqi_end(const cq_index *indices, cq_index h, int which)
+static void cqi_pair(cq_mesh *m, cq_index g, cq_index h)
 {
-    cq_index a = indices[h], b = indices[cq_next(h)];
-    return (a < b) == (which != 0) ? a : b;
+    m->twin[g] = h;
+    m->twin[h] = g;
 }
 
-/* One pass of a radix sort with vertices as digits, stable: halfedges `from` (NULL: 0, 1, 2, ...) ordered by one
- * end. */
-static void cqi_sort_pass(const cq_index *indices, cq_index num_halfedges, const cq_index *from, cq_index *to,
-                          cq_index *start, cq_index num_vertices, int which)
+static cq_index cqi_smaller_end(const cq_index *indices, cq_index h)
 {
-    cq_index k, sum = 0;
-    memset(start, 0, num_vertices * sizeof(cq_index));
-    for (k = 0; k < num_halfedges; k++) start[cqi_end(indices, k, which)]++;
-    for (k = 0; k < num_vertices; k++) {
-        cq_index count = start[k];
-        start[k] = sum;
-        sum = (cq_index)(sum + count);
-    }
-    for (k = 0; k < num_halfedges; k++) {
-        cq_index h = from ? from[k] : k;
-        to[start[cqi_end(indices, h, which)]++] = h;
-    }
+    cq_index a = indices[h], b = indices[cq_next(h)];
+    return a < b ? a : b;
 }
 
 static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
 {
-    return cqi_end(indices, g, 0) == cqi_end(indices, h, 0) && cqi_end(indices, g, 1) == cqi_end(indices, h, 1);
+    cq_index a = indices[g], b = indices[cq_next(g)], c = indices[h], d = indices[cq_next(h)];
+    return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: both ends are radix digits. origin
- * and out serve as scratch until the end, then origin = indices. */
+/* Sorts the halfedges by their smaller end, stable: first[v] is behind the last one of v. */
+static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
+{
+    const cq_index n = (cq_index)(3 * s->num_faces);
+    cq_index k, sum = 0;
+    memset(first, 0, s->num_vertices * sizeof(cq_index));
+    for (k = 0; k < n; k++) first[cqi_smaller_end(indices, k)]++;
+    for (k = 0; k < s->num_vertices; k++) {
+        cq_index count = first[k];
+        first[k] = sum;
+        sum = (cq_index)(sum + count);
+    }
+    for (k = 0; k < n; k++) sorted[first[cqi_smaller_end(indices, k)]++] = k;
+}
+
+/* Pairs halfedge g with *last if that is of the same edge, and g is then the last one. */
+static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index *last)
+{
+    const cq_index h = *last;
+    *last = g;
+    m->twin[g] = CQ_NONE;
+    if (h == CQ_NONE || !cqi_same_edge(indices, g, h)) return CQ_OK;
+    if (m->twin[h] != CQ_NONE) return CQ_ERROR_EDGE;
+    cqi_pair(m, g, h);
+    return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
+}
+
+/* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: halfedges are visited by their
+ * smaller end, and valence[v] is the last one so far that has v as the larger end. origin and out serve as scratch,
+ * too; in the end origin = indices. The first edge of three faces is reported, if there is none the first of two that
+ * do not agree. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
-    cq_index *sorted = m->origin;
-    cq_index k, step, n = (cq_index)(3 * s->num_faces);
-    cqi_sort_pass(indices, n, NULL, m->twin, m->out, (cq_index)s->num_vertices, 0);
-    cqi_sort_pass(indices, n, m->twin, sorted, m->out, (cq_index)s->num_vertices, 1);
-    for (k = 0; k < n; k = (cq_index)(k + step)) {
-        cq_index g = sorted[k], h;
-        step = 1;
-        m->twin[g] = CQ_NONE;
-        if (n - k < 2 || !cqi_same_edge(indices, g, sorted[k + 1])) continue;
-        h = sorted[k + 1];
-        if (n - k > 2 && cqi_same_edge(indices, g, sorted[k + 2]))
-            return cqi_error(place, CQ_ERROR_EDGE, (cq_index)(sorted[k + 2] / 3), indices[g], indices[cq_next(g)]);
-        if (indices[g] == indices[h])
-            return cqi_error(place, CQ_ERROR_ORIENTATION, (cq_index)(h / 3), indices[g], indices[cq_next(g)]);
-        m->twin[g] = h;
-        m->twin[h] = g;
-        step = 2;
+    const cq_index n = (cq_index)(3 * s->num_faces);
+    cq_result result = CQ_OK;
+    cq_index k;
+    cqi_sort_halfedges(indices, s, m->origin, m->out);
+    memset(m->valence, 0xff, s->num_vertices * sizeof(cq_index));
+    for (k = 0; k < n && result != CQ_ERROR_EDGE; k++) {
+        const cq_index g = m->origin[k], a = indices[g], b = indices[cq_next(g)];
+        const cq_result found = cqi_match_twin(m, indices, g, &m->valence[a < b ? b : a]);
+        if (found == CQ_ERROR_EDGE || (found != CQ_OK && result == CQ_OK))
+            result = cqi_error(place, found, (cq_index)(g / 3), a, b);
     }
     if (n) memcpy(m->origin, indices, n * sizeof(cq_index));
-    return CQ_OK;
+    return result;
 }
 
 /* out[v] = the one boundary halfedge that starts at v, or CQ_NONE. */
@@ -932,12 +944,6 @@ static void cqi_count_loops(cq_mesh *m, cq_shape *s)
         s->num_boundary_loops++;
     }
     memset(m->mark, 0, s->num_vertices);
-}
-
-static void cqi_pair(cq_mesh *m, cq_index g, cq_index h)
-{
-    m->twin[g] = h;
-    m->twin[h] = g;
 }
 
 /* Fans a virtual vertex w to the boundary loop that leaves v: for each boundary halfedge a -> b a face b, a, w. */
@@ -1679,14 +1685,14 @@ size_t cq_decoder_bytes(const cq_shape *s)
 #define CQI_REPORTING(d) ((d)->report != NULL)
 #endif
 
-/* What the encoder notes of a vertex, all in one place, since large meshes are slow to look up. */
-typedef struct cqi_note {
-    cq_index decoded;     /* its number in the decoded mesh, CQ_NONE: not yet there */
-    cq_index top;         /* last vertex that was collapsed into it, or CQ_NONE */
-    cq_index below;       /* if it was collapsed itself: the vertex before it there, */
-    cq_index end_p, end_q;  /* its two common neighbours, */
-    cq_index level;       /* and the level that collapsed it, 1 is the finest */
-} cqi_note;
+/* What the encoder notes of a collapse, for the split that takes it back. */
+typedef struct cqi_collapse {
+    cq_index removed;     /* B, by its input number */
+    cq_index patch;       /* number of its patch in the level */
+    uint8_t p, q;         /* its two common neighbours, as positions on the patch's ring */
+    uint8_t side;         /* of a first gate, see cqi_first_spoke */
+    uint8_t level;        /* that collapsed it, 1 is the finest */
+} cqi_collapse;
 
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
@@ -1699,15 +1705,19 @@ typedef struct cqi_plan {
     cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A,
                                            with CQ_KEEP still B */
     const cq_value *const *input;       /* values as handed in: those of faces */
-    cqi_note *note;                     /* of input vertices, virtual ones too */
-    cq_index *to_input;                 /* their numbers, by that of the decoded mesh */
+    cqi_collapse *collapse;             /* in order; the replay takes the last level first */
+    cq_index next_collapse;             /* where the next one is put, or is taken from */
+    cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
+                                           not yet there */
+    cq_index *to_input;                 /* input vertices of those of the decoded base */
     cq_index *patch;                    /* of the conquest, as in the decoder */
     cq_index *seed;                     /* components: cq_index[components][2], L and R of the first gate */
     cq_index num_seeds, next_seed;
     cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
                                              split makes may be turned */
+    int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
     uint32_t num_levels;
-    uint32_t current;                   /* level being replayed */
+    uint32_t current;                   /* level being made or replayed */
 } cqi_plan;
 
 /* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain; after
@@ -1744,7 +1754,7 @@ static cq_index cqi_plan_seed(cqi_plan *p)
 
 static void cqi_plan_vertex(cqi_plan *p, cq_index input, cq_index decoded)
 {
-    p->note[input].decoded = decoded;
+    p->decoded[input] = decoded;
     p->to_input[decoded] = input;
 }
 
@@ -1782,11 +1792,18 @@ static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
     return cqi_plan_to_decoded(p, t);
 }
 
-/* Is decoded vertex v split at the level that is being replayed? Its input vertex lives on in v. */
-static int cqi_plan_is_split(const cqi_plan *p, cq_index v)
+/* The collapses of a level are replayed twice: forth when its patches are conquered, then back as they are split. */
+static void cqi_plan_rewind(cqi_plan *p, uint32_t level)
 {
-    cq_index b = p->note[p->to_input[v]].top;
-    return b != CQ_NONE && p->note[b].level == p->current;
+    p->current = level;
+    while (p->next_collapse && p->collapse[p->next_collapse - 1].level == level) p->next_collapse--;
+}
+
+/* The next collapse, if it is that of a patch of this level; or NULL. */
+static const cqi_collapse *cqi_plan_patch(const cqi_plan *p, cq_index patch)
+{
+    const cqi_collapse *c = &p->collapse[p->next_collapse];
+    return c->level == p->current && c->patch == patch ? c : NULL;
 }
 
 /* Bit with model number `index`. */
@@ -2099,7 +2116,7 @@ static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, c
 {
     const cqi_plan *p = d->plan;
     *apex = p->mesh.origin[cq_prev(behind)];
-    if (p->note[*apex].decoded == CQ_NONE) return CQI_GROW;
+    if (p->decoded[*apex] == CQ_NONE) return CQI_GROW;
     if (cqi_plan_to_decoded(p, p->mesh.twin[cq_next(behind)]) == d->before) return CQI_TURN;
     *border = cqi_plan_border(p, cq_prev(behind));
     return *border == d->draft.twin[d->gate] ? CQI_CLOSE : CQI_JOIN;
@@ -2441,8 +2458,8 @@ static int32_t cqi_predict_delta(const cqi_fans *f, const cq_channel *channel)
 static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t k, uint32_t component)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    cq_index b = d->plan->note[d->plan->to_input[v]].top;
-    int32_t x = d->plan->value[k][(size_t)b * channel->components + component];
+    const cq_index b = d->plan->collapse[d->plan->next_collapse].removed;
+    const int32_t x = d->plan->value[k][(size_t)b * channel->components + component];
     if (channel->merge == CQ_MIDPOINT) return x;
     return cqi_difference(cqi_number(channel, x),
                           cqi_number(channel, d->channel[k][(size_t)v * channel->components + component]));
@@ -2768,16 +2785,16 @@ static int cqi_code_flag(cq_decoder *d, cq_index spoke, int available, int split
 }
 
 /* Which of the three cases of a first gate; only asked where one of L, R, front is split. */
-static int cqi_plan_side(const cqi_plan *p, const cq_mesh *m, cq_index gate)
+static int cqi_plan_side(const cq_decoder *d)
 {
-    if (cqi_plan_is_split(p, m->origin[gate])) return 1;
-    return cqi_plan_is_split(p, cq_target(m, gate)) ? 2 : 0;
+    const cqi_collapse *c = cqi_plan_patch(d->plan, d->walk.tail);
+    return c ? c->side : 0;
 }
 
 static cq_index cqi_code_first_patch(cq_decoder *d, cq_index seed)
 {
     cq_index gate = cqi_first_gate(&d->mesh, cqi_find_spoke(&d->mesh, seed, (cq_index)(seed + 1)));
-    int side = CQI_ENCODING(d) ? cqi_plan_side(d->plan, &d->mesh, gate) : 0;
+    int side = CQI_ENCODING(d) ? cqi_plan_side(d) : 0;
     if (cqi_code_bit(d, CQI_SIDE, side != 0)) side = 1 + cqi_code_bit(d, CQI_SIDE + 1, side == 2);
     else side = 0;
     return cqi_first_spoke(&d->mesh, gate, side);
@@ -2793,11 +2810,12 @@ static cq_result cqi_code_patch(cq_decoder *d)
         if (seed == CQ_NONE) return CQ_DONE;
         spoke = cqi_code_first_patch(d, seed);
     }
-    split = CQI_ENCODING(d) && cqi_plan_is_split(d->plan, d->mesh.origin[spoke]);
+    split = CQI_ENCODING(d) && cqi_plan_patch(d->plan, d->walk.tail);
     split = cqi_code_flag(d, spoke, cqi_conquer_ring(&d->mesh, spoke), split);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     cqi_conquer(&d->mesh, &d->walk, d->patch, spoke, split);
     d->splits = (cq_index)(d->splits + (cq_index)split);
+    if (CQI_ENCODING(d)) d->plan->next_collapse = (cq_index)(d->plan->next_collapse + (cq_index)split);
     return CQ_OK;
 }
 
@@ -3337,17 +3355,20 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
     if (d->mesh.num_vertices % CQI_LEARN_EVERY(&d->shape) == 0) cqi_learn_split(d, total, chosen, *p, *q);
 }
 
-/* The pair that the plan has for the centre. */
-static void cqi_plan_pair(const cq_decoder *d, cq_index centre, int *p, int *q)
+/* The pair that the plan has for the next split. */
+static void cqi_plan_pair(cqi_plan *plan, int *p, int *q)
 {
-    const cqi_plan *plan = d->plan;
-    const cqi_note *b = plan->note + plan->note[plan->to_input[centre]].top;
-    const cq_index end_p = plan->note[b->end_p].decoded, end_q = plan->note[b->end_q].decoded;
-    int k;
-    for (k = 0; k < d->ring.size; k++) {
-        if (d->ring.vertex[k] == end_p) *p = k;
-        if (d->ring.vertex[k] == end_q) *q = k;
-    }
+    const cqi_collapse *c = &plan->collapse[--plan->next_collapse];
+    *p = c->p;
+    *q = c->q;
+}
+
+/* It became vertex b and the faces behind the first num_faces. */
+static void cqi_plan_split(cq_decoder *d, cq_index b, cq_index num_faces)
+{
+    cqi_plan *p = d->plan;
+    p->decoded[p->collapse[p->next_collapse].removed] = b;
+    if (p->follows_faces) cqi_plan_new_faces(p, num_faces, d->mesh.num_faces);
 }
 
 static void cqi_report_split(cq_decoder *d, int p, int q)
@@ -3364,7 +3385,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
     cq_index b;
     int p = 0, q = 0;
     cqi_read_ring(d);
-    if (CQI_ENCODING(d)) cqi_plan_pair(d, centre, &p, &q);
+    if (CQI_ENCODING(d)) cqi_plan_pair(d->plan, &p, &q);
     cqi_code_pair(d, &p, &q);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_deltas(d, centre, p, q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
@@ -3374,13 +3395,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
     d->mesh.mark[b] = 0;
     cqi_apply_deltas(d, centre, b);
     if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
-    if (CQI_ENCODING(d)) {
-        cqi_note *a = &d->plan->note[d->plan->to_input[centre]];
-        cq_index removed = a->top;
-        a->top = d->plan->note[removed].below;
-        cqi_plan_vertex(d->plan, removed, b);
-        cqi_plan_new_faces(d->plan, num_faces, d->mesh.num_faces);
-    }
+    if (CQI_ENCODING(d)) cqi_plan_split(d, b, num_faces);
     return CQ_OK;
 }
 
@@ -3441,7 +3456,7 @@ static cq_result cqi_step_level(cq_decoder *d)
     if (other) return CQ_ERROR_UNSUPPORTED;
     d->level++;
     d->splits = 0;
-    if (CQI_ENCODING(d)) d->plan->current = d->plan->num_levels + 1 - d->level;
+    if (CQI_ENCODING(d)) cqi_plan_rewind(d->plan, d->plan->num_levels + 1 - d->level);
     d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
     cqi_walk_begin(&d->walk);
     d->phase = CQI_CLEAR;
@@ -3711,13 +3726,13 @@ typedef struct cqi_encoder {
 
 size_t cq_encoder_bytes(const cq_shape *s)
 {
-    cqi_size v, f, c, notes;
+    cqi_size v, f, c, plan;
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     c = cqi_all_components(s, 0);
-    notes = v * sizeof(cqi_note) + (2 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v * c * sizeof(cq_value);
-    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(notes + 7 * 3) + cqi_decoder_size(s));
+    plan = (v + 1) * sizeof(cqi_collapse) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v * c * sizeof(cq_value);
+    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan + 8 * 3) + cqi_decoder_size(s));
 }
 
 /* Joins the values of b to those of a; b's become the difference. */
@@ -3989,67 +4004,96 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* The best neighbour B of the front vertex of those that are not refused, as the halfedge A -> B; of equal ones the
- * first clockwise from L. CQ_NONE: there is none. */
-static cq_index cqi_best_spoke(const cqi_plan *p, cq_index spoke, int first, int boundary, uint32_t refused)
+/* Lists the spokes to neighbours that are available, clockwise from L, and marks all neighbours. */
+static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
 {
-    const cq_mesh *m = &p->mesh;
-    cq_index a = m->origin[spoke], h = spoke, chosen = CQ_NONE;
+    cq_index h = spoke;
+    int n = 0;
+    *boundary = 0;
     do {
-        cq_index b = cq_target(m, h);
-        if (!(refused & 1) && !cqi_is_conquered(m, b) &&
-            (chosen == CQ_NONE || cqi_is_better(p, a, b, cq_target(m, chosen))) &&
-            cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && !(first && cqi_turns_gate(m, spoke, b)))
-            chosen = h;
-        refused >>= 1;
+        const cq_index b = cq_target(m, h);
+        *boundary |= cq_is_virtual(m, b);
+        if (!cqi_is_conquered(m, b)) candidate[n++] = h;
+        m->mark[b] |= CQI_SCRATCH;
         h = cq_clockwise(m, h);
     } while (h != spoke);
-    return chosen;
+    return n;
 }
 
-/* The one to collapse with: the best one that loses no more than is allowed. CQ_NONE: the patch is isolated. */
+/* The best of the candidates, of equal ones the first. */
+static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
+{
+    int best = 0, k;
+    for (k = 1; k < n; k++)
+        if (cqi_is_better(p, a, cq_target(&p->mesh, candidate[k]), cq_target(&p->mesh, candidate[best]))) best = k;
+    return best;
+}
+
+/* The neighbour B to collapse the front vertex A with, as the halfedge A -> B: the best one that can be, and loses no
+ * more than is allowed. CQ_NONE: the patch is isolated. */
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
 {
     const cq_mesh *m = &p->mesh;
-    cq_index a = m->origin[spoke], h, chosen;
-    uint32_t refused = 0, bit;
+    cq_index a = m->origin[spoke], candidate[CQ_MAX_VALENCE], chosen = CQ_NONE;
     cqi_fan fan[2];
-    int boundary;
+    int boundary, n, k;
     if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
     fan->centre = CQ_NONE;
-    boundary = cqi_on_boundary(m, a);
-    cqi_mark_ring(m, a, 1);
-    for (;;) {
-        chosen = cqi_best_spoke(p, spoke, first, boundary, refused);
-        if (chosen == CQ_NONE || cqi_allows(p, fan, chosen)) break;
-        for (h = spoke, bit = 1; h != chosen; h = cq_clockwise(m, h)) bit <<= 1;
-        refused |= bit;
+    n = cqi_list_candidates(m, spoke, candidate, &boundary);
+    while (n && chosen == CQ_NONE) {
+        const int best = cqi_best_candidate(p, a, candidate, n);
+        const cq_index h = candidate[best];
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) &&
+            !(first && cqi_turns_gate(m, spoke, cq_target(m, h))) && cqi_allows(p, fan, h))
+            chosen = h;
+        for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
 }
 
-/* Collapses A -> B and notes what the decoder will need. */
-static void cqi_collapse_noted(cqi_plan *p, const cq_shape *s, cq_index h)
+/* The number of a spoke on the ring that begins with another. */
+static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
 {
-    cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h), first, last;
-    cq_mesh_collapse(&p->mesh, h, &first, &last);
-    cqi_merge_values(p, s, a, b);
-    p->note[b].end_p = cq_target(&p->mesh, first);
-    p->note[b].end_q = cq_target(&p->mesh, last);
-    p->note[b].below = p->note[a].top;
-    p->note[b].level = (cq_index)p->current;
-    p->note[a].top = b;
+    uint8_t n = 0;
+    for (; spoke != wanted; spoke = cq_clockwise(m, spoke)) n++;
+    return n;
 }
 
-/* Takes back the last collapse, that of b into a. */
-static void cqi_undo_collapse(cqi_plan *p, const cq_shape *s, cq_index a)
+static cq_index cqi_nth_spoke(const cq_mesh *m, cq_index spoke, int n)
 {
-    cq_index b = p->note[a].top;
-    const cqi_note *n = &p->note[b];
-    cq_mesh_split(&p->mesh, cqi_find_spoke(&p->mesh, a, n->end_p), cqi_find_spoke(&p->mesh, a, n->end_q));
-    p->note[a].top = n->below;
-    cqi_split_values(p, s, a, b);
+    for (; n; n--) spoke = cq_clockwise(m, spoke);
+    return spoke;
+}
+
+/* Collapses A -> B in the next patch, entered by a spoke of the gate's front vertex, and notes that. Returns the entry
+ * spoke of what it is collapsed to. */
+static cq_index cqi_collapse_noted(cqi_plan *p, const cq_shape *s, const cqi_walk *w, cq_index spoke, cq_index h,
+                                   int side)
+{
+    cq_mesh *m = &p->mesh;
+    cqi_collapse *c = &p->collapse[p->next_collapse++];
+    const cq_index a = m->origin[h], b = cq_target(m, h), l = cq_target(m, spoke), r = cq_target(m, cq_next(spoke));
+    cq_index first, last;
+    cq_mesh_collapse(m, h, &first, &last);
+    cqi_merge_values(p, s, a, b);
+    if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);
+    c->removed = b;
+    c->patch = w->tail;
+    c->p = cqi_spoke_number(m, spoke, first);
+    c->q = cqi_spoke_number(m, spoke, last);
+    c->side = (uint8_t)side;
+    c->level = (uint8_t)p->current;
+    return spoke;
+}
+
+/* Takes back the last collapse. */
+static void cqi_undo_collapse(cqi_plan *p, const cq_shape *s)
+{
+    const cqi_collapse *c = &p->collapse[--p->next_collapse];
+    const cq_index spoke = p->patch[c->patch];
+    cq_mesh_split(&p->mesh, cqi_nth_spoke(&p->mesh, spoke, c->p), cqi_nth_spoke(&p->mesh, spoke, c->q));
+    cqi_split_values(p, s, p->mesh.origin[spoke], c->removed);
 }
 
 /* One patch: the gate's front vertex is collapsed with a neighbour, or is isolated. At a first gate, a front vertex A
@@ -4057,16 +4101,11 @@ static void cqi_undo_collapse(cqi_plan *p, const cq_shape *s, cq_index a)
 static int cqi_conquer_patch(cqi_plan *p, const cq_shape *s, cqi_walk *w, cq_index spoke, int first)
 {
     cq_mesh *m = &p->mesh;
-    cq_index l = cq_target(m, spoke), r = cq_target(m, cq_next(spoke)), h = cqi_choose(p, spoke, first), b;
-    int side = 0;
+    cq_index h = cqi_choose(p, spoke, first);
     if (h != CQ_NONE) {
-        b = cq_target(m, h);
-        if (first && (b == l || b == r)) {
-            side = b == l ? 1 : 2;
-            h = m->twin[h];
-        }
-        cqi_collapse_noted(p, s, h);
-        if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);
+        const cq_index b = cq_target(m, h);
+        const int side = !first ? 0 : b == cq_target(m, spoke) ? 1 : b == cq_target(m, cq_next(spoke)) ? 2 : 0;
+        spoke = cqi_collapse_noted(p, s, w, spoke, side ? m->twin[h] : h, side);
     }
     cqi_conquer_ring(m, spoke);
     cqi_conquer(m, w, p->patch, spoke, h != CQ_NONE);
@@ -4084,15 +4123,6 @@ static cq_index cqi_plan_next_spoke(cqi_plan *p, cqi_walk *w, int *first)
     return cq_prev(cqi_first_gate(&p->mesh, spoke));
 }
 
-/* Undoes the collapses of a level that is not worth its walk: centres in reverse order. */
-static void cqi_undo_level(cqi_plan *p, const cq_shape *s, cqi_walk *w)
-{
-    while (w->tail) {
-        cq_index centre = p->mesh.origin[p->patch[--w->tail]];
-        if (p->mesh.mark[centre] & CQI_MANY) cqi_undo_collapse(p, s, centre);
-    }
-}
-
 /* Simplifies by one level. False if that is not worth it; the mesh is then unchanged. */
 static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
 {
@@ -4106,36 +4136,37 @@ static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
         splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
     kept = (cq_index)(*num_live - splits);
     if (splits < (p->most_loss == CQI_ANY_LOSS ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
-        cqi_undo_level(p, s, &w);
+        while (splits--) cqi_undo_collapse(p, s);
         return 0;
     }
     *num_live = kept;
     return 1;
 }
 
-/* Finds the components and a first gate for each: the first halfedge of its first face. */
-static void cqi_find_components(cqi_plan *p, cq_index *stack)
+/* The vertex that stands for all that are known to be connected with v: the end of a chain, halved on the way. */
+static cq_index cqi_find_root(cq_index *parent, cq_index v)
+{
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* Finds the components and a first gate for each: the first halfedge of its first face. parent is scratch. */
+static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
-    cq_index f, n;
+    cq_index v, f, h;
+    for (v = 0; v < m->num_vertices; v++) parent[v] = v;
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        cq_index a = cqi_find_root(parent, m->origin[h]), b = cqi_find_root(parent, cq_target(m, h));
+        parent[a < b ? b : a] = a < b ? a : b;
+    }
     p->num_seeds = 0;
     for (f = 0; f < m->num_faces; f++) {
-        if (m->mark[m->origin[3 * f]]) continue;
+        cq_index root = cqi_find_root(parent, m->origin[3 * f]);
+        if (m->mark[root]) continue;
+        m->mark[root] = 1;
         p->seed[2 * (size_t)p->num_seeds] = m->origin[3 * f];
         p->seed[2 * (size_t)p->num_seeds++ + 1] = m->origin[3 * f + 1];
-        m->mark[m->origin[3 * f]] = 1;
-        stack[0] = m->origin[3 * f];
-        for (n = 1; n;) {
-            cq_index v = stack[--n], h = m->out[v];
-            do {
-                cq_index u = cq_target(m, h);
-                if (!m->mark[u]) {
-                    m->mark[u] = 1;
-                    stack[n++] = u;
-                }
-                h = cq_clockwise(m, h);
-            } while (h != m->out[v]);
-        }
     }
 }
 
@@ -4170,13 +4201,14 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
     cq_value *values;
     uint32_t k;
-    p->note = (cqi_note *)cqi_take(arena, v, sizeof(cqi_note));
+    p->collapse = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
+    p->decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->seed = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->patch = (cq_index *)cqi_take(arena, f / 3 + 1, sizeof(cq_index));
     p->face_input = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->face_decoded = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
-    memset(p->note, 0xff, v * sizeof(cqi_note));
+    memset(p->decoded, 0xff, v * sizeof(cq_index));
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s, 0), sizeof(cq_value));
     for (k = 0; k < s->num_channels; k++) {
@@ -4187,6 +4219,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
         values += n;
     }
     p->input = in->values;
+    p->follows_faces = in->face_map || cqi_all_components(s, 1);
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;
@@ -4229,6 +4262,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
         }
     }
     p->num_levels = p->current - 1;
+    p->collapse[p->next_collapse].level = 0; /* of no level */
 }
 
 /* Runs the decoder's steps, writing. */
@@ -4310,7 +4344,7 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
 static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
 {
     cq_index v, f;
-    for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->note[v].decoded;
+    for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
     for (f = 0; in->face_map && f < in->shape.num_faces; f++) in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
 }
 

@@ -25,6 +25,18 @@ struct Symbol {
 
 // -- An encoder that collapses one edge, b into a, and nothing else --------------------------------------------------
 
+// Its first and only patch, entered from the front of the gate.
+void note_collapse(cqi_plan *plan, const cq_shape *shape, const Symbol &s, int b) {
+    const cq_mesh *mesh = &plan->mesh;
+    cqi_walk walk;
+    cqi_walk_begin(&walk);
+    cq_index gate = cqi_first_gate(mesh, find_halfedge(mesh, uint32_t(s.l), uint32_t(s.r)));
+    int side = mesh->origin[gate] == cq_index(s.a) ? 1 : cq_target(mesh, gate) == cq_index(s.a) ? 2 : 0;
+    cq_index collapsed = find_halfedge(mesh, uint32_t(s.a), uint32_t(b));
+    cqi_collapse_noted(plan, shape, &walk, cq_prev(gate), collapsed, side);
+    plan->collapse[plan->next_collapse].level = 0;
+}
+
 // The inside of cq_encode with another simplification.
 cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, size_t size, uint8_t *out,
                           size_t out_size, size_t *stream_size, cq_report *report) {
@@ -42,12 +54,12 @@ cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, si
     memset(report, 0, sizeof *report);
     e->replay.report = report;
     e->plan.current = e->plan.num_levels = e->plan.num_seeds = 1;
-    cqi_collapse_noted(&e->plan, &in.shape, find_halfedge(&e->plan.mesh, uint32_t(s.a), uint32_t(b)));
+    note_collapse(&e->plan, &in.shape, s, b);
     e->plan.seed[0] = static_cast<cq_index>(s.l);
     e->plan.seed[1] = static_cast<cq_index>(s.r);
     cqi_replay(e, &in);
     size_t payload_size = cq_range_encoder_finish(&e->plan.range);
-    for (cq_index v = 0; v < in.shape.num_vertices; v++) in.map[v] = e->plan.note[v].decoded;
+    for (cq_index v = 0; v < in.shape.num_vertices; v++) in.map[v] = e->plan.decoded[v];
     return cqi_wrap(&in.shape, out, out_size, gap, payload_size, stream_size);
 }
 
