@@ -2710,20 +2710,30 @@ static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
     return 0;
 }
 
-/* Takes the ring of the spoke's origin; returns how many of its vertices were available. */
+/* Takes a vertex of a ring; returns whether it was available. */
+static inline int cqi_conquer_vertex(uint8_t *mark)
+{
+    const int available = (*mark & (CQI_MANY | CQI_CENTRE)) == 0;
+    *mark = (uint8_t)(*mark + ((*mark & CQI_MANY) < CQI_MANY));
+    return available;
+}
+
+/* Takes the ring of the spoke's origin; returns how many of its vertices were available. From both sides at once: in a
+ * large mesh each spoke has to wait for the one before. */
 static int cqi_conquer_ring(cq_mesh *m, cq_index spoke)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
     uint8_t *const marks = m->mark;
-    cq_index h = spoke;
+    cq_index h = spoke, g = spoke;
     int available = 0;
     do {
-        cq_index in = twin[h];
-        uint8_t *mark = &marks[origin[in]];
-        available += (*mark & (CQI_MANY | CQI_CENTRE)) == 0;
-        *mark = (uint8_t)(*mark + ((*mark & CQI_MANY) < CQI_MANY));
+        const cq_index in = twin[h], before = cq_prev(g);
+        available += cqi_conquer_vertex(&marks[origin[in]]);
         h = cq_next(in);
-    } while (h != spoke);
+        if (h == g) break;
+        available += cqi_conquer_vertex(&marks[origin[before]]);
+        g = twin[before];
+    } while (h != g);
     return available;
 }
 
