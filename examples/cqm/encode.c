@@ -198,7 +198,7 @@ static int complain_mesh(const char *path, cq_result result, const cq_place *at)
     }
 }
 
-/* One try with as much memory as the shape is known to need, and some more, which is mostly enough for its boundaries. */
+/* One try with as much memory as the shape is known to need, and some more: mostly enough for its boundaries. */
 static cq_result encode_once(struct encoding *e, size_t capacity, cq_place *place)
 {
     size_t memory_size = cq_encoder_bytes(&e->input.shape);

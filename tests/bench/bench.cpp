@@ -203,10 +203,10 @@ void print_growth(const std::vector<Row> &ours)
     if (!small || small == large) return;
     const std::string fast = small->codec == "conquest" ? "" : ", fast";
     const std::string range = small->mesh + " .. " + large->mesh.substr(8);
-    print_target(("growth of decode time per vertex" + fast).c_str(), range, speed(small->decode, *small) / speed(large->decode, *large),
-                 2.5, false);
-    print_target(("growth of encode time per vertex" + fast).c_str(), range, speed(small->encode, *small) / speed(large->encode, *large),
-                 2.5, false);
+    print_target(("growth of decode time per vertex" + fast).c_str(), range,
+                 speed(small->decode, *small) / speed(large->decode, *large), 2.5, false);
+    print_target(("growth of encode time per vertex" + fast).c_str(), range,
+                 speed(small->encode, *small) / speed(large->encode, *large), 2.5, false);
 }
 
 std::vector<std::unique_ptr<Codec>> make_codecs()

@@ -77,7 +77,8 @@ device() {
     cortex-m0)
         cpu="-mcpu=cortex-m0 -mthumb" memory="0 0x40000 0x20000000 0x4000"
         qemu="qemu-system-arm -M microbit"
-        imports="memcpy memset __aeabi_u?i(div|divmod) __clzsi2 __aeabi_(lmul|llsl|llsr|lasr) __gnu_thumb1_case_[us][qhs]i" ;;
+        imports="memcpy memset __aeabi_u?i(div|divmod) __clzsi2 __aeabi_(lmul|llsl|llsr|lasr)"
+        imports="$imports __gnu_thumb1_case_[us][qhs]i" ;;
     rv32)
         tools=riscv64-unknown-elf-
         start=riscv

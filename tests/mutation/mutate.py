@@ -2,9 +2,9 @@
 
 A mutant is the header with one token changed: an operator replaced by a near one, a constant by its neighbour, a
 condition negated, or a statement dropped. Tables of priors, comments, strings and preprocessor lines are left alone.
-Mutants are numbered in the order of their places. A sample takes the first COUNT in an order that depends on the text of
-their lines alone, so that it hardly changes with the header. Printed are number, line, column in the line without its indentation,
-what was there, what is there now, and the line, with tabs between.
+Mutants are numbered in the order of their places. A sample takes the first COUNT in an order that depends on the text
+of their lines alone, so that it hardly changes with the header. Printed are number, line, column in the line without
+its indentation, what was there, what is there now, and the line, with tabs between.
 """
 import hashlib
 import re
@@ -24,7 +24,8 @@ TOKEN = re.compile(
     re.DOTALL)
 STATEMENT = re.compile(r"^(?P<indent> +)(?P<body>[\w*(][^{}:]*;)(?: */\*.*\*/)? *$")
 DECLARATION = re.compile(r"^(?:static |const |struct |union |enum |typedef |u?int\w*_t |cq_\w+ [*\w]"
-                         r"|cqi_\w+ [*\w]|int |size_t |return\b|break|continue|unsigned |for\b|while\b|if\b|else\b|case\b|do\b|void )")
+                         r"|cqi_\w+ [*\w]|int |size_t |return\b|break|continue|unsigned |for\b|while\b|if\b|else\b"
+                         r"|case\b|do\b|void )")
 
 
 def blank(match):

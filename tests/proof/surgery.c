@@ -1,7 +1,8 @@
 /* Proofs that splits and collapses keep the invariant of the mesh (cq_mesh_check), for meshes of any size.
  *
- * The invariant is said of one halfedge, one vertex or two halfedges at a time. That the halfedges around a vertex are one
- * cycle is said through a ghost: place_of[h] counts from 0 to valence - 1 around the vertex, clockwise, from wherever.
+ * The invariant is said of one halfedge, one vertex or two halfedges at a time. That the halfedges around a vertex are
+ * one cycle is said through a ghost: place_of[h] counts from 0 to valence - 1 around the vertex, clockwise, from
+ * wherever.
  * Nothing is assumed of all halfedges: a claim is about halfedges x and y of the verifier's choice, and assumes the
  * invariant where it needs it, of these and of those that the operation touches. README.md says why that is enough.
  *
@@ -393,7 +394,8 @@ void claim_new_faces(void)
     PROVE(is_free_face(f, is_virtual(p)) || f - (is_virtual(p) ? m.first_virtual_face + virtual_faces : faces) < 2);
     PROVE(is_free_face(g, is_virtual(q)) || g - (is_virtual(q) ? m.first_virtual_face + virtual_faces : faces) < 2);
     PROVE(m.free_face == CQ_NONE || (m.free_face != f && m.free_face != g && is_free_face(m.free_face, 0)));
-    PROVE(m.free_virtual_face == CQ_NONE || (m.free_virtual_face != f && m.free_virtual_face != g && is_free_face(m.free_virtual_face, 1)));
+    PROVE(m.free_virtual_face == CQ_NONE ||
+          (m.free_virtual_face != f && m.free_virtual_face != g && is_free_face(m.free_virtual_face, 1)));
     REACHED();
 }
 
@@ -412,7 +414,8 @@ void claim_split_slots(void)
     valence = valence_of[v];
     link = origin_of[3 * k + 1];
     split();
-    PROVE((out_of[v] == CQ_NONE) == (v_free && v != b) && (origin_of[3 * k] == CQ_NONE) == (k_free && k != f && k != g));
+    PROVE((out_of[v] == CQ_NONE) == (v_free && v != b) &&
+          (origin_of[3 * k] == CQ_NONE) == (k_free && k != f && k != g));
     if (v_free && v != b) PROVE(valence_of[v] == valence);
     if (k_free && k != f && k != g) PROVE(origin_of[3 * k + 1] == link);
     REACHED();

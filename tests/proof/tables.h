@@ -1,6 +1,6 @@
 /* cq_next, cq_prev and the face of a halfedge as tables, which are easier to solve than divisions. claim_tables says
- * that they are the same; the driver then puts stub_next and stub_prev in the place of cq_next and cq_prev. HALFEDGES is
- * how many there are. */
+ * that they are the same; the driver then puts stub_next and stub_prev in the place of cq_next and cq_prev. HALFEDGES
+ * is how many there are. */
 #ifndef TABLES_H
 #define TABLES_H
 

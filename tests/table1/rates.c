@@ -4,8 +4,8 @@
  *     rates TRAINED MESH...
  *
  * TRAINED is a text with the names of the files that were trained on, one a line. A mesh counts as trained on if its
- * name is there, or if another mesh of the arguments whose name is there has the same connectivity. Exit status: 0; 1 if
- * a file is bad; 2 for bad usage. */
+ * name is there, or if another mesh of the arguments whose name is there has the same connectivity. Exit status: 0; 1
+ * if a file is bad; 2 for bad usage. */
 #include "measure.h"
 
 #include <stdlib.h>

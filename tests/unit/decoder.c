@@ -1013,7 +1013,7 @@ TEST(patterns_of_floats_stand_for_numbers_in_their_order) {
 /* A ring of five, the third of which is virtual, split at 1 and 3: B gets 1, 2, 3, and A gets 3, 4, 0, 1. */
 TEST(a_split_is_predicted_from_its_fans) {
     enum { CENTRE = 5 };
-    static cq_value values[] = {0, 107, 0, 80, 0, 9999, 0, 140, 0, 400, 0, 100}; /* with another component before each */
+    static cq_value values[] = {0, 107, 0, 80, 0, 9999, 0, 140, 0, 400, 0, 100};  /* behind others */
     static cq_index origin[] = {CENTRE};
     static cq_decoder d;
     cq_channel channel = {CQ_GENERIC, 2, 12, CQ_MIDPOINT, 0, {0, 0, 0, 0}};
