@@ -3402,7 +3402,6 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
     if (b == CQ_NONE) return CQ_ERROR_CORRUPT;
-    d->mesh.mark[b] = 0;
     cqi_apply_deltas(d, centre, b);
     if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
     if (CQI_ENCODING(d)) cqi_plan_split(d, b, num_faces);
@@ -3741,8 +3740,10 @@ size_t cq_encoder_bytes(const cq_shape *s)
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     c = cqi_all_components(s, 0);
-    plan = (v + 1) * sizeof(cqi_collapse) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index) + v * c * sizeof(cq_value);
-    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan + 8 * 3) + cqi_decoder_size(s));
+    plan = (v + 1) * sizeof(cqi_collapse) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
+    plan += s->num_vertices * c * sizeof(cq_value);
+    plan += 7 * (4 - sizeof(cq_index)); /* roundings of blocks of indices */
+    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s));
 }
 
 /* Joins the values of b to those of a; b's become the difference. */
