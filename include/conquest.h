@@ -898,8 +898,8 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
 
 /* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: halfedges are visited by their
  * smaller end, and valence[v] is the last one so far that has v as the larger end. origin and out serve as scratch,
- * too; in the end origin = indices. The first edge of three faces is reported, if there is none the first of two that
- * do not agree. */
+ * too; in the end origin = indices. An edge of three faces is reported, if there is none one of two that do not agree:
+ * the first one in that order. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
