@@ -78,8 +78,18 @@ TEST(points_of_a_grid_are_never_closer_than_floats) {
     CHECK(back[0] == far[0] && back[1] == far[1]);
 }
 
-/* The side goes float by float, each of which is rounded to a step in another way. */
 TEST(the_last_point_of_a_fine_grid_is_not_one_too_far) {
+    const float box[] = { -3, 4 };
+    cq_channel c = channel_of(CQ_GENERIC, 1, CQ_MAX_BITS);
+    cq_value values[2];
+    REQUIRE_EQ(cq_fit_grid(&c, box, 2, NULL), CQ_OK);
+    REQUIRE_EQ(cq_quantise(&c, box, 2, values, NULL), CQ_OK);
+    CHECK_EQ(values[1], ((int64_t)1 << CQ_MAX_BITS) - 1);
+}
+
+/* The side goes float by float, each of which is rounded to a step in another way; a step that is rounded up may leave
+ * the last point unused. */
+TEST(no_side_reaches_behind_the_last_point_of_a_fine_grid) {
     cq_channel c = channel_of(CQ_GENERIC, 1, CQ_MAX_BITS);
     int k;
     for (k = 0; k < 32; ++k) {
@@ -313,6 +323,7 @@ int main(int argc, char **argv) {
     RUN(a_point_or_nothing_has_a_grid_without_a_step);
     RUN(points_of_a_grid_are_never_closer_than_floats);
     RUN(the_last_point_of_a_fine_grid_is_not_one_too_far);
+    RUN(no_side_reaches_behind_the_last_point_of_a_fine_grid);
     RUN(a_box_that_needs_a_step_beyond_all_floats_is_refused);
     RUN(an_aligned_grid_has_the_step_and_as_many_bits_as_the_box_needs);
     RUN(an_aligned_grid_may_be_far_from_zero_and_finer_than_floats);
