@@ -361,6 +361,44 @@ static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, in
         }
 }
 
+/* Octave of what the edge at vertex v loses. */
+static uint32_t loss_octave(cqi_plan *p, cq_index v) {
+    cqi_fan fan[2];
+    fan->centre = CQ_NONE;
+    p->most_loss = CQI_ANY_LOSS - 1;
+    return cqi_loss_of(p, fan, p->mesh.out[v]) / CQI_OCTAVE;
+}
+
+/* Almost all edges of the sample lead to a pole of the largest valence that is taken; the edges of the poles themselves
+ * and of vertex 0 lose other amounts. */
+TEST(the_first_limit_is_what_half_of_the_edges_lose_up_to_the_largest_valence) {
+    enum { N = CQ_MAX_VALENCE };
+    cq_value positions[3 * (N + 2)];
+    triangles t = triangles_bipyramid(N);
+    built b;
+    cqi_plan p;
+    int v;
+    for (v = 0; v < N + 2; ++v) {
+        const double turn = 2 * 3.14159265358979 * v / N, radius = v < N ? 1000 : 0;
+        positions[3 * v] = (cq_value)(4000 + radius * cos(turn));
+        positions[3 * v + 1] = (cq_value)(4000 + radius * sin(turn));
+        positions[3 * v + 2] = (cq_value)(v < N ? 4000 : v == N ? 3900 : 8000);
+    }
+    CHECK(build(&b, &t) == CQ_OK);
+    memset(&p, 0, sizeof p);
+    p.mesh = b.mesh;
+    p.positions = positions;
+    for (v = 1; v < N; ++v) {
+        CHECK_EQ(cq_target(&b.mesh, b.mesh.out[v]), N + 1);
+        CHECK_EQ(loss_octave(&p, (cq_index)v), loss_octave(&p, 1));
+    }
+    CHECK(loss_octave(&p, 0) != loss_octave(&p, 1));
+    CHECK(loss_octave(&p, N) != loss_octave(&p, 1));
+    CHECK_EQ(cqi_first_limit(&p, N + 2), loss_octave(&p, 1) * CQI_OCTAVE);
+    unbuild(&b);
+    triangles_free(&t);
+}
+
 /* Compares all edges; returns how many triangles were turned. */
 static int check_losses(const triangles *t, int32_t noise, int shift) {
     cq_value positions[3 * 64];
@@ -919,6 +957,7 @@ int main(int argc, char **argv) {
     RUN(a_fast_stream_has_the_same_meshes_in_the_same_order);
     RUN(the_connectivity_of_a_fast_stream_does_not_depend_on_positions);
     RUN(the_goals_balanced_and_best_looking_keep_planes_creases_and_boundaries);
+    RUN(the_first_limit_is_what_half_of_the_edges_lose_up_to_the_largest_valence);
     RUN(losses_are_compared_by_their_logarithms);
     RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
