@@ -170,8 +170,8 @@ typedef struct cq_shape {
     uint32_t num_faces;
     uint32_t num_boundary_loops;
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
-    uint32_t fast;                   /* 0, or 1: connectivity is coded without the positions, and those one component
-                                        after the other; decodes 1.7 times as fast, from about a tenth more bytes */
+    uint32_t fast;                   /* 0, or 1: simpler models of connectivity and values; decodes twice as fast, from
+                                        3 to 12 % more bytes */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
 } cq_shape;
@@ -401,27 +401,32 @@ typedef struct cqi_ring {
     int size;
     int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
     int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
-    int located;                               /* there are positions, and so edges with lengths */
+    int located;                               /* candidates are asked about with positions */
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];           /* its end */
     cq_index seen[CQ_MAX_VALENCE];             /* the same, but the centre if that is virtual: whose values count */
     uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
-    uint8_t alternative[CQ_MAX_VALENCE];       /* its valence if B could have been this vertex instead, a neighbour of A
-                                                  that no waiting patch holds, else CQI_LARGE_VALENCE */
     uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
     uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p; plus p */
     uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q; plus CQ_MAX_VALENCE - q */
+    uint32_t offset_channel;                   /* channel of the next three, CQ_MAX_CHANNELS: none yet */
+    int32_t offset[CQ_MAX_VALENCE * CQ_MAX_COMPONENTS];  /* values less those of the centre, [vertex][component] */
+    int32_t before[(CQ_MAX_VALENCE + 1) * CQ_MAX_COMPONENTS];  /* sums of the offsets before a vertex, likewise */
+    uint32_t spread[CQ_MAX_COMPONENTS];        /* sums of their magnitudes */
     uint16_t entry[CQ_MAX_VALENCE][3];         /* features as an end of B's part, for p; for q the next ones */
-    int32_t of_p[CQ_MAX_VALENCE];              /* sum of the weights of those for p, then what they learn; */
-    int32_t of_q[CQ_MAX_VALENCE];              /* the same for q, */
+    int32_t of_p[CQ_MAX_VALENCE];              /* sum of the weights of those for p, */
+    int32_t of_q[CQ_MAX_VALENCE];              /* of those for q, */
     int32_t of_steps[CQ_MAX_VALENCE];          /* and for q - p */
+    int32_t gain_p[CQ_MAX_VALENCE];            /* what these weights are going to learn, 0 between splits */
+    int32_t gain_q[CQ_MAX_VALENCE];
+    int32_t gain_steps[CQ_MAX_VALENCE];
     uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p, times 8 */
-    int shift;                                 /* the scale of what follows but `offset`: offsets times 2^shift */
+    int shift;                                 /* the scale of what follows: offsets times 2^shift */
     int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
-    cqi_vector scaled[CQ_MAX_VALENCE];         /* offsets, the largest component with 8 bits */
+    int32_t scaled[3 * CQ_MAX_VALENCE];        /* positions, the largest component with 8 bits */
     cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
     int32_t height;                            /* sum of the distances from the plane */
     cqi_point sum[CQ_MAX_VALENCE + 1];         /* in the plane: of the offsets before a vertex */
@@ -448,12 +453,13 @@ typedef struct cqi_ring {
 enum {
     CQI_SIZE_B = 0,                                          /* [level class][q - p] */
     CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
-    CQI_RULE = CQI_SIZE_A + 3 * 16,                          /* [alternatives before p][after q] */
-    CQI_END_STATE = CQI_RULE + 36,                           /* [valence][state][p or q] */
+    CQI_END_STATE = CQI_SIZE_A + 3 * 16,                     /* [valence][state][p or q] */
     CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,            /* [level class][valence][p or q] */
-    CQI_BARE_WEIGHTS = CQI_END_VALENCE + 3 * 14 * 2,         /* from here on only with positions: */
-    CQI_END_EDGE = CQI_BARE_WEIGHTS,                         /* [length of the spoke][p or q] */
-    CQI_EDGES = CQI_END_EDGE + 16 * 2,                       /* [length of the spoke to p, halved][to q] */
+    CQI_END_EDGE = CQI_END_VALENCE + 3 * 14 * 2,             /* [length of the spoke, 0 without positions][p or q] */
+    CQI_FAST_WEIGHTS = CQI_END_EDGE + 16 * 2,                /* from here on not in fast streams: */
+    CQI_RULE = CQI_FAST_WEIGHTS,                             /* [alternatives before p][after q] */
+    CQI_BARE_WEIGHTS = CQI_RULE + 36,                        /* and from here on only with positions: */
+    CQI_EDGES = CQI_BARE_WEIGHTS,                            /* [length of the spoke to p, halved][to q] */
     CQI_OUTER = CQI_EDGES + 8 * 8,                           /* [how far B - A goes to p - 1][to q + 1] */
     CQI_BETWEEN = CQI_OUTER + 8 * 8,                         /* [steps from p to q][angle between their spokes] */
     CQI_WEIGHTS = CQI_BETWEEN + 8 * 8
@@ -461,6 +467,9 @@ enum {
 
 /* Expected bits of a residual that are told apart, in half bits; beyond them by parity. */
 #define CQI_EXPECTED 16
+
+/* Spreads of values on a ring that fast streams tell apart: 52 half bits at most, and 16 more of exact values. */
+#define CQI_SPREADS 69
 
 /* Adaptive bits. Indices of tables in one array. */
 enum {
@@ -476,8 +485,9 @@ enum {
     CQI_ALONG = CQI_OF_BASE + 44,             /* of splits, along the predicted displacement, */
     CQI_ACROSS = CQI_ALONG + 28 + 16 * CQI_EXPECTED,    /* across it, */
     CQI_NORMAL = CQI_ACROSS + 28 + 16 * CQI_EXPECTED,   /* along the normal, */
-    CQI_PRIORS = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,
-    CQI_PLAIN = CQI_PRIORS,                             /* and of one component alone; these begin as CQI_ALONG */
+    CQI_FAST = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,     /* [fraction of mean_bits][8] of fast streams: more bits */
+    CQI_PRIORS = CQI_FAST + 4 * 8,
+    CQI_PLAIN = CQI_PRIORS,                             /* of one component alone; these begin as CQI_ALONG */
     CQI_FACE = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,      /* [values refused][faces with it] value of a face: this one */
     CQI_MODELS = CQI_FACE + 12,
     CQI_SIGN = 0,                             /* tables for each of these: */
@@ -489,6 +499,7 @@ enum {
 typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
     int32_t weight[CQI_WEIGHTS];
+    uint16_t mean_bits[CQI_SPREADS];          /* of residuals of fast streams, in 1/256 */
 } cqi_model;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -1471,11 +1482,15 @@ void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits)
 
 uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
 {
-    uint32_t value = 0, slot;
+    uint32_t value = 0;
     for (; bits > 0; bits -= bits > 16 ? 8 : bits) {
-        int part = bits > 16 ? 8 : bits;
-        slot = cq_decode_slot(d, (uint32_t)1 << part);
-        cq_decode_freq(d, slot, 1, (uint32_t)1 << part);
+        const int part = bits > 16 ? 8 : bits;
+        const uint32_t total = (uint32_t)1 << part;
+        uint32_t slot;
+        d->slot = d->range >> part;
+        slot = d->code / d->slot;
+        slot = slot < total ? slot : total - 1;
+        cq_decode_freq(d, slot, 1, total);
         value = value << part | slot;
     }
     return value;
@@ -1724,7 +1739,7 @@ typedef struct cqi_plan {
  * how many splits they learn from one. And how far under the best candidate positions are not asked about another. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
 #define CQI_STEP 110000
-#define CQI_LEARN_EVERY(shape) ((shape)->fast ? 4u : 1u)
+#define CQI_LEARN_EVERY 8
 #define CQI_SETTLED ((int32_t)5 << CQI_UNIT)
 
 /* The trainer has its own: it learns slowly, and asks about all. */
@@ -1918,48 +1933,51 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     128, 128, 128, 94, 87, 42, 30, 26, 115, 128, 128, 149, 129, 111, 87, 0, 128, 128, 128, 68, 73, 33,
     23, 94, 115, 128, 128, 158, 136, 122, 111, 76, 0, 128, 128, 108, 110, 67, 15, 42, 116, 127, 128, 149,
     135, 130, 111, 89, 0, 128, 128, 90, 93, 30, 9, 96, 115, 128, 128, 158, 144, 136, 134, 129, 91, 41,
-    128, 122, 117, 56, 16, 18, 128, 128, 128, 149, 131, 143, 115, 108, 99, 37, 128,
+    128, 122, 117, 56, 16, 18, 128, 128, 128, 149, 131, 143, 115, 108, 99, 37, 128, 32, 36, 32, 51, 44,
+    76, 111, 128, 46, 39, 16, 29, 86, 109, 107, 128, 64, 55, 26, 53, 55, 91, 41, 128, 76, 62, 21,
+    24, 36, 44, 126, 128,
 };
 static const int8_t cqi_prior_bare[CQI_BARE_WEIGHTS] = {
     0, -70, 0, 27, 45, 29, 6, -13, -17, -6, -2, 1, 0, 1, 0, -1, 0, -70, 7, 29, 36, 19,
     17, -8, -22, -8, -1, -1, 1, 0, 1, 0, 0, -99, -12, 17, 31, 31, 32, 24, 12, -2, -5, -9,
     -4, -2, -7, -8, 0, -64, 7, 35, 50, 32, 8, -18, -27, -18, -4, -1, -1, -2, 1, 3, 0, -68,
     11, 37, 44, 23, 19, -11, -31, -21, -3, -3, 1, -2, 3, 0, 0, -89, -4, 25, 37, 33, 31, 20,
-    13, -1, -7, -10, -7, -11, -13, -18, -21, -28, -21, -10, -11, -52, -28, -33, -21, -22, -22, -58, -31, -39,
-    -24, -27, -22, -53, -20, -25, 70, 63, 60, 57, -9, -28, 69, 61, 57, 54, -56, -60, 64, 57, 56, 53,
-    29, 35, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 1, 3, 5, 21, 17, 0, 0, 0, 0,
-    9, 19, -1, -6, 1, 1, 2, 1, 0, 0, 0, 0, 13, 23, -9, -11, -5, -7, -5, -6, -3, -3,
-    -5, -9, 7, 10, -6, -8, -7, -3, -9, -9, -6, -8, -9, -10, 21, 15, -6, -10, -12, -15, -12, -14,
-    -11, -14, -14, -13, 16, 23, 0, -4, -15, -16, -6, -7, -11, -16, -11, -14, 12, 23, 2, -1, -14, -16,
-    0, -2, -11, -11, -14, -11, 17, 20, 0, 0, -13, -18, 7, 6, -4, 1, -3, -7, 15, 12, 3, 0,
-    -10, -13, 5, 4, -2, 1, -3, -3, 9, 11, -1, 0, -4, -8, 7, -1, 9, -2, -1, 2, 6, 14,
-    0, 0, -2, -8, 2, 0, 2, 13, -1, 1, 10, 8, 0, 0, -5, -1, -1, 0, 4, -3, 3, 0,
-    9, 7, -1, 0, -9, 4, 0, 1, -2, 8, 5, 4, 14, 16, 5, 16, 18, 17, 12, 13, -11, -14,
-    -19, -25, -19, -26, -14, -17, -4, -5, 3, 2, 1, 0, 9, 0, -2, 5, 8, 0, 12, 34, 6, 3,
-    11, 17, 2, 5, -6, -7, 5, 8, -14, -10, -9, -8, -9, -11, 2, -5, 3, 0, 4, 1, 9, 3,
-    -2, 1, -4, 4, 19, 17, 5, 8, 1, 1, -4, -4, -3, -6, -7, -6, -8, -8, -6, -5, -4, -3,
-    -1, 1, 3, 2, 3, 6, 4, 2, -1, -6,
+    13, -1, -7, -10, -7, -11, -13, -18, 29, 35, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 1,
+    3, 5, 21, 17, 0, 0, 0, 0, 9, 19, -1, -6, 1, 1, 2, 1, 0, 0, 0, 0, 13, 23,
+    -9, -11, -5, -7, -5, -6, -3, -3, -5, -9, 7, 10, -6, -8, -7, -3, -9, -9, -6, -8, -9, -10,
+    21, 15, -6, -10, -12, -15, -12, -14, -11, -14, -14, -13, 16, 23, 0, -4, -15, -16, -6, -7, -11, -16,
+    -11, -14, 12, 23, 2, -1, -14, -16, 0, -2, -11, -11, -14, -11, 17, 20, 0, 0, -13, -18, 7, 6,
+    -4, 1, -3, -7, 15, 12, 3, 0, -10, -13, 5, 4, -2, 1, -3, -3, 9, 11, -1, 0, -4, -8,
+    7, -1, 9, -2, -1, 2, 6, 14, 0, 0, -2, -8, 2, 0, 2, 13, -1, 1, 10, 8, 0, 0,
+    -5, -1, -1, 0, 4, -3, 3, 0, 9, 7, -1, 0, -9, 4, 0, 1, -2, 8, 5, 4, 14, 16,
+    5, 16, 18, 17, 12, 13, -11, -14, -19, -25, -19, -26, -14, -17, -4, -5, 3, 2, 1, 0, 9, 0,
+    -2, 5, 8, 0, 12, 34, 6, 3, 11, 17, 2, 5, -6, -7, 5, 8, -14, -10, -9, -8, -9, -11,
+    2, -5, 3, 0, 4, 1, 9, 3, -2, 1, -4, 4, 19, 17, 5, 8, 1, 1, -4, -4, -3, -6,
+    -7, -6, -8, -8, -6, -5, -4, -3, -1, 1, 3, 2, 3, 6, 4, 2, -1, -6, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, -21, -28, -21, -10, -11, -52, -28, -33, -21, -22, -22, -58, -31, -39, -24, -27,
+    -22, -53, -20, -25, 70, 63, 60, 57, -9, -28, 69, 61, 57, 54, -56, -60, 64, 57, 56, 53,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     0, -39, -4, 22, 36, 22, 3, -19, -14, -5, -2, 0, 0, 1, 0, 0, 0, -40, 3, 24, 26, 9,
     11, -12, -18, -4, -1, -1, 1, 0, 1, 0, 0, -66, -14, 15, 23, 22, 23, 17, 6, -5, -7, -7,
     0, 1, -4, -4, 0, -43, -1, 17, 32, 21, 8, -9, -11, -9, -5, -1, 0, -2, 0, 2, 0, -46,
     6, 19, 27, 12, 17, -4, -16, -13, -1, -3, 1, -2, 3, 0, 0, -60, -6, 11, 21, 22, 26, 20,
-    15, 3, -2, -6, -5, -9, -11, -18, -17, -22, -19, -11, -12, -53, -26, -29, -17, -21, -25, -62, -27, -38,
-    -5, -8, -11, -21, -20, -29, 59, 55, 54, 49, -11, -34, 58, 55, 53, 48, -55, -65, 56, 51, 51, 48,
-    17, 20, 0, 0, 0, 0, 0, 0, 0, 0, -6, -6, -2, -4, -3, -4, 13, 11, 0, 0, 0, 0,
-    5, 12, -5, -8, -4, -4, -2, -2, 0, 0, 0, 0, 11, 18, -9, -10, -8, -9, -6, -5, -5, -5,
-    -5, -6, 1, -1, -3, -5, -4, -1, -8, -5, -5, -6, -7, -6, 12, 5, 0, -4, -9, -11, -10, -9,
-    -9, -10, -11, -8, 9, 10, 0, -1, -8, -8, 1, 0, -6, -11, -4, -8, -1, 9, 2, 0, -8, -7,
-    5, 2, -5, -2, -4, -4, 5, 6, 0, 0, -13, -11, 10, 7, 0, 4, 3, 1, 6, 0, 3, 0,
-    -9, -6, 6, 4, 3, 5, 4, 7, 1, -3, -1, -1, 2, -4, 6, 0, 13, 2, 3, 9, -1, 3,
-    0, 0, 0, -5, 1, 1, 5, 15, 5, 9, 4, -5, 0, 0, -2, 3, -1, 0, 5, 1, 9, 6,
-    -1, -2, -1, 0, -5, 10, 1, 1, 5, 15, 16, 14, -2, -3, -3, 1, 10, 3, 6, 7, -17, -20,
-    -17, -23, -12, -18, -7, -8, 3, 8, 4, 6, 3, 2, 9, 3, -1, 3, 8, 2, 14, 35, -1, -6,
-    4, 10, -2, 0, -8, -9, 8, 11, -11, -8, -2, -4, -3, -7, 3, -2, 3, 1, 7, 2, 10, 3,
-    -3, 3, -2, 6, 16, 18, -1, 3, -4, -3, -7, -7, -5, -6, -6, -5, -8, -7, -5, -6, -1, -2,
-    2, 3, 5, 3, 6, 8, 6, 3, 2, -3, 27, 28, 10, 11, 9, 7, -2, -4, -4, -3, -8, -9,
-    -3, -5, -8, -6, -9, -11, -8, -6, -9, -7, -9, -8, -11, -12, 0, -1, -18, -18, 44, 43, 29, 16,
+    15, 3, -2, -6, -5, -9, -11, -18, 17, 20, 0, 0, 0, 0, 0, 0, 0, 0, -6, -6, -2, -4,
+    -3, -4, 13, 11, 0, 0, 0, 0, 5, 12, -5, -8, -4, -4, -2, -2, 0, 0, 0, 0, 11, 18,
+    -9, -10, -8, -9, -6, -5, -5, -5, -5, -6, 1, -1, -3, -5, -4, -1, -8, -5, -5, -6, -7, -6,
+    12, 5, 0, -4, -9, -11, -10, -9, -9, -10, -11, -8, 9, 10, 0, -1, -8, -8, 1, 0, -6, -11,
+    -4, -8, -1, 9, 2, 0, -8, -7, 5, 2, -5, -2, -4, -4, 5, 6, 0, 0, -13, -11, 10, 7,
+    0, 4, 3, 1, 6, 0, 3, 0, -9, -6, 6, 4, 3, 5, 4, 7, 1, -3, -1, -1, 2, -4,
+    6, 0, 13, 2, 3, 9, -1, 3, 0, 0, 0, -5, 1, 1, 5, 15, 5, 9, 4, -5, 0, 0,
+    -2, 3, -1, 0, 5, 1, 9, 6, -1, -2, -1, 0, -5, 10, 1, 1, 5, 15, 16, 14, -2, -3,
+    -3, 1, 10, 3, 6, 7, -17, -20, -17, -23, -12, -18, -7, -8, 3, 8, 4, 6, 3, 2, 9, 3,
+    -1, 3, 8, 2, 14, 35, -1, -6, 4, 10, -2, 0, -8, -9, 8, 11, -11, -8, -2, -4, -3, -7,
+    3, -2, 3, 1, 7, 2, 10, 3, -3, 3, -2, 6, 16, 18, -1, 3, -4, -3, -7, -7, -5, -6,
+    -6, -5, -8, -7, -5, -6, -1, -2, 2, 3, 5, 3, 6, 8, 6, 3, 2, -3, 27, 28, 10, 11,
+    9, 7, -2, -4, -4, -3, -8, -9, -3, -5, -8, -6, -9, -11, -8, -6, -9, -7, -9, -8, -11, -12,
+    0, -1, -18, -18, 44, 43, -17, -22, -19, -11, -12, -53, -26, -29, -17, -21, -25, -62, -27, -38, -5, -8,
+    -11, -21, -20, -29, 59, 55, 54, 49, -11, -34, 58, 55, 53, 48, -55, -65, 56, 51, 51, 48, 29, 16,
     6, -7, -11, -13, -11, -4, 13, 5, -1, -9, -10, -14, -6, -10, 5, 2, 5, -4, 1, -6, -4, -4,
     -6, -4, -3, 0, 2, -2, -2, 0, -10, -7, -3, -2, 2, 2, 1, 5, -11, -9, -5, 1, -1, 13,
     -2, 2, -11, -10, -9, 2, -2, 6, 7, 6, -4, -11, -3, 3, 7, 4, 7, 35, 16, 21, 19, 14,
@@ -1970,12 +1988,33 @@ static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     -5, -5, -6, -8, 14, 3, 3, 0, 8, 5, 6, 0, -5, -9, -1, -6, -10, -33, -42, -40, 22, 19,
     10, 3, -4, -5, -4, 4, 21, 8, 4, 2, 1, 1, -2, -8,
 };
+static const int8_t cqi_prior_fast[CQI_FAST_WEIGHTS] = {
+    0, -57, 7, 31, 40, 11, -8, -16, -5, -3, -1, 0, 0, 0, 0, 0, 0, -62, 18, 32, 29, 5,
+    0, -10, -8, -2, 0, 0, 0, 0, 0, -1, 0, -52, 19, 31, 25, 9, 1, -10, -4, -11, 1, -2,
+    -3, -1, -1, -3, 0, -40, -2, 25, 38, 21, 0, -20, -16, -4, -1, -1, 0, 0, 0, 0, 0, -42,
+    9, 23, 31, 13, 7, -12, -18, -8, -2, 0, -1, 0, 0, 2, 0, -56, 7, 19, 21, 12, 7, 1,
+    -2, -3, -3, -1, -3, 1, -1, 1, 9, 7, 0, 0, 0, 0, 0, 0, 0, 0, -1, 3, -3, 0,
+    0, -3, 4, 8, 0, 0, 0, 0, -1, 4, -3, -2, -2, 1, -4, -3, 0, 0, 0, 0, 6, 3,
+    -7, -5, -5, -5, -7, -4, -4, -6, -8, -9, -1, 3, 0, 1, -2, -1, -1, -3, -5, -4, -6, -5,
+    -3, 1, 0, 0, -6, -6, -2, -2, -5, -5, -4, -4, 2, -2, 5, -2, -7, -4, 0, 1, -5, 0,
+    5, -1, 3, -1, 0, 1, -6, -2, 2, 0, 6, 1, -4, -3, 1, 0, 1, 0, -4, -1, -1, 0,
+    3, 3, 5, 4, 4, -2, 0, 0, 2, -1, 0, 0, -1, 4, 5, -2, 3, 2, 0, 0, 3, -3,
+    1, 0, 0, 1, 4, 2, 2, 0, 0, 0, -1, -2, 0, 0, 5, -2, 3, 4, 0, 1, 0, 0,
+    -2, 0, 0, 0, 1, -2, 3, 5, -1, 1, 0, 0, 3, 1, 0, 0, -1, 11, 6, 10, 17, 16,
+    0, 2, 10, 9, 7, 9, -14, -13, -14, -11, -4, -10, -4, -6, 3, 0, 1, 2, 0, 1, 2, 0,
+    6, -1, 0, 2, 8, 17, 4, 0, -3, 2, -3, -4, -10, -8, 3, 3, -6, -9, 7, 2, -4, -1,
+    4, 0, 4, -1, -1, 1, 1, 1, 0, 2, 6, 12, 5, 8, -6, -2, -6, -6, -8, -6, -5, -3,
+    -5, -2, -2, -2, -1, -2, 2, 2, 4, 3, 8, -2, 1, 1, 2, 0, 11, 10, 41, 38, 25, 24,
+    8, 7, -5, -4, -11, -11, -13, -15, -15, -15, -12, -14, -12, -12, -11, -9, -11, -9, -13, -6, -4, -4,
+    -2, -1, 5, 4, 29, 27,
+};
 /* priors end */
 
-static void cqi_model_init(cqi_model *m, int located)
+static void cqi_model_init(cqi_model *m, const cq_shape *s)
 {
-    const int8_t *prior = located ? cqi_prior_located : cqi_prior_bare;
-    const int num_weights = located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
+    const int located = cqi_context_channel(s) >= 0;
+    const int8_t *prior = s->fast ? cqi_prior_fast : located ? cqi_prior_located : cqi_prior_bare;
+    const int num_weights = s->fast ? CQI_FAST_WEIGHTS : located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
     int k;
     for (k = 0; k < CQI_FACE; k++) {
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
@@ -1986,7 +2025,7 @@ static void cqi_model_init(cqi_model *m, int located)
     for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
 }
 #else
-static void cqi_model_init(cqi_model *m, int located); /* the trainer's: both */
+static void cqi_model_init(cqi_model *m, const cq_shape *s); /* the trainer's: both */
 static void cqi_model_keep(const cqi_model *m);
 #endif
 
@@ -2262,14 +2301,6 @@ static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t mag
     return (int32_t)(cqi_code_bit(d, kind + CQI_SIGN, negative) ? (uint32_t)0 - x : x);
 }
 
-/* The same without models, the sign last. */
-static int32_t cqi_code_raw_bits(cq_decoder *d, int bits, uint32_t magnitude, int negative)
-{
-    const uint32_t high = (uint32_t)1 << (bits - 1);
-    const uint32_t raw = cqi_code_raw(d, (magnitude - high) << 1 | (uint32_t)negative, bits), x = high | raw >> 1;
-    return (int32_t)(raw & 1 ? (uint32_t)0 - x : x);
-}
-
 /* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
 static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int32_t residual)
 {
@@ -2277,8 +2308,7 @@ static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected,
     const int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
     if (bits > most) return CQI_WILD;
-    return kind == CQI_PLAIN ? cqi_code_raw_bits(d, bits, magnitude, residual < 0)
-                             : cqi_code_low_bits(d, kind, bits, magnitude, residual < 0);
+    return cqi_code_low_bits(d, kind, bits, magnitude, residual < 0);
 }
 
 /* The residual of a split, of which half_bits / 2 bits are expected. */
@@ -2408,7 +2438,6 @@ static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
 typedef struct cqi_fans {
     int32_t sum_a, sum_b;            /* over the neighbours of A and of B but for each other */
     int32_t n_a, n_b;                /* their number, and 1 */
-    uint32_t spread;                 /* sum of the magnitudes */
 } cqi_fans;
 
 static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
@@ -2418,28 +2447,40 @@ static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
     fans->n_a = all - between + 1;
 }
 
-/* Sums of component c of channel k. */
-static void cqi_sum_fans(const cq_decoder *d, uint32_t k, uint32_t c, int p, int q, cqi_fans *fans)
+/* What the values of channel k on the ring are relative to the centre, and sums of that. */
+static void cqi_read_offsets(cq_decoder *d, uint32_t k)
 {
-    const cqi_ring *r = &d->ring;
+    cqi_ring *r = &d->ring;
     const cq_channel *channel = &d->shape.channel[k];
-    const cq_value *values = d->channel[k] + c;
     const size_t stride = channel->components;
-    const int exact = cqi_is_exact(channel);
-    const int32_t centre = cqi_rough(channel, values[d->mesh.origin[r->spoke[0]] * stride]);
-    int32_t offset[CQ_MAX_VALENCE], sum = 0, sum_b = 0;
-    uint32_t spread = 0;
-    int n;
-    for (n = 0; n < r->size; n++) {
-        const int32_t value = values[r->seen[n] * stride], x = (exact ? cqi_rough(channel, value) : value) - centre;
-        offset[n] = x;
-        sum += x;
-        spread += cqi_abs(x);
+    const int size = r->size;
+    size_t c;
+    r->offset_channel = k;
+    for (c = 0; c < stride; c++) {
+        const cq_value *const values = d->channel[k] + c;
+        const int32_t centre = cqi_rough(channel, values[d->mesh.origin[r->spoke[0]] * stride]);
+        int32_t *offset = r->offset + c, *before = r->before + c, sum = 0;
+        uint32_t spread = 0;
+        int n;
+        for (n = 0; n < size; n++, offset += stride, before += stride) {
+            const int32_t x = cqi_rough(channel, values[r->seen[n] * stride]) - centre;
+            *offset = x;
+            *before = sum;
+            sum += x;
+            spread += cqi_abs(x);
+        }
+        *before = sum;
+        r->spread[c] = spread;
     }
-    for (n = p; n <= q; n++) sum_b += offset[n];
-    fans->spread = spread;
-    fans->sum_b = sum_b;
-    fans->sum_a = sum - sum_b + offset[p] + offset[q];
+}
+
+/* Sums of component c of the offsets in the ring, of so many components. */
+static void cqi_sum_fans(const cqi_ring *r, uint32_t c, uint32_t components, int p, int q, cqi_fans *fans)
+{
+    const int32_t *before = r->before + c, *at_p = before + components * (uint32_t)p;
+    const int32_t *at_q = before + components * (uint32_t)q;
+    fans->sum_b = at_q[components] - at_p[0];
+    fans->sum_a = before[components * (uint32_t)r->size] - (at_q[0] - at_p[components]);
 }
 
 /* B - A if both were the mean of their neighbours and the centre their midpoint; if the centre is A, no difference, or
@@ -2466,6 +2507,15 @@ static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t k, uint3
 }
 
 /* -- Vectors of up to 26 bits -- */
+
+static inline cqi_vector cqi_at(const int32_t *components, int k)
+{
+    cqi_vector a;
+    a.x = components[3 * k];
+    a.y = components[3 * k + 1];
+    a.z = components[3 * k + 2];
+    return a;
+}
 
 static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
 {
@@ -2556,11 +2606,10 @@ static void cqi_turn_back(const cqi_turn *t, int32_t *x, int32_t *y)
     *x += cqi_shear(*y, t->tangent);
 }
 
-/* Turns around z and around y that take the normal of the patch to the z axis, and another around z for the
- * predicted displacement, to the x axis. And what to expect of a residual along the surface and along the normal, in
- * half bits. */
+/* The turn that makes the predicted displacement, as seen along the normal of the patch, the x axis. And what to expect
+ * of a residual along the surface and along the normal, in half bits. */
 typedef struct cqi_axes {
-    cqi_turn turn[3];
+    cqi_turn turn;
     int along, normal;
 } cqi_axes;
 
@@ -2573,17 +2622,12 @@ static int cqi_expect(const cqi_ring *r, int32_t x)
 
 static void cqi_find_axes(const cqi_ring *r, const int32_t *predicted, cqi_axes *axes)
 {
-    cqi_vector along;
-    axes->turn[0] = r->turn[0];
-    axes->turn[1] = r->turn[1];
-    along.x = predicted[0];
-    along.y = predicted[1];
-    along.z = predicted[2];
-    cqi_turn_forth(&axes->turn[0], &along.x, &along.y);
-    cqi_turn_forth(&axes->turn[1], &along.z, &along.x);
+    cqi_vector along = cqi_at(predicted, 0);
+    cqi_turn_forth(&r->turn[0], &along.x, &along.y);
+    cqi_turn_forth(&r->turn[1], &along.z, &along.x);
     along.z = 0;
     along = cqi_fit(along, 14);
-    axes->turn[2] = cqi_find_turn(&along.x, along.y);
+    axes->turn = cqi_find_turn(&along.x, along.y);
     axes->along = cqi_expect(r, 3 * r->mean_length);
     axes->normal = cqi_expect(r, 8 * r->height / r->size);
 }
@@ -2593,28 +2637,46 @@ static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *res
 {
     const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
     int32_t x = residual[0], y = residual[1], z = residual[2];
+    const cqi_turn *const turn = d->ring.turn;
     cqi_axes axes;
     cqi_find_axes(&d->ring, predicted, &axes);
-    cqi_turn_forth(&axes.turn[0], &x, &y);
-    cqi_turn_forth(&axes.turn[1], &z, &x);
-    cqi_turn_forth(&axes.turn[2], &x, &y);
+    cqi_turn_forth(&turn[0], &x, &y);
+    cqi_turn_forth(&turn[1], &z, &x);
+    cqi_turn_forth(&axes.turn, &x, &y);
     x = cqi_code_expected(d, CQI_ALONG, axes.along, 26, x);
     y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, 26, y);
     z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, 26, z);
     if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
-    cqi_turn_back(&axes.turn[2], &x, &y);
-    cqi_turn_back(&axes.turn[1], &z, &x);
-    cqi_turn_back(&axes.turn[0], &x, &y);
+    cqi_turn_back(&axes.turn, &x, &y);
+    cqi_turn_back(&turn[1], &z, &x);
+    cqi_turn_back(&turn[0], &x, &y);
     residual[0] = x;
     residual[1] = y;
     residual[2] = z;
     return 1;
 }
 
-/* The residual of one component alone: the wider the patch, the larger. */
+/* A residual of a fast stream, with its sign as the lowest bit. Its lower bits are coded without models: one more than
+ * residuals had in the mean where as many half bits were expected. */
+static int32_t cqi_code_fast(cq_decoder *d, int half_bits, int32_t residual)
+{
+    uint16_t *mean = &d->model.mean_bits[half_bits];
+    uint32_t x = ((uint32_t)residual << 1) ^ ((uint32_t)0 - (residual < 0)), high;
+    const int low = cqi_at_most(*mean / 256 + 1, 32), bits = cqi_bit_length(x);
+    const int more = cqi_code_count(d, CQI_FAST + 8 * (*mean / 64 % 4), bits > low ? bits - low : 0);
+    if (low + more > 32) return CQI_WILD;
+    high = more ? (uint32_t)1 << (low + more - 1) : 0;
+    x = high | cqi_code_raw(d, x - high, low + more - (more > 0));
+    *mean = (uint16_t)(*mean - *mean / 64 + 4 * cqi_bit_length(x));
+    return (int32_t)((x >> 1) ^ ((uint32_t)0 - (x & 1)));
+}
+
+/* The residual of one component alone: the wider its values are spread, the larger. */
 static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, uint32_t spread, int32_t residual)
 {
-    int half_bits = cqi_half_bits(spread / (uint32_t)d->ring.size) + (cqi_is_exact(channel) ? 2 * 8 : 0);
+    const int exact = cqi_is_exact(channel) ? 2 * 8 : 0;
+    const int half_bits = cqi_half_bits(d->shape.fast ? spread / 16 : spread / (uint32_t)d->ring.size) + exact;
+    if (d->shape.fast) return cqi_code_fast(d, half_bits, residual);
     return cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), residual);
 }
 
@@ -2627,11 +2689,12 @@ static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q,
     const int turned = (int)k == cqi_context_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
     int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
     uint32_t c;
+    if (d->ring.offset_channel != k) cqi_read_offsets(d, k);
     for (c = 0; c < stride; c++) {
-        cqi_sum_fans(d, k, c, p, q, fans);
+        cqi_sum_fans(&d->ring, c, stride, p, q, fans);
         predicted[c] = cqi_predict_delta(fans, channel);
         residual[c] = CQI_ENCODING(d) ? cqi_difference(cqi_plan_delta(d, v, k, c), predicted[c]) : 0;
-        if (!turned) residual[c] = cqi_code_plain(d, channel, fans->spread, residual[c]);
+        if (!turned) residual[c] = cqi_code_plain(d, channel, d->ring.spread[c], residual[c]);
     }
     if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
     for (c = 0; c < stride; c++) {
@@ -2934,7 +2997,6 @@ static void cqi_leave(cq_decoder *d, cq_index spoke)
             r->real[n + 1] = (uint8_t)(r->real[n] + is_real);
             r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? (int)m->valence[v] : CQI_LARGE_VALENCE);
             r->state[n] = is_real ? cqi_ring_state(mark) : (uint8_t)CQI_NEVER;
-            r->alternative[n] = (uint8_t)(r->valence[n] | CQI_LARGE_VALENCE * (r->state[n] > CQI_FREE_LEFT));
             n++;
         }
         h = cq_next(in);
@@ -2947,26 +3009,30 @@ static void cqi_read_ring(cq_decoder *d)
 {
     cqi_ring *r = &d->ring;
     r->located = cqi_context_channel(&d->shape) >= 0;
+    r->offset_channel = CQ_MAX_CHANNELS; /* of none yet */
     r->side = cqi_side_of_patch(d, d->mesh.origin[r->spoke[0]], r->vertex[0]);
     r->level_class = cqi_level_class(d);
 }
 
 /* -- Geometry of the patch: what the positions say about where it was split -- */
 
-/* Class of each spoke's length: quarters of the mean of the two shortest. */
-static void cqi_classify_edges(cqi_ring *r, const int16_t *length)
+/* Class of each spoke's length: quarters of the mean of the two shortest. Virtual ones have CQI_WILD. */
+static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
 {
-    int32_t shortest = 0x7fff, second = shortest, scale;
-    int k;
-    for (k = 0; k < r->size; k++) {
-        int32_t x = r->state[k] == CQI_NEVER ? 0x7fff : length[k];
-        second = x < shortest ? shortest : x < second ? x : second;
+    const int size = r->size;
+    int32_t shortest = CQI_WILD, second = CQI_WILD, sum, scale;
+    int k, shift;
+    for (k = 0; k < size; k++) {
+        const int32_t x = length[k], larger = x > shortest ? x : shortest;
+        second = larger < second ? larger : second;
         shortest = x < shortest ? x : shortest;
     }
-    scale = ((int32_t)1 << 26) / (shortest + second);
-    for (k = 0; k < r->size; k++) {
-        int32_t x = length[k] > 2 * (shortest + second) ? 14 : (length[k] * scale >> 23) - 3;
-        r->edge[k] = (uint8_t)(r->state[k] == CQI_NEVER ? 15 : x < 0 ? 0 : x);
+    sum = shortest + second;
+    shift = cqi_bit_length((uint32_t)sum >> 14);
+    scale = ((int32_t)1 << 26) / (sum >> shift);
+    for (k = 0; k < size; k++) {
+        int32_t x = length[k] > 2 * sum ? 14 : ((length[k] >> shift) * scale >> 23) - 3;
+        r->edge[k] = (uint8_t)(length[k] == CQI_WILD ? 15 : x < 0 ? 0 : x);
     }
 }
 
@@ -2984,47 +3050,36 @@ static void cqi_prepare_steps(cqi_ring *r)
     }
 }
 
-/* The positions around the patch, relative to the centre, in the scale of the ring: the power of two that gives the
- * largest component 8 bits. */
-static void cqi_read_positions(cq_decoder *d, const cq_value *positions)
+/* The offsets of positions in the scale of the ring: the power of two that gives the largest component 8 bits. */
+static void cqi_scale_ring(cqi_ring *r)
 {
-    cqi_ring *r = &d->ring;
-    const cq_value *centre = positions + 3 * (size_t)d->mesh.origin[r->spoke[0]];
     uint32_t largest = 0;
     int32_t up;
     int k, down;
-    for (k = 0; k < r->size; k++) {
-        const cq_value *at = positions + 3 * (size_t)r->seen[k];
-        cqi_vector x;
-        x.x = at[0] - centre[0];
-        x.y = at[1] - centre[1];
-        x.z = at[2] - centre[2];
-        largest |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
-        r->scaled[k] = x;
-    }
+    for (k = 0; k < 3 * r->size; k++) largest |= cqi_abs(r->offset[k]);
     r->shift = 8 - cqi_bit_length(largest);
     down = r->shift < 0 ? -r->shift : 0;
     up = (int32_t)1 << (r->shift + down);
-    for (k = 0; k < r->size; k++) r->scaled[k] = cqi_shift(cqi_scale(r->scaled[k], up), down);
+    for (k = 0; k < 3 * r->size; k++) r->scaled[k] = cqi_floor_shift(r->offset[k] * up, down);
 }
 
 /* The normal of the patch, by the areas of its triangles, with 14 bits. */
 static cqi_vector cqi_normal(const cqi_ring *r)
 {
-    cqi_vector n = { 0, 0, 0 }, a = r->scaled[r->size - 1];
+    cqi_vector n = { 0, 0, 0 }, a = cqi_at(r->scaled, r->size - 1);
     int k;
     for (k = 0; k < r->size; k++) {
-        const cqi_vector area = cqi_cross(a, r->scaled[k]);
+        const cqi_vector b = cqi_at(r->scaled, k), area = cqi_cross(a, b);
         n.x += area.x;
         n.y += area.y;
         n.z += area.z;
-        a = r->scaled[k];
+        a = b;
     }
     return cqi_fit(n, 14);
 }
 
 /* The ring as seen along its normal. */
-static void cqi_flatten_ring(cqi_ring *r, int16_t *length)
+static void cqi_flatten_ring(cqi_ring *r, int32_t *length)
 {
     cqi_vector normal = cqi_normal(r);
     const cqi_turn around_z = cqi_find_turn(&normal.x, normal.y), around_y = cqi_find_turn(&normal.z, normal.x);
@@ -3032,9 +3087,9 @@ static void cqi_flatten_ring(cqi_ring *r, int16_t *length)
     int32_t sum_of_lengths = 0, height = 0;
     int k;
     for (k = 0; k < r->size; k++) {
-        cqi_vector x = r->scaled[k];
+        cqi_vector x = cqi_at(r->scaled, k);
         const int32_t norm = cqi_norm(x) + 1, scale = ((int32_t)1 << 16) / norm;
-        length[k] = (int16_t)norm;
+        length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
         sum_of_lengths += norm;
         cqi_turn_forth(&around_z, &x.x, &x.y);
         cqi_turn_forth(&around_y, &x.z, &x.x);
@@ -3054,13 +3109,19 @@ static void cqi_flatten_ring(cqi_ring *r, int16_t *length)
     r->mean_length = sum_of_lengths / k + 1;
 }
 
-static void cqi_locate_ring(cq_decoder *d)
+static void cqi_locate_ring(cqi_ring *r, int32_t *length)
 {
-    int16_t length[CQ_MAX_VALENCE];
-    cqi_read_positions(d, d->channel[cqi_context_channel(&d->shape)]);
-    cqi_flatten_ring(&d->ring, length);
-    cqi_classify_edges(&d->ring, length);
-    cqi_prepare_steps(&d->ring);
+    cqi_scale_ring(r);
+    cqi_flatten_ring(r, length);
+    cqi_prepare_steps(r);
+}
+
+/* Of fast streams only how long the spokes are. */
+static void cqi_measure_ring(const cqi_ring *r, int32_t *length)
+{
+    int k;
+    for (k = 0; k < r->size; k++)
+        length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->offset, k)) + 1;
 }
 
 static inline int32_t cqi_dot(cqi_point a, cqi_point b) { return a.x * b.x + a.y * b.y; }
@@ -3096,18 +3157,24 @@ static inline void cqi_locate_candidate(const cqi_ring *r, cqi_located *c)
 
 /* -- The model -- */
 
+/* The valence of vertex k if B could have been that instead, a neighbour of A that no waiting patch holds. */
+static int cqi_alternative(const cqi_ring *r, int k)
+{
+    return r->valence[k] | CQI_LARGE_VALENCE * (r->state[k] > CQI_FREE_LEFT);
+}
+
 /* The smallest valence of an alternative from each end of the ring to k. As a common neighbour, k itself has one more
  * neighbour than now. */
 static void cqi_find_alternatives(cqi_ring *r)
 {
     int smallest = CQI_LARGE_VALENCE, k;
     for (k = 0; k < r->size; k++) {
-        const int valence = r->alternative[k];
+        const int valence = cqi_alternative(r, k);
         r->best_before[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + k);
         smallest = cqi_at_most(valence, smallest);
     }
     for (smallest = CQI_LARGE_VALENCE; k--;) {
-        const int valence = r->alternative[k];
+        const int valence = cqi_alternative(r, k);
         r->best_after[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + CQ_MAX_VALENCE - k);
         smallest = cqi_at_most(valence, smallest);
     }
@@ -3120,24 +3187,23 @@ static const uint8_t cqi_rule_class[CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1] = {
     4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5
 };
 
-/* Features of the ring vertices: entries for p, each with that for q behind it; and their scores. */
+/* Features of the ring vertices as ends of B's part: entries for p, each with that for q behind it; and their scores.
+ * (Without positions all edges are of class 0. What all candidates have in common learns nothing, as what some gain
+ * the others lose.) */
 static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
 {
-    const int located = r->located;
+    const int size = r->size;
     int k;
-    for (k = 0; k < r->size; k++) {
+    for (k = 0; k < size; k++) {
         const int valence = cqi_valence_class(r->valence[k]);
         const int by_state = CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]);
         const int by_level = CQI_END_VALENCE + 2 * (14 * r->level_class + valence);
-        const int32_t *a = m->weight + by_state, *b = m->weight + by_level, *c = m->weight;
+        const int by_edge = CQI_END_EDGE + 2 * r->edge[k];
         r->entry[k][0] = (uint16_t)by_state;
         r->entry[k][1] = (uint16_t)by_level;
-        r->of_p[k] = a[0] + b[0];
-        r->of_q[k] = a[1] + b[1];
-        if (!located) continue;
-        c += r->entry[k][2] = (uint16_t)(CQI_END_EDGE + 2 * r->edge[k]);
-        r->of_p[k] += c[0];
-        r->of_q[k] += c[1];
+        r->entry[k][2] = (uint16_t)by_edge;
+        r->of_p[k] = m->weight[by_state] + m->weight[by_level] + m->weight[by_edge];
+        r->of_q[k] = m->weight[by_state + 1] + m->weight[by_level + 1] + m->weight[by_edge + 1];
     }
 }
 
@@ -3220,9 +3286,16 @@ static void cqi_locate_candidates(cq_decoder *d)
 static void cqi_score_ring(cq_decoder *d)
 {
     cqi_ring *r = &d->ring;
+    const int positions = cqi_position_channel(&d->shape);
     int k;
-    if (r->located) cqi_locate_ring(d);
-    cqi_find_alternatives(r);
+    if (positions >= 0) {
+        int32_t length[CQ_MAX_VALENCE];
+        cqi_read_offsets(d, (uint32_t)positions);
+        if (r->located) cqi_locate_ring(r, length);
+        else cqi_measure_ring(r, length);
+        cqi_classify_edges(r, length);
+    }
+    if (!d->shape.fast) cqi_find_alternatives(r);
     cqi_score_ends(&d->model, r);
     for (k = 1; k < r->size; k++)
         r->of_steps[k] = d->model.weight[cqi_size_b(r, k)] + d->model.weight[cqi_size_a(r, k)];
@@ -3244,8 +3317,9 @@ static uint32_t cqi_forbid(const cqi_ring *r, int32_t *share)
 }
 
 /* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(const cqi_ring *r, int32_t *score, int count, int32_t best)
+static uint32_t cqi_share_range(int32_t *score, int count)
 {
+    const int32_t best = cqi_best(score, count);
     uint32_t total = 0;
     int k;
     for (k = 0; k < count; k++) {
@@ -3253,7 +3327,7 @@ static uint32_t cqi_share_range(const cqi_ring *r, int32_t *score, int count, in
         score[k] = (int32_t)share;
         total += share;
     }
-    return r->side ? total - cqi_forbid(r, score) : total;
+    return total;
 }
 
 /* Codes one of several numbers that have shares of a total. */
@@ -3272,45 +3346,69 @@ static int cqi_code_share(cq_decoder *d, const int32_t *share, uint32_t total, i
     return k;
 }
 
-/* After a candidate was chosen: all others lose in proportion to their shares, which become what they lose. What they
- * have in common is summed up in the ring. Returns the sum of all. */
-static int32_t cqi_learn_losses(cq_decoder *d, uint32_t total)
+/* Turns shares into what weights learn: all lose in proportion, and the chosen one gains what the others lose, so that
+ * the sum of all scores does not drift. */
+static void cqi_find_gradients(int32_t *share, int count, uint32_t total, int chosen)
 {
     const uint32_t scale = ((uint32_t)CQI_TUNED(step, CQI_STEP) << 14) / total;
-    cqi_ring *r = &d->ring;
-    const uint8_t *rule = d->rule;
-    int32_t *share = d->score, all = 0;
-    int p, q;
-    for (q = 0; q < r->size; q++) r->of_p[q] = r->of_q[q] = r->of_steps[q] = 0;
-    for (q = 1; q < r->size; q++) {
-        int32_t *of_steps = r->of_steps + q, of_q = 0;
-        for (p = 0; p < q; p++) {
-            const int32_t lost = share[p] = (int32_t)((uint32_t)share[p] * scale >> 14);
-            of_q -= lost;
-            r->of_p[p] -= lost;
-            of_steps[-p] -= lost;
-            cqi_learn(&d->model, CQI_RULE + rule[p], -lost);
-        }
-        r->of_q[q] = of_q;
-        all -= of_q;
-        share += q;
-        rule += q;
+    int32_t gained = 0;
+    int k;
+    share[chosen] = 0;
+    for (k = 0; k < count; k++) {
+        const int32_t lost = (int32_t)((uint32_t)share[k] * scale >> 14);
+        share[k] = -lost;
+        gained += lost;
     }
-    return all;
+    share[chosen] = gained;
 }
 
-static void cqi_learn_shared(cqi_model *m, const cqi_ring *r)
+/* Codes one of so many numbers by their scores; if it learns, these become what weights learn. */
+static int cqi_code_scored(cq_decoder *d, int count, int value, int learns)
 {
-    int k, j;
-    for (j = 0; j < 2 + r->located; j++) {
-        for (k = 0; k < r->size; k++) {
-            cqi_learn(m, r->entry[k][j], r->of_p[k]);
-            cqi_learn(m, r->entry[k][j] + 1, r->of_q[k]);
+    uint32_t total = cqi_share_range(d->score, count);
+    if (d->ring.side && !d->shape.fast) total -= cqi_forbid(&d->ring, d->score);
+    value = cqi_code_share(d, d->score, total, value);
+    if (learns) cqi_find_gradients(d->score, count, total, value);
+    return value;
+}
+
+/* -- All candidates at once -- */
+
+/* Keeps what a candidate learns, by what it has in common with others. */
+static inline void cqi_gain(cqi_ring *r, int p, int q, int32_t gradient)
+{
+    r->gain_p[p] += gradient;
+    r->gain_q[q] += gradient;
+    r->gain_steps[q - p] += gradient;
+}
+
+static void cqi_gain_all(cq_decoder *d)
+{
+    const uint8_t *rule = d->rule;
+    const int32_t *gradient = d->score;
+    int p, q;
+    for (q = 1; q < d->ring.size; q++) {
+        for (p = 0; p < q; p++, gradient++) {
+            cqi_gain(&d->ring, p, q, *gradient);
+            cqi_learn(&d->model, CQI_RULE + *rule++, *gradient);
         }
     }
-    for (k = 1; k < r->size; k++) {
-        cqi_learn(m, cqi_size_b(r, k), r->of_steps[k]);
-        cqi_learn(m, cqi_size_a(r, k), r->of_steps[k]);
+}
+
+/* Hands that on to the weights. */
+static void cqi_learn_gains(cqi_model *m, cqi_ring *r)
+{
+    int k, j;
+    for (k = 0; k < r->size; k++) {
+        for (j = 0; j < 3; j++) {
+            cqi_learn(m, r->entry[k][j], r->gain_p[k]);
+            cqi_learn(m, r->entry[k][j] + 1, r->gain_q[k]);
+        }
+        if (k) {
+            cqi_learn(m, cqi_size_b(r, k), r->gain_steps[k]);
+            cqi_learn(m, cqi_size_a(r, k), r->gain_steps[k]);
+        }
+        r->gain_p[k] = r->gain_q[k] = r->gain_steps[k] = 0;
     }
 }
 
@@ -3318,51 +3416,90 @@ static void cqi_learn_located(cq_decoder *d)
 {
     const cqi_located *c = d->located, *const end = c + d->num_located;
     for (; c < end; c++) {
-        const int32_t gradient = -d->score[c->number];
+        const int32_t gradient = d->score[c->number];
         cqi_learn(&d->model, CQI_EDGES + c->edges, gradient);
         cqi_learn(&d->model, CQI_OUTER + c->outer, gradient);
         cqi_learn(&d->model, CQI_BETWEEN + c->between, gradient);
     }
 }
 
-/* What the others lose the chosen one gains, so that the sum of all scores does not drift. */
-static void cqi_learn_split(cq_decoder *d, uint32_t total, int chosen, int p, int q)
+/* Codes the pair as one of all candidates, and adapts. */
+static void cqi_code_candidate(cq_decoder *d, int *p, int *q)
 {
     cqi_ring *r = &d->ring;
-    int32_t gained;
-    d->score[chosen] = 0;
-    gained = cqi_learn_losses(d, total);
-    d->score[chosen] = -gained;
-    r->of_p[p] += gained;
-    r->of_q[q] += gained;
-    r->of_steps[q - p] += gained;
-    cqi_learn(&d->model, CQI_RULE + d->rule[chosen], gained);
-    cqi_learn_shared(&d->model, r);
+    const int count = r->size * (r->size - 1) / 2;
+    const int32_t best = cqi_score_candidates(d);
+    int chosen = 0;
+    if (r->located) {
+        cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
+        cqi_locate_candidates(d);
+    }
+    if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
+    chosen = cqi_code_scored(d, count, chosen, 1);
+    for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
+    *p = chosen - cqi_pair_number(0, *q);
+    cqi_gain_all(d);
+    cqi_learn_gains(&d->model, r);
     if (r->located) cqi_learn_located(d);
-    if (d->mesh.num_vertices % CQI_LIMIT_EVERY == 0) cqi_limit_weights(&d->model);
+}
+
+/* -- Fast streams: first how far it is from p to q, then where p is --
+ *
+ * Two symbols with a few candidates each instead of one with D (D - 1) / 2: first the best pair of each number of
+ * steps, then all pairs with as many. A pair's score is that of its ends and of the sizes that it makes. */
+
+/* The p of the best pair so many steps apart. */
+static int cqi_best_pair(const cqi_ring *r, int steps)
+{
+    const int32_t *of_p = r->of_p, *of_q = r->of_q + steps;
+    const int count = r->size - steps;
+    int32_t best = INT32_MIN;
+    int p, at = 0;
+    for (p = 0; p < count; p++) {
+        const int32_t sum = of_p[p] + of_q[p];
+        at = sum > best ? p : at;
+        best = sum > best ? sum : best;
+    }
+    return at;
+}
+
+/* Codes which one it is of the pairs so many steps apart; or, for 0 steps, of the best pair for each number of them. */
+static int cqi_code_listed(cq_decoder *d, int count, int steps, int value, int learns)
+{
+    cqi_ring *r = &d->ring;
+    cqi_located *c = d->located;
+    int k;
+    for (k = 0; k < count; k++) {
+        const int apart = steps ? steps : k + 1, p = steps ? k : cqi_best_pair(r, apart);
+        c[k].p = (uint8_t)p;
+        c[k].q = (uint8_t)(p + apart);
+        d->score[k] = r->of_p[p] + r->of_q[p + apart] + r->of_steps[apart];
+    }
+    value = cqi_code_scored(d, count, value, learns);
+    for (k = 0; k < count && learns; k++) cqi_gain(r, c[k].p, c[k].q, d->score[k]);
+    return value;
+}
+
+/* Codes the pair; adapts after one of CQI_LEARN_EVERY splits. At a first gate that was a centre one end is known, and
+ * so where p is. */
+static void cqi_code_steps(cq_decoder *d, int *p, int *q)
+{
+    const int learns = d->mesh.num_vertices % CQI_LEARN_EVERY == 0;
+    cqi_ring *r = &d->ring;
+    const int steps = 1 + cqi_code_listed(d, r->size - 1, 0, *q - *p - 1, learns), count = r->size - steps;
+    if (r->side) *p = r->side == 1 ? count - 1 : 0;
+    else *p = cqi_code_listed(d, count, steps, *p, learns);
+    *q = *p + steps;
+    if (learns) cqi_learn_gains(&d->model, r);
 }
 
 /* Codes the pair p, q of the patch in d->ring, and adapts. */
 static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
-    const cqi_ring *r = &d->ring;
-    const int count = r->size * (r->size - 1) / 2;
-    int chosen = 0;
-    uint32_t total;
-    int32_t best;
     cqi_score_ring(d);
-    best = cqi_score_candidates(d);
-    if (r->located) {
-        cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
-        cqi_locate_candidates(d);
-        best = cqi_best(d->score, count);
-    }
-    total = cqi_share_range(r, d->score, count, best);
-    if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
-    chosen = cqi_code_share(d, d->score, total, chosen);
-    for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
-    *p = chosen - cqi_pair_number(0, *q);
-    if (d->mesh.num_vertices % CQI_LEARN_EVERY(&d->shape) == 0) cqi_learn_split(d, total, chosen, *p, *q);
+    if (d->shape.fast) cqi_code_steps(d, p, q);
+    else cqi_code_candidate(d, p, q);
+    if (d->mesh.num_vertices % CQI_LIMIT_EVERY == 0) cqi_limit_weights(&d->model);
 }
 
 /* The pair that the plan has for the next split. */
@@ -3587,7 +3724,8 @@ static void cqi_start(cq_decoder *d)
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     memset(d->delta, 0, sizeof d->delta);
     d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    cqi_model_init(&d->model, cqi_context_channel(&d->shape) >= 0);
+    cqi_model_init(&d->model, &d->shape);
+    for (k = 0; k < CQI_SPREADS; k++) d->model.mean_bits[k] = (uint16_t)(128 * k);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 }
 
@@ -3656,7 +3794,7 @@ static void cqi_drop_used(cq_decoder *d)
 /* Moves payload bytes from the input to the buffer while less than a step is left there. */
 static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 {
-    while (in && in->size && d->payload_left && d->range.size < d->range.count + d->step_bytes) {
+    while (d->range.size < d->range.count + d->step_bytes && d->payload_left && in && in->size) {
         size_t n;
         if (d->range.size == CQI_BUFFER_BYTES) cqi_drop_used(d);
         n = CQI_BUFFER_BYTES - d->range.size;
@@ -3674,7 +3812,7 @@ static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 /* Enough input for any step: all that can be needed, or all that there is. */
 static int cqi_is_ready(const cq_decoder *d)
 {
-    return !d->payload_left || d->ended || d->range.size >= d->range.count + d->step_bytes;
+    return d->range.size >= d->range.count + d->step_bytes || !d->payload_left || d->ended;
 }
 
 static cq_result cqi_finish_stream(cq_decoder *d)

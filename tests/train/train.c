@@ -7,8 +7,9 @@
  * The second trains without one table at a time and prints what the TEST meshes then cost.
  *
  * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
- * it has learned as C tables: first with 12-bit positions, then connectivity alone. Deterministic: the same meshes in
- * the same order give the same tables. Meshes that the codec refuses are named and skipped. */
+ * it has learned as C tables: with 12-bit positions, connectivity alone, and fast streams of 12-bit positions.
+ * Deterministic: the same meshes in the same order give the same tables. Meshes that the codec refuses are named and
+ * skipped. */
 static int train_rate, train_step, train_settled, omit_begin, omit_end; /* the first three: 0 as usual */
 #define CQ_TRAINING
 #define CQI_TUNED(name, usual) (train_##name ? train_##name : (usual))
@@ -26,9 +27,9 @@ static const int steps[PASSES] = { 32, 24, 16, 10, 6, 4, 3, 2 };
 static cqi_model model; /* carried from mesh to mesh */
 static int keeping;     /* 0 while effects are measured: each mesh begins with the same model */
 
-static void cqi_model_init(cqi_model *m, int located)
+static void cqi_model_init(cqi_model *m, const cq_shape *s)
 {
-    (void)located;
+    (void)s;
     *m = model;
 }
 
@@ -116,6 +117,19 @@ static double train_mesh(const struct sample *sample, const struct options *opti
     return (double)(e.report.base + e.report.flags + e.report.indices) / 65536;
 }
 
+/* What is trained for, each with a model of its own. */
+enum kind { WITH_POSITIONS, CONNECTIVITY, FAST, NUM_KINDS };
+
+static void set_options(struct options *options, enum kind kind)
+{
+    memset(options, 0, sizeof *options);
+    options->connectivity = kind == CONNECTIVITY;
+    options->fast = kind == FAST;
+    options->goal = kind == FAST ? CQ_BALANCED : CQ_LEAST_CONNECTIVITY;
+    options->bits = 12;
+    options->quiet = 1;
+}
+
 /* Encodes all samples once; returns the mean bits per vertex. With positions every eighth mesh is encoded for the goal
  * `smallest` too: enough for it to gain, and too little for the other goal to lose. */
 static double train_pass(const struct sample *samples, int n, const struct options *options)
@@ -131,17 +145,13 @@ static double train_pass(const struct sample *samples, int n, const struct optio
     return sum / n;
 }
 
-static void train(struct sample *samples, int n, int connectivity)
+static void train(struct sample *samples, int n, enum kind kind)
 {
     struct options options;
     uint32_t state = 1;
     int pass;
-    memset(&options, 0, sizeof options);
     reset_model();
-    options.connectivity = connectivity;
-    options.goal = CQ_LEAST_CONNECTIVITY;
-    options.bits = 12;
-    options.quiet = 1;
+    set_options(&options, kind);
     for (pass = 0; pass < PASSES; pass++) {
         set_training_speed(pass);
         if (pass <= PASSES - MEAN_PASSES) clear_mean();
@@ -159,11 +169,12 @@ static int rounded_weight(int weight)
 
 static void print_number(int k, int x) { printf("%s%d,", k % 22 ? " " : "\n    ", x); }
 
-static void print_bits(void)
+/* Only fast streams teach the models that only they have. */
+static void print_bits(const cqi_model *with_positions, const cqi_model *fast)
 {
     int k;
     printf("static const uint8_t cqi_prior_bit[CQI_PRIORS] = {");
-    for (k = 0; k < CQI_PRIORS; k++) print_number(k, model.bit[k] >> 8);
+    for (k = 0; k < CQI_PRIORS; k++) print_number(k, (k < CQI_FAST ? with_positions : fast)->bit[k] >> 8);
     printf("\n};\n");
 }
 
@@ -205,16 +216,12 @@ static void round_model(void)
 }
 
 /* Mean bits per vertex for the connectivity of the test meshes, with the model as it is. */
-static double measure(const struct sample *tests, int n, int connectivity)
+static double measure(const struct sample *tests, int n, enum kind kind)
 {
     struct options options;
     double sum = 0;
     int k;
-    memset(&options, 0, sizeof options);
-    options.connectivity = connectivity;
-    options.goal = CQ_LEAST_CONNECTIVITY;
-    options.bits = 12;
-    options.quiet = 1;
+    set_options(&options, kind);
     set_product_speed();
     for (k = 0; k < n; k++) {
         static struct encoding e;
@@ -234,37 +241,43 @@ struct part {
 static const struct part parts[] = {
     { "nothing", 0, 0 },
     { "valence of B, by distance from the finest level", CQI_SIZE_B, CQI_SIZE_A },
-    { "valence of A, by distance from the finest level", CQI_SIZE_A, CQI_RULE },
-    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_END_STATE },
+    { "valence of A, by distance from the finest level", CQI_SIZE_A, CQI_END_STATE },
+    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_BARE_WEIGHTS },
     { "valences and states of the common neighbours", CQI_END_STATE, CQI_END_VALENCE },
-    { "their valences, by distance from the finest level", CQI_END_VALENCE, CQI_BARE_WEIGHTS },
-    { "lengths of their spokes", CQI_END_EDGE, CQI_EDGES },
+    { "their valences, by distance from the finest level", CQI_END_VALENCE, CQI_END_EDGE },
+    { "lengths of their spokes", CQI_END_EDGE, CQI_FAST_WEIGHTS },
     { "lengths of both spokes together", CQI_EDGES, CQI_OUTER },
     { "how far B - A goes to the vertices beside them, on A's side", CQI_OUTER, CQI_BETWEEN },
     { "angle between the common neighbours", CQI_BETWEEN, CQI_WEIGHTS },
     { "all features", 0, CQI_WEIGHTS }
 };
 
+static void print_costs(const char *name, const double *cost)
+{
+    printf("%-60s %12.3f %14.3f %6.3f\n", name, cost[CONNECTIVITY], cost[WITH_POSITIONS], cost[FAST]);
+    fflush(stdout);
+}
+
 static void print_effects(struct sample *samples, int n, const struct sample *tests, int num_tests)
 {
+    double cost[NUM_KINDS];
     size_t k;
-    printf("%-60s %12s %14s\n", "without", "connectivity", "with positions");
+    int kind;
+    printf("%-60s %12s %14s %6s\n", "without", "connectivity", "with positions", "fast");
     for (k = 0; k < sizeof parts / sizeof *parts; k++) {
-        int connectivity;
-        double cost[2];
         omit_begin = parts[k].begin;
         omit_end = parts[k].end;
-        for (connectivity = 0; connectivity < 2; connectivity++) {
-            train(samples, n, connectivity);
+        for (kind = 0; kind < NUM_KINDS; kind++) {
+            train(samples, n, (enum kind)kind);
             round_model();
-            cost[connectivity] = measure(tests, num_tests, connectivity);
+            cost[kind] = measure(tests, num_tests, (enum kind)kind);
         }
-        printf("%-60s %12.3f %14.3f\n", parts[k].name, cost[1], cost[0]);
-        fflush(stdout);
+        print_costs(parts[k].name, cost);
     }
     omit_begin = omit_end = 0;
     reset_model();
-    printf("%-60s %12.3f %14.3f\n", "trained priors", measure(tests, num_tests, 1), measure(tests, num_tests, 0));
+    for (kind = 0; kind < NUM_KINDS; kind++) cost[kind] = measure(tests, num_tests, (enum kind)kind);
+    print_costs("trained priors", cost);
 }
 
 static int run_effects(struct sample *samples, int argc, char **argv)
@@ -283,18 +296,20 @@ static int run_effects(struct sample *samples, int argc, char **argv)
 
 static int run_training(struct sample *samples, int argc, char **argv)
 {
-    cqi_model with_positions;
-    int n = load_samples(samples, argv + 1, argc - 1);
+    static cqi_model models[NUM_KINDS];
+    int kind, n = load_samples(samples, argv + 1, argc - 1);
     if (n == 0) {
         fprintf(stderr, "train: no mesh to learn from\n");
         return 1;
     }
-    train(samples, n, 0);
-    with_positions = model;
-    print_bits();
-    train(samples, n, 1);
-    print_weights("cqi_prior_bare", "CQI_BARE_WEIGHTS", &model, CQI_BARE_WEIGHTS);
-    print_weights("cqi_prior_located", "CQI_WEIGHTS", &with_positions, CQI_WEIGHTS);
+    for (kind = 0; kind < NUM_KINDS; kind++) {
+        train(samples, n, (enum kind)kind);
+        models[kind] = model;
+    }
+    print_bits(&models[WITH_POSITIONS], &models[FAST]);
+    print_weights("cqi_prior_bare", "CQI_BARE_WEIGHTS", &models[CONNECTIVITY], CQI_BARE_WEIGHTS);
+    print_weights("cqi_prior_located", "CQI_WEIGHTS", &models[WITH_POSITIONS], CQI_WEIGHTS);
+    print_weights("cqi_prior_fast", "CQI_FAST_WEIGHTS", &models[FAST], CQI_FAST_WEIGHTS);
     return 0;
 }
 
