@@ -805,7 +805,7 @@ TEST(weights_are_limited_after_every_1024_splits) {
     sample_free(&s);
 }
 
-/* The mesh of this moment has n vertices; the splits of a fast stream teach nothing unless 4 divides n. */
+/* The mesh of this moment has n vertices; the splits of a fast stream teach nothing unless 8 divides n. */
 static void check_learning(uint32_t fast) {
     static cqi_model before;
     sample s;
@@ -825,7 +825,7 @@ static void check_learning(uint32_t fast) {
         d.result = cq_decode(d.decoder, &in, 1);
         if (n > 0 && d.decoder->mesh.num_vertices == n + 1) {
             int same = memcmp(before.weight, d.decoder->model.weight, sizeof before.weight) == 0;
-            CHECK_EQ(!same, !fast || n % 4 == 0);
+            CHECK_EQ(!same, !fast || n % 8 == 0);
         }
     } while (d.result == CQ_OK);
     CHECK_EQ(d.result, CQ_DONE);
@@ -834,7 +834,7 @@ static void check_learning(uint32_t fast) {
     sample_free(&s);
 }
 
-TEST(weights_learn_from_every_split_or_from_every_fourth_of_a_fast_stream) {
+TEST(weights_learn_from_every_split_or_from_every_eighth_of_a_fast_stream) {
     check_learning(0);
     check_learning(1);
 }
@@ -934,7 +934,7 @@ TEST(residuals_beyond_any_difference_of_values_are_refused_on_each_axis) {
     const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
     int axis, sign;
     cq_range_encoder_init(&plan.range, NULL, 0);
-    cqi_model_init(&d.model, 1);
+    cqi_model_init(&d.model, &d.shape);
     d.plan = &plan;
     d.rate = 5;
     d.ring.size = 3;
@@ -965,8 +965,8 @@ TEST(plain_residuals_of_any_number_of_bits_come_back) {
     static uint8_t bytes[8 * RESIDUALS];
     int k;
     cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
-    cqi_model_init(&encoder.model, 0);
-    cqi_model_init(&decoder.model, 0);
+    cqi_model_init(&encoder.model, &encoder.shape);
+    cqi_model_init(&decoder.model, &decoder.shape);
     encoder.plan = &plan;
     encoder.rate = decoder.rate = 5;
     for (k = 0; k < RESIDUALS; ++k)
@@ -976,26 +976,142 @@ TEST(plain_residuals_of_any_number_of_bits_come_back) {
         CHECK_EQ(cqi_code_expected(&decoder, CQI_PLAIN, k % 64, 32, 0), plain_residual(k));
 }
 
-/* The bits below the highest one and the sign cost a bit each, whatever was coded before. */
-TEST(plain_residuals_have_raw_bits) {
-    int bits, negative;
-    for (bits = 1; bits <= 32; ++bits) {
-        for (negative = 0; negative < 2; ++negative) {
-            static cq_decoder encoder, decoder;
-            static cqi_plan plan;
-            uint8_t bytes[8];
-            const uint32_t high = (uint32_t)1 << (bits - 1);
-            const uint32_t magnitude = high | (0x2d5b6a97u & (high - 1) & (bits == 32 ? 0 : 0xffffffffu));
-            const int32_t x = (int32_t)(negative ? 0 - magnitude : magnitude);
-            memset(bytes, 0, sizeof bytes);
-            cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
-            encoder.plan = &plan;
-            CHECK_EQ(cqi_code_raw_bits(&encoder, bits, magnitude, negative), x);
-            cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
-            CHECK_EQ(cq_decode_raw(&decoder.range, bits), (magnitude - high) << 1 | (uint32_t)negative);
-            cq_range_decoder_init(&decoder.range, bytes, sizeof bytes);
-            CHECK_EQ(cqi_code_raw_bits(&decoder, bits, 0, 0), x);
+/* Also where 34 bits are expected, as of exact values at first: no more than 32 are raw. */
+TEST(fast_residuals_of_any_number_of_bits_come_back) {
+    enum { RESIDUALS = 6 * 32 };
+    static cq_decoder encoder, decoder;
+    static cqi_plan plan;
+    static uint8_t bytes[8 * RESIDUALS];
+    int k;
+    cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
+    encoder.shape.fast = decoder.shape.fast = 1;
+    cqi_model_init(&encoder.model, &encoder.shape);
+    for (k = 0; k < CQI_SPREADS; ++k) encoder.model.mean_bits[k] = (uint16_t)(128 * k);
+    decoder.model = encoder.model;
+    encoder.plan = &plan;
+    encoder.rate = decoder.rate = 5;
+    for (k = 0; k < RESIDUALS; ++k)
+        CHECK_EQ(cqi_code_fast(&encoder, k % CQI_SPREADS, plain_residual(k)), plain_residual(k));
+    cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
+    for (k = 0; k < RESIDUALS; ++k) CHECK_EQ(cqi_code_fast(&decoder, k % CQI_SPREADS, 0), plain_residual(k));
+    CHECK(memcmp(&encoder.model, &decoder.model, sizeof encoder.model) == 0);
+}
+
+/* 3 is coded as 6, which has 3 bits: as many as the mean, and one more may have. -4 is coded as 7, and 4 as 8. */
+TEST(low_bits_of_fast_residuals_are_raw_up_to_the_mean_and_one) {
+    static const struct { int32_t residual; uint32_t raw; int count, bits; } cases[] = {
+        {3, 6, 3, 3}, {-4, 7, 3, 3}, {0, 0, 3, 0}, {4, 0, 3, 4}, {-8, 7, 3, 4}, {8, 0, 4, 5}
+    };
+    size_t k;
+    for (k = 0; k < sizeof cases / sizeof cases[0]; ++k) {
+        static cq_decoder encoder;
+        static cqi_plan plan;
+        cq_range_decoder d;
+        cq_bit_model half = CQ_BIT_MODEL_INIT;
+        uint8_t bytes[8] = {0};
+        const int more = cases[k].bits > 3 ? cases[k].bits - 3 : 0;
+        int n;
+        for (n = 0; n < 32; ++n) encoder.model.bit[CQI_FAST + n] = CQ_BIT_MODEL_INIT;
+        encoder.model.mean_bits[7] = 2 * 256 + 255;
+        encoder.plan = &plan;
+        encoder.rate = 5;
+        cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
+        CHECK_EQ(cqi_code_fast(&encoder, 7, cases[k].residual), cases[k].residual);
+        CHECK_EQ(encoder.model.mean_bits[7], 2 * 256 + 255 - 11 + 4 * cases[k].bits);
+        cq_range_decoder_init(&d, bytes, cq_range_encoder_finish(&plan.range));
+        for (n = 0; n < more; ++n, half = CQ_BIT_MODEL_INIT) CHECK_EQ(cq_decode_bit(&d, &half, 5), 1);
+        CHECK_EQ(cq_decode_bit(&d, &half, 5), 0);
+        CHECK_EQ(cq_decode_raw(&d, cases[k].count), cases[k].raw);
+        for (n = 0; n < 32; ++n) /* of the models those for the last quarter below 3 bits were asked */
+            CHECK_EQ(encoder.model.bit[CQI_FAST + n] != CQ_BIT_MODEL_INIT, n >= 24 && n <= 24 + more);
+    }
+}
+
+/* Rings of all sizes, with any ends, in the order that the scores and the learning of both directions share. */
+static void check_pairs(int side) {
+    static cq_decoder encoder, decoder;
+    static cqi_plan plan;
+    static uint8_t bytes[1 << 15];
+    uint64_t random = 3;
+    int round, size, p, q, coded;
+    cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
+    encoder.shape.fast = 1;
+    cqi_model_init(&encoder.model, &encoder.shape);
+    encoder.rate = 5;
+    encoder.plan = NULL;
+    decoder = encoder;
+    encoder.plan = &plan;
+    for (round = 0; round < 2; ++round) {
+        cq_decoder *d = round ? &decoder : &encoder;
+        random = 3;
+        coded = 0;
+        if (round) cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
+        for (size = 3; size <= CQ_MAX_VALENCE; ++size) {
+            for (q = 1; q < size; ++q) {
+                for (p = 0; p < q; ++p) {
+                    int k, got_p = round ? 0 : p, got_q = round ? 0 : q;
+                    if ((side == 1 && q < size - 1) || (side == 2 && p > 0)) continue;
+                    d->ring.size = size;
+                    d->ring.side = side;
+                    d->ring.level_class = size % 3;
+                    d->mesh.num_vertices = (cq_index)coded++;
+                    for (k = 0; k < size; ++k) {
+                        d->ring.valence[k] = (uint8_t)(3 + next_random(&random) % 20);
+                        d->ring.state[k] = (uint8_t)(next_random(&random) % CQI_STATES);
+                    }
+                    cqi_code_pair(d, &got_p, &got_q);
+                    CHECK_EQ(got_p, p);
+                    CHECK_EQ(got_q, q);
+                }
+            }
         }
+    }
+    CHECK(memcmp(&encoder.model, &decoder.model, sizeof encoder.model) == 0);
+    CHECK(decoder.range.count <= decoder.range.size + 4);
+}
+
+TEST(pairs_of_fast_streams_come_back_and_teach_both_sides_the_same) {
+    int side;
+    for (side = 0; side < 3; ++side) check_pairs(side);
+}
+
+/* Each split that is learned from moves as much weight up as down. */
+TEST(what_one_pair_gains_the_others_lose) {
+    static cq_decoder d;
+    static cqi_plan plan;
+    int32_t sum = 0;
+    int k, p = 1, q = 3, changed = 0;
+    cq_range_encoder_init(&plan.range, NULL, 0);
+    d.plan = &plan;
+    d.rate = 5;
+    d.shape.fast = 1;
+    d.ring.size = 7;
+    for (k = 0; k < 7; ++k) d.ring.valence[k] = (uint8_t)(4 + k % 3);
+    cqi_code_pair(&d, &p, &q);
+    for (k = 0; k < CQI_WEIGHTS; ++k) {
+        sum += d.model.weight[k];
+        changed += d.model.weight[k] != 0;
+        if (k >= CQI_END_EDGE) CHECK_EQ(d.model.weight[k], 0); /* all spokes are alike */
+    }
+    CHECK_EQ(sum, 0);
+    CHECK(changed > 6);
+    CHECK(d.model.weight[CQI_SIZE_B + 2] > 0);
+    for (k = 0; k < 7; ++k) CHECK(d.ring.gain_p[k] == 0 && d.ring.gain_q[k] == 0 && d.ring.gain_steps[k] == 0);
+}
+
+/* Quarters of the mean of the two shortest, 3 of them are class 0; virtual ones are a class of their own. */
+TEST(spokes_have_classes_by_their_length_to_the_shortest_two) {
+    static const int32_t scale[] = {1, 37, 5000, 1 << 20};
+    size_t k;
+    for (k = 0; k < sizeof scale / sizeof scale[0]; ++k) {
+        static cqi_ring r;
+        const int32_t x = scale[k];
+        const int32_t length[] = {8 * x, 12 * x, 10 * x, 15 * x, 20 * x, 35 * x, 37 * x, CQI_WILD};
+        static const uint8_t classes[] = {0, 2, 1, 3, 5, 12, 14, 15};
+        int n;
+        r.size = 8;
+        cqi_classify_edges(&r, length);
+        for (n = 0; n < 8; ++n) CHECK_EQ(r.edge[n], classes[n]);
     }
 }
 
@@ -1022,19 +1138,21 @@ TEST(a_split_is_predicted_from_its_fans) {
     int k;
     d.shape.channel[3] = channel;
     d.channel[3] = values;
-    d.mesh.origin = origin;
     r->size = 5;
     for (k = 0; k < 5; ++k) {
         r->seen[k] = (cq_index)(k == 2 ? CENTRE : k);
         r->real[k + 1] = (uint8_t)(r->real[k] + (k != 2));
     }
     cqi_count_fans(r, 1, 3, &fans);
-    cqi_sum_fans(&d, 3, 1, 1, 3, &fans);
+    d.mesh.origin = origin;
+    cqi_read_offsets(&d, 3);
+    CHECK_EQ(r->offset_channel, 3);
+    cqi_sum_fans(r, 1, 2, 1, 3, &fans);
     CHECK_EQ(fans.n_b, 2 + 1);
     CHECK_EQ(fans.n_a, 4 + 1);
     CHECK_EQ(fans.sum_b, -20 + 40);
     CHECK_EQ(fans.sum_a, 40 + 300 + 7 - 20);
-    CHECK_EQ(fans.spread, 7 + 20 + 40 + 300);
+    CHECK_EQ(r->spread[1], 7 + 20 + 40 + 300);
     channel.bits = 12;
     CHECK_EQ(cqi_predict_delta(&fans, &channel), 2 * (5 * 20 - 3 * 327) / (2 * 5 * 3 + 5 + 3));
     channel.bits = 20;
@@ -1517,7 +1635,7 @@ int main(int argc, char **argv) {
     RUN(a_wrong_check_value_of_the_payload_is_found_at_the_end);
     RUN(a_level_that_begins_behind_the_last_byte_is_truncated);
     RUN(weights_are_limited_after_every_1024_splits);
-    RUN(weights_learn_from_every_split_or_from_every_fourth_of_a_fast_stream);
+    RUN(weights_learn_from_every_split_or_from_every_eighth_of_a_fast_stream);
     RUN(scores_do_not_overflow_before_weights_are_limited);
     RUN(a_level_with_more_splits_than_the_header_has_vertices_is_corrupt);
     RUN(shifts_of_negative_numbers_round_as_they_say);
@@ -1526,7 +1644,11 @@ int main(int argc, char **argv) {
     RUN(a_patch_of_a_first_gate_begins_or_ends_at_the_other_end_of_the_gate);
     RUN(residuals_beyond_any_difference_of_values_are_refused_on_each_axis);
     RUN(plain_residuals_of_any_number_of_bits_come_back);
-    RUN(plain_residuals_have_raw_bits);
+    RUN(fast_residuals_of_any_number_of_bits_come_back);
+    RUN(low_bits_of_fast_residuals_are_raw_up_to_the_mean_and_one);
+    RUN(pairs_of_fast_streams_come_back_and_teach_both_sides_the_same);
+    RUN(what_one_pair_gains_the_others_lose);
+    RUN(spokes_have_classes_by_their_length_to_the_shortest_two);
     RUN(patterns_of_floats_stand_for_numbers_in_their_order);
     RUN(a_split_is_predicted_from_its_fans);
     RUN(turns_are_taken_back_exactly);
