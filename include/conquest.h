@@ -407,7 +407,8 @@ typedef struct cqi_ring {
     cq_index seen[CQ_MAX_VALENCE];             /* the same, but the centre if that is virtual: whose values count */
     uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
-    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
+    int32_t length[CQ_MAX_VALENCE];            /* of the spoke, in a scale of its own, */
+    uint8_t edge[CQ_MAX_VALENCE];              /* and its class */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
     uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p; plus p */
     uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q; plus CQ_MAX_VALENCE - q */
@@ -3017,13 +3018,13 @@ static void cqi_read_ring(cq_decoder *d)
 /* -- Geometry of the patch: what the positions say about where it was split -- */
 
 /* Class of each spoke's length: quarters of the mean of the two shortest. Virtual ones have CQI_WILD. */
-static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
+static void cqi_classify_edges(cqi_ring *r)
 {
     const int size = r->size;
     int32_t shortest = CQI_WILD, second = CQI_WILD, sum, scale;
     int k, shift;
     for (k = 0; k < size; k++) {
-        const int32_t x = length[k], larger = x > shortest ? x : shortest;
+        const int32_t x = r->length[k], larger = x > shortest ? x : shortest;
         second = larger < second ? larger : second;
         shortest = x < shortest ? x : shortest;
     }
@@ -3031,8 +3032,9 @@ static void cqi_classify_edges(cqi_ring *r, const int32_t *length)
     shift = cqi_bit_length((uint32_t)sum >> 14);
     scale = ((int32_t)1 << 26) / (sum >> shift);
     for (k = 0; k < size; k++) {
-        int32_t x = length[k] > 2 * sum ? 14 : ((length[k] >> shift) * scale >> 23) - 3;
-        r->edge[k] = (uint8_t)(length[k] == CQI_WILD ? 15 : x < 0 ? 0 : x);
+        const int32_t length = r->length[k];
+        const int32_t x = length > 2 * sum ? 14 : ((length >> shift) * scale >> 23) - 3;
+        r->edge[k] = (uint8_t)(length == CQI_WILD ? 15 : x < 0 ? 0 : x);
     }
 }
 
@@ -3079,7 +3081,7 @@ static cqi_vector cqi_normal(const cqi_ring *r)
 }
 
 /* The ring as seen along its normal. */
-static void cqi_flatten_ring(cqi_ring *r, int32_t *length)
+static void cqi_flatten_ring(cqi_ring *r)
 {
     cqi_vector normal = cqi_normal(r);
     const cqi_turn around_z = cqi_find_turn(&normal.x, normal.y), around_y = cqi_find_turn(&normal.z, normal.x);
@@ -3089,7 +3091,7 @@ static void cqi_flatten_ring(cqi_ring *r, int32_t *length)
     for (k = 0; k < r->size; k++) {
         cqi_vector x = cqi_at(r->scaled, k);
         const int32_t norm = cqi_norm(x) + 1, scale = ((int32_t)1 << 16) / norm;
-        length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
+        r->length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
         sum_of_lengths += norm;
         cqi_turn_forth(&around_z, &x.x, &x.y);
         cqi_turn_forth(&around_y, &x.z, &x.x);
@@ -3109,19 +3111,19 @@ static void cqi_flatten_ring(cqi_ring *r, int32_t *length)
     r->mean_length = sum_of_lengths / k + 1;
 }
 
-static void cqi_locate_ring(cqi_ring *r, int32_t *length)
+static void cqi_locate_ring(cqi_ring *r)
 {
     cqi_scale_ring(r);
-    cqi_flatten_ring(r, length);
+    cqi_flatten_ring(r);
     cqi_prepare_steps(r);
 }
 
 /* Of fast streams only how long the spokes are. */
-static void cqi_measure_ring(const cqi_ring *r, int32_t *length)
+static void cqi_measure_ring(cqi_ring *r)
 {
     int k;
     for (k = 0; k < r->size; k++)
-        length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->offset, k)) + 1;
+        r->length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->offset, k)) + 1;
 }
 
 static inline int32_t cqi_dot(cqi_point a, cqi_point b) { return a.x * b.x + a.y * b.y; }
@@ -3289,11 +3291,10 @@ static void cqi_score_ring(cq_decoder *d)
     const int positions = cqi_position_channel(&d->shape);
     int k;
     if (positions >= 0) {
-        int32_t length[CQ_MAX_VALENCE];
         cqi_read_offsets(d, (uint32_t)positions);
-        if (r->located) cqi_locate_ring(r, length);
-        else cqi_measure_ring(r, length);
-        cqi_classify_edges(r, length);
+        if (r->located) cqi_locate_ring(r);
+        else cqi_measure_ring(r);
+        cqi_classify_edges(r);
     }
     if (!d->shape.fast) cqi_find_alternatives(r);
     cqi_score_ends(&d->model, r);

@@ -1110,7 +1110,8 @@ TEST(spokes_have_classes_by_their_length_to_the_shortest_two) {
         static const uint8_t classes[] = {0, 2, 1, 3, 5, 12, 14, 15};
         int n;
         r.size = 8;
-        cqi_classify_edges(&r, length);
+        memcpy(r.length, length, sizeof length);
+        cqi_classify_edges(&r);
         for (n = 0; n < 8; ++n) CHECK_EQ(r.edge[n], classes[n]);
     }
 }
