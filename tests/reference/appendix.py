@@ -21,13 +21,13 @@ WIDTH = 118
 # Names of SPEC.md for the tables of the header.
 BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
               ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
-              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("PLAIN", "PLAIN"),
-              ("FACE", "FACE")]
+              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("FAST", "FAST"),
+              ("PLAIN", "PLAIN"), ("FACE", "FACE")]
 BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
            "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1",
-           "PLAIN": "6.1", "FACE": "6.5"}
-WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("RULE", "RULE"), ("STATE", "END_STATE"),
-                 ("VALENCE", "END_VALENCE"), ("EDGE", "END_EDGE"), ("EDGES", "EDGES"), ("OUTER", "OUTER"),
+           "FAST": "6.7", "PLAIN": "6.1", "FACE": "6.5"}
+WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("STATE", "END_STATE"), ("VALENCE", "END_VALENCE"),
+                 ("EDGE", "END_EDGE"), ("RULE", "RULE"), ("EDGES", "EDGES"), ("OUTER", "OUTER"),
                  ("BETWEEN", "BETWEEN")]
 
 
@@ -62,12 +62,9 @@ def numbers(text):
 
 
 def header_tables(header):
-    """The three lists of the header: bit priors, weight priors (two), shares."""
-    bits = numbers(re.search(r"cqi_prior_bit\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    bare = numbers(re.search(r"cqi_prior_bare\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    located = numbers(re.search(r"cqi_prior_located\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    shares = numbers(re.search(r"cqi_shares\[.*?\] = \{(.*?)\};", header, re.S).group(1))
-    return bits, bare, located, shares
+    """The lists of the header: bit priors, weight priors (three), shares."""
+    names = "prior_bit", "prior_bare", "prior_located", "prior_fast", "shares"
+    return [numbers(re.search(rf"cqi_{name}\[.*?\] = \{{(.*?)\}};", header, re.S).group(1)) for name in names]
 
 
 def block(values):
@@ -77,10 +74,11 @@ def block(values):
 def appendix():
     header = HEADER.read_text()
     enum = enum_values(header)
-    bits, weights, located, shares = header_tables(header)
+    bits, weights, located, fast, shares = header_tables(header)
     starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
-    assert len(weights) == enum["CQI_BARE_WEIGHTS"] == enum["CQI_END_EDGE"]
+    assert len(weights) == enum["CQI_BARE_WEIGHTS"] == enum["CQI_EDGES"]
+    assert len(fast) == enum["CQI_FAST_WEIGHTS"] == enum["CQI_RULE"]
     assert len(located) == enum["CQI_WEIGHTS"] and len(shares) == enum["CQI_SHARES"]
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
@@ -88,11 +86,12 @@ def appendix():
         text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
     text += "\nThe models of PLAIN begin like those of ALONG; those of FACE with n = 240. The n of all others:\n\n"
     text += block(bits)
-    text += "\n### A.2 Weights of a stream without positions\n\n"
+    text += "\n### A.2 Weights of a stream that is not fast, without positions\n\n"
     text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
     text += block(weights)
     text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
-    text += f"\n### A.4 shares\n\n1 + 2^({enum['CQI_HEAVIEST']} - (k + 1/2) / 16), rounded down, for k = 0 .. "
+    text += "\n### A.4 Weights of a fast stream\n\nAs in A.2:\n\n" + block(fast)
+    text += f"\n### A.5 shares\n\n1 + 2^({enum['CQI_HEAVIEST']} - (k + 1/2) / 16), rounded down, for k = 0 .. "
     text += f"{enum['CQI_SHARES'] - 2}, and a last 1:\n\n" + block(shares)
     return text
 
@@ -121,13 +120,15 @@ def check():
     for name in "CQI_SETTLED", "CQI_MOST":
         enum[name] >>= enum["CQI_UNIT"]
     enum["last_share"] = enum["CQI_SHARES"] - 1
+    enum["spreads"] = enum["CQI_SPREADS"], enum["CQI_SPREADS"] - 1
     enum["residual"] = tuple(enum["CQI_" + name] for name in ("SIGN", "TOP", "BITS"))
     enum["kinds"] = tuple(enum[f"CQI_{b}"] - enum[f"CQI_{a}"] for a, b in [("OF_BASE", "ALONG"), ("ALONG", "ACROSS"),
-                          ("ACROSS", "NORMAL"), ("NORMAL", "PLAIN"), ("PLAIN", "FACE")])
+                          ("ACROSS", "NORMAL"), ("NORMAL", "FAST"), ("PLAIN", "FACE")])
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
                        ("CQ_MAX_VALENCE", "valence is above %d"),
                        ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),
-                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_LIMIT_EVERY", "a multiple of %d,"),
+                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_LIMIT_EVERY", "a multiple of %d, each weight"),
+                       ("CQI_LEARN_EVERY", "a multiple of %d, weights move:"), ("spreads", "%d numbers mean[0 .. %d]"),
                        ("CQI_LOCATED", "if %d candidates before it"), ("last_share", "min(t >> 18, %d)"),
                        ("CQI_SETTLED", "highest plain score minus %d octaves, or"),
                        ("CQI_MOST", "beyond %d octaves is set"),

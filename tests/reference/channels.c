@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: MIT
  *
  * The seed decides how many channels there are, their kinds, components and bits, and the noise on their values, which
- * follow the coordinates. */
+ * follow the coordinates. The stream is fast if it is odd. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
@@ -98,6 +98,7 @@ int main(int argc, char **argv)
     }
     in.shape.num_vertices = (uint32_t)v;
     in.shape.num_faces = (uint32_t)f;
+    in.shape.fast = strtoul(argv[1], NULL, 10) % 2;
     in.shape.num_channels = random_below(CQ_MAX_CHANNELS + 1);
     in.indices = indices;
     for (k = 0; k < in.shape.num_channels; k++) {

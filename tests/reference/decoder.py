@@ -27,10 +27,10 @@ class Tables:
 
     def __init__(self):
         text = SPEC.read_text(encoding="utf-8")
-        parts = re.split(r"^### A\.[1-4] .*$", text[text.index("## Appendix A."):], flags=re.M)[1:]
+        parts = re.split(r"^### A\.[1-5] .*$", text[text.index("## Appendix A."):], flags=re.M)[1:]
         lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
                  for part in parts]
-        self.bits, self.plain, self.located, self.shares = lists
+        self.bits, self.plain, self.located, self.fast, self.shares = lists
         rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
@@ -41,7 +41,7 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-SIZE_B, SIZE_A, RULE, STATE, VALENCE, EDGE, EDGES, OUTER, BETWEEN = 0, 48, 96, 132, 300, 384, 416, 480, 544
+SIZE_B, SIZE_A, STATE, VALENCE, EDGE, RULE, EDGES, OUTER, BETWEEN = 0, 48, 96, 264, 348, 380, 416, 480, 544
 
 OCTAVE = 1 << 22
 
@@ -167,7 +167,11 @@ class Header:
     @property
     def position(self):
         """The position channel, or None."""
-        return next((c for c in self.channels if c.kind == 0 and c.merge == 0 and not self.fast), None)
+        return next((c for c in self.channels if c.kind == 0 and c.merge == 0), None)
+
+    @property
+    def has_positions(self):
+        return self.position is not None and not self.fast
 
     def numbers(self):
         """The channel of each number of a vertex."""
@@ -442,7 +446,7 @@ class Mesh:
     def is_virtual(self, v):
         return v >= self.first_virtual
 
-    def split(self, a, b, ring, p, q):  # 8.8
+    def split(self, a, b, ring, p, q):  # 8.9
         for k in range(p, q):
             triangle = self.left.pop((a, ring[k + 1]))
             self.left.pop((ring[k], a))
@@ -524,21 +528,32 @@ class Turn:
         v[i] += v[j] * self.tangent >> 9
 
 
-class Geometry:
-    """8.5 for one ring."""
+class Spokes:
+    """8.5 for one ring, as much of it as fast streams have: edge."""
 
     def __init__(self, centre, positions):
         """positions: None for a virtual vertex."""
         self.count = len(positions)
-        offsets = [[x - c for x, c in zip(position or centre, centre)] for position in positions]
-        self.h = 8 - max(bits_of(*o) for o in offsets)
-        self.s = [[x << self.h if self.h >= 0 else x >> -self.h for x in o] for o in offsets]
-        lengths = [(11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4) + 1 for v in self.s]
-        self.mean = sum(lengths) // self.count + 1
-        s1, s2 = sorted(length for length, position in zip(lengths, positions) if position)[:2]
-        self.edge = [15 if position is None else 14 if length > 2 * (s1 + s2) else
-                     clamp((length * ((1 << 26) // (s1 + s2)) >> 23) - 3, 0, 14)
-                     for length, position in zip(lengths, positions)]
+        self.s = self.scale([[x - c for x, c in zip(position or centre, centre)] for position in positions])
+        self.lengths = [(11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4) + 1 for v in self.s]
+        real = sorted(length for length, position in zip(self.lengths, positions) if position)
+        shortest = real[0] + real[1]
+        g = max(bits_of(shortest) - 14, 0)
+        unit = (1 << 26) // (shortest >> g)
+        self.edge = [15 if position is None else 14 if length > 2 * shortest else
+                     clamp(((length >> g) * unit >> 23) - 3, 0, 14)
+                     for length, position in zip(self.lengths, positions)]
+
+    def scale(self, offsets):
+        return offsets
+
+
+class Geometry(Spokes):
+    """All of 8.5."""
+
+    def __init__(self, centre, positions):
+        super().__init__(centre, positions)
+        self.mean = sum(self.lengths) // self.count + 1
         normal = [0, 0, 0]
         for k in range(self.count):
             normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
@@ -547,8 +562,12 @@ class Geometry:
         self.second = Turn(normal[2], self.first.length)
         turned = [self.turn_forth(v) for v in self.s]
         self.flat = [v[:2] for v in turned]
-        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.flat, lengths)]
+        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.flat, self.lengths)]
         self.height = sum(abs(v[2]) for v in turned)
+
+    def scale(self, offsets):
+        self.h = 8 - max(bits_of(*o) for o in offsets)
+        return [[x << self.h if self.h >= 0 else x >> -self.h for x in o] for o in offsets]
 
     def turn_forth(self, vector):
         v = list(vector)
@@ -588,19 +607,35 @@ class Geometry:
 class Model:
     """Weights, and one ring's features."""
 
-    def __init__(self, located):
-        self.weight = [n << 18 for n in (TABLES.located if located else TABLES.plain)]
+    def __init__(self, header):
+        self.fast, self.located = header.fast, header.has_positions
+        priors = TABLES.fast if self.fast else TABLES.located if self.located else TABLES.plain
+        self.weight = [n << 18 for n in priors]
 
     def score(self, features):
         return sum(self.weight[w] for w in features)
 
-    def code_pair(self, coder, valences, states, case, level_class, geometry, learns):
-        """Decodes p, q of a ring, and learns if it is time to."""
+    def code_pair(self, coder, valences, states, case, level_class, geometry, before):
+        """Decodes p, q of a ring, and learns. geometry: None without a position channel; before: number of vertices."""
         count = len(valences)
         val = [min(v, 31) for v in valences]
         ends = self.end_features(val, states, level_class, geometry)
-        lengths = [(SIZE_B + 16 * level_class + min(k, 15), SIZE_A + 16 * level_class + min(count - k, 15))
-                   for k in range(count)]
+        sizes = [[SIZE_B + 16 * level_class + min(k, 15), SIZE_A + 16 * level_class + min(count - k, 15)]
+                 for k in range(count)]
+
+        def simple(p, q):
+            return ends[0][p] + ends[1][q] + sizes[q - p]
+
+        if self.fast:
+            pair = self.code_steps(coder, count, case, simple, before % 8 == 0)
+        else:
+            pair = self.code_candidate(coder, val, states, case, simple, geometry)
+        if before % 1024 == 0:
+            self.limit()  # 8.7
+        return pair
+
+    def code_candidate(self, coder, val, states, case, simple, geometry):  # 8.6
+        count = len(val)
         low = self.alternatives(val, states, range(count))
         high = self.alternatives(val, states, range(count - 1, -1, -1))
 
@@ -611,21 +646,44 @@ class Model:
         # 8.1
         pairs = [(p, q) for q in range(1, count) for p in range(q)]
         allowed = [(case != 1 or q == count - 1) and (case != 2 or p == 0) for p, q in pairs]
-        # 8.6
-        features = [[*ends[0][p], *ends[1][q], *lengths[q - p], rule(p, q)] for p, q in pairs]
+        features = [simple(p, q) + [rule(p, q)] for p, q in pairs]
         scores = list(map(self.score, features))
-        if geometry:
+        if self.located:
             least = max(scores) - 5 * OCTAVE
             for k in [k for k, score in enumerate(scores) if score >= least][:63]:
                 located = geometry.features(*pairs[k])
                 features[k] += located
                 scores[k] += self.score(located)
-        highest = max(scores)
-        freqs = [TABLES.shares[min(highest - score >> 18, 223)] * ok for score, ok in zip(scores, allowed)]
+        freqs = [freq * ok for freq, ok in zip(self.frequencies(scores), allowed)]
         chosen = coder.symbol(freqs, "pair")
-        if learns:
-            self.learn(features, freqs, chosen)
+        self.learn(self.gradients(features, freqs, chosen))
         return pairs[chosen]
+
+    @staticmethod
+    def frequencies(scores):
+        highest = max(scores)
+        return [TABLES.shares[min(highest - score >> 18, 223)] for score in scores]
+
+    # 8.8
+    def code_steps(self, coder, count, case, simple, learns):
+        """`simple` gives the features of a pair."""
+        best = [max(((p, p + steps) for p in range(count - steps)), key=lambda pair: self.score(simple(*pair)))
+                for steps in range(1, count)]
+        k, gradients = self.code_listed(coder, "steps", [simple(*pair) for pair in best])
+        steps = k + 1
+        p = 0 if case == 2 else count - 1 - steps
+        if case == 0:
+            p, more = self.code_listed(coder, "place", [simple(p, p + steps) for p in range(count - steps)])
+            gradients += more
+        if learns:
+            self.learn(gradients)
+        return p, p + steps
+
+    def code_listed(self, coder, name, features):
+        """One of some candidates, and what there is to learn."""
+        freqs = self.frequencies(list(map(self.score, features)))
+        chosen = coder.symbol(freqs, name)
+        return chosen, self.gradients(features, freqs, chosen)
 
     @staticmethod
     def end_features(val, states, level_class, geometry):  # 8.3
@@ -650,13 +708,19 @@ class Model:
                 best = min(best, val[k])
         return result
 
-    def learn(self, features, freqs, chosen):  # 8.7
+    # 8.7
+    @staticmethod
+    def gradients(features, freqs, chosen):
+        """Pairs: weights of a candidate, and y."""
         unit = (110000 << 14) // sum(freqs)
         y = [-(freq * unit >> 14) for freq in freqs]
         y[chosen] -= sum(y)
-        for numbers, gradient in zip(features, y):
+        return list(zip(features, y))
+
+    def learn(self, gradients):
+        for numbers, y in gradients:
             for w in numbers:
-                self.weight[w] += gradient
+                self.weight[w] += y
 
     def limit(self):
         self.weight = [clamp(weight, -8 * OCTAVE, 8 * OCTAVE) for weight in self.weight]
@@ -700,7 +764,7 @@ class Decoder:
         raise End(kind)
 
     def decode(self):
-        self.model = Model(self.header.position is not None)
+        self.start_models()
         if self.header.vertices:
             base = Base(self)
             self.base_values(base)
@@ -722,6 +786,10 @@ class Decoder:
         if self.stop is not None and self.vertices >= self.stop:
             raise End("stopped")
 
+    def start_models(self):
+        self.model = Model(self.header)
+        self.mean = [128 * i for i in range(69)]  # 6.7
+
     # 6.
     def residual(self, kind, expected, c, most=26):  # 6.1
         coder = self.coder
@@ -730,9 +798,6 @@ class Decoder:
             return 0
         if n > most:
             return 1 << 26
-        if kind == "PLAIN":
-            magnitude, negative = divmod(coder.raw(n) + (1 << n), 2)
-            return self.signed(-magnitude if negative else magnitude)
         magnitude = 1
         if n > 1:
             magnitude = 2 + coder.bit(kind, 1 + min(n, 26)) << n - 2
@@ -750,6 +815,23 @@ class Decoder:
 
     def difference(self, kind, e, most=26):
         return self.residual(kind, e // 2, 16 * (e if e < 14 else 14 + e % 2), most)
+
+    # 6.7
+    def fast_residual(self, channel, spread):
+        i = half(spread // 16) + (16 if channel.exact else 0)
+        low = min(self.mean[i] // 256 + 1, 32)
+        more = self.more_bits(i, low)
+        if low + more > 32:
+            return 1 << 26
+        if more:
+            x = (1 << low + more - 1) + self.coder.raw(low + more - 1)
+        else:
+            x = self.coder.raw(low)
+        self.mean[i] += 4 * bits_of(x) - self.mean[i] // 64
+        return -(x + 1) // 2 if x % 2 else x // 2
+
+    def more_bits(self, i, low):  # `low` is for random_stream.py
+        return self.coder.count("FAST", 8 * (self.mean[i] // 64 % 4))
 
     def value(self, channel, number):
         value = channel.value(number)
@@ -814,7 +896,9 @@ class Decoder:
                 continue
             numbers = range(channel.first, channel.first + channel.components)
             predictions, spreads = zip(*(self.predict(centre, ring, p, q, c, channel) for c in numbers))
-            if channel is self.header.position and channel.bits <= 18:
+            if self.header.fast:
+                residuals = [self.fast_residual(channel, spread) for spread in spreads]
+            elif channel is self.header.position and channel.bits <= 18:
                 residuals = self.turned(geometry, predictions)
             else:
                 expected = [half(spread // len(ring)) + (16 if channel.exact else 0) for spread in spreads]
@@ -944,12 +1028,9 @@ class Decoder:
         if self.header.position:
             at = self.header.position.first
             positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
-            geometry = Geometry(self.values[centre][at:at + 3], positions)
+            geometry = (Spokes if self.header.fast else Geometry)(self.values[centre][at:at + 3], positions)
         valences = [mesh.valence[x] for x in ring]
-        learns = not self.header.fast or self.vertices % 4 == 0
-        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry, learns)
-        if self.vertices % 1024 == 0:
-            self.model.limit()  # 8.7
+        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry, self.vertices)
         values, of_faces = self.differences(centre, ring, p, q, geometry)
         self.end_step()
         virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])

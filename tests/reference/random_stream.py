@@ -19,7 +19,8 @@ class Writer(decoder.RangeDecoder):
         super().__init__(b"", None)
         self.draw, self.low = draw, 0
         self.bits = {}             # the next bit of a table, if it is known
-        self.next_raw = None
+        self.next_raw = None       # the next raw number, if it is known; then the uniform ones that it consists of
+        self.digits = []
         self.number = None         # the next count, if it is known
         self.flags = 0             # patches that may still be split at this level
         self.sizes = 0, 0, 0, 1, 1, 2, 3  # numbers of bits of residuals
@@ -33,6 +34,14 @@ class Writer(decoder.RangeDecoder):
             self.number = self.draw.randrange(expected - 1, 39)
         if expected:
             self.bits[kind] = int(n >= expected)
+
+    def choose_more(self, low):
+        """The same of a fast stream: so many bits and the sign, of which `low` are expected."""
+        n = self.draw.choice(self.sizes)
+        n += n > 0
+        self.number = max(n - low, 0)
+        if n <= low:
+            self.next_raw = self.draw.randrange(1 << n >> 1, 1 << n)
 
     def take(self, offset, width):
         self.low += offset
@@ -72,18 +81,16 @@ class Writer(decoder.RangeDecoder):
         return super().symbol(freqs, name)
 
     def uniform(self, n):
-        self.code = self.range // n * self.draw.randrange(n)
+        self.code = self.range // n * (self.digits.pop(0) if self.digits else self.draw.randrange(n))
         return super().uniform(n)
 
     def raw(self, n):
-        if self.next_raw is None:
-            return super().raw(n)
-        value, self.next_raw = self.next_raw, None
-        if n <= 0:
-            return value
-        assert n <= 16
-        self.code = self.range // (1 << n) * value
-        return decoder.RangeDecoder.uniform(self, 1 << n)
+        if self.next_raw is not None:
+            ends = range(n - 8, 8, -8)  # of the bytes, and 0 of what is left of them
+            self.digits = [self.next_raw >> end & 255 for end in ends]
+            self.digits += [self.next_raw % (1 << n - 8 * len(ends))] if n > 0 else []
+            self.next_raw = None
+        return super().raw(n)
 
     def count(self, table, first):
         if self.number is None:
@@ -109,7 +116,7 @@ class Header(decoder.Header):
         self.base_vertices = draw.randint(3, 14)
         self.vertices = self.base_vertices + draw.choice((0, 1, 5, 30))
         self.channels, self.raw_channels = [], b""
-        self.fast = draw.random() < 0.3
+        self.fast = draw.random() < 0.5
         for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
             while True:
                 kind, merge = draw.choice((0, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
@@ -207,6 +214,17 @@ class Maker(decoder.Decoder):
         self.coder.sizes = sizes
         return result
 
+    def fast_residual(self, channel, spread):
+        sizes = self.coder.sizes
+        self.coder.sizes = range(39) if channel.exact else sizes
+        result = super().fast_residual(channel, spread)
+        self.coder.sizes = sizes
+        return result
+
+    def more_bits(self, i, low):
+        self.coder.choose_more(low)
+        return super().more_bits(i, low)
+
     def number_of_bits(self, kind, expected, index):
         self.coder.choose_size(kind, expected)
         return super().number_of_bits(kind, expected, index)
@@ -216,7 +234,7 @@ class Maker(decoder.Decoder):
         self.header = header
         self.coder = Writer(draw)
         self.face_values = {}
-        self.model = decoder.Model(self.header.position is not None)
+        self.start_models()
         if base == Hubs:
             self.coder.sizes = 0, 8, 9
             self.coder.bits["COMPONENT"] = 0
