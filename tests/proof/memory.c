@@ -10,6 +10,7 @@ static cq_shape any_shape(void)
     s.num_faces = nondet_u32();
     s.num_boundary_loops = nondet_u32();
     s.num_boundary_edges = nondet_u32();
+    s.fast = (uint32_t)any_between(0, 1);
     s.num_channels = nondet_u32();
     ASSUME(s.num_channels <= MAX_CHANNELS);
     for (k = 0; k < CQ_MAX_CHANNELS; k++) {
@@ -37,13 +38,15 @@ void claim_sizes(void)
 }
 
 /* Stands for the models' initial values, which need no memory. */
-void stub_model_init(cqi_model *m, int located)
+void stub_model_init(cqi_model *m, const cq_shape *s)
 {
+    const int channel = cqi_context_channel(s);
     (void)m;
-    PROVE(located == 0 || located == 1);
+    PROVE(channel >= -1 && channel < CQ_MAX_CHANNELS);
 }
 
-/* What cqi_start lays out lies in cq_decoder_bytes: CQ_ASSERT in cqi_take, and no block overlaps the one before. */
+/* What cqi_start lays out lies in cq_decoder_bytes: CQ_ASSERT in cqi_take, and no block overlaps the one before. And
+ * the means of residuals that it sets have the invariant of splits.c. */
 void claim_decoder_layout(void)
 {
     static cq_decoder d;
@@ -72,6 +75,7 @@ void claim_decoder_layout(void)
         size_t values = c->merge == CQ_PER_FACE ? d.shape.num_faces : v * c->components;
         PROVE(__CPROVER_w_ok(d.channel[k], values * sizeof(cq_value)));
     }
+    for (k = 0; k < CQI_SPREADS; k++) PROVE(d.model.mean_bits[k] <= 128 * (CQI_SPREADS - 1));
     REACHED();
 }
 

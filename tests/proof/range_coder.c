@@ -262,3 +262,43 @@ void claim_finish_stays_in_the_interval(void)
     PROVE(result >= low && result - low < range);
     REACHED();
 }
+
+/* -- Raw bits ------------------------------------------------------------------------------------------------------ */
+
+/* The symbols of a number's parts as they were written; a decoder that comes to one of them is anywhere in its part of
+ * the range, and so has its slot: claim_freq_decodes. */
+static symbol part[4];
+static int num_written, num_read;
+
+void stub_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total)
+{
+    (void)e;
+    PROVE(num_written < 4 && freq == 1 && start < total && total <= 0x10000);
+    part[num_written].start = start;
+    part[num_written++].total = total;
+}
+
+void stub_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
+{
+    PROVE(num_read < num_written && freq == 1 && start < total && total == part[num_read].total);
+    PROVE(d->slot >= 1 && (uint64_t)d->slot * total <= d->range && d->range - d->slot * total < total);
+    ASSUME(start == part[num_read].start);
+    num_read++;
+    d->range = nondet_u32();
+    d->code = nondet_u32();
+    ASSUME(decoder_holds(d));
+}
+
+/* Any number of up to 32 bits, and any state: the decoder gets the number, from as many symbols of the same totals. */
+void claim_raw_decodes(void)
+{
+    cq_range_encoder e = any_range();
+    cq_range_decoder d = any_decoder();
+    const int bits = any_between(0, 32);
+    const uint32_t value = nondet_u32();
+    ASSUME(bits == 32 || value >> bits == 0);
+    cq_encode_raw(&e, value, bits);
+    PROVE(cq_decode_raw(&d, bits) == value);
+    PROVE(num_read == num_written);
+    REACHED();
+}
