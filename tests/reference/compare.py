@@ -4,8 +4,9 @@
 CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c). Both decoders must print the same:
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
-    meshes     of ref_data, with positions, without, fast, and with odd channels: whole, stopped at some numbers of
-               vertices, and cut at some places; those of build/meshes with up to 3000 vertices (--all: 20 000)
+    meshes     of ref_data, with positions, without, fast (also of 24 bits), with odd channels: whole, stopped at some
+               numbers of vertices, and cut at some places; those of build/meshes with up to 3000 vertices (--all:
+               20 000)
     corrupt    400 streams (--all: 10 000) with bits flipped, counts changed, payloads made up, with and without
                matching check values
     valid      half as many that no encoder writes but that are valid (random_stream.py)
@@ -31,6 +32,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FAILED = ROOT / "build" / "reference"
 LIMIT = 100000         # vertices, triangles or edges of a made-up header
 WAYS = ("positions", "connectivity", "fast")
+WIDE = "fast --bits 24"  # spokes so long that 8.5 shortens them
 
 options = None
 
@@ -72,13 +74,13 @@ class Tally:
 # -- Meshes ------------------------------------------------------------------------------------------------------------
 
 def encode(path, how):
-    """The stream of a mesh: `positions`, `connectivity`, `fast`, or the seed of channels."""
+    """The stream of a mesh: `positions`, options of cqm without the first `--`, or the seed of channels."""
     if isinstance(how, int):
         done = run([options.folder / "channels", str(how)], path.read_bytes())
         return done.stdout if done.returncode == 0 else None
     out = FAILED / f"{os.getpid()}.tmp"
     FAILED.mkdir(parents=True, exist_ok=True)
-    done = run([options.cqm, "encode", "--quiet"] + ([] if how == "positions" else ["--" + how]) + [path, out])
+    done = run([options.cqm, "encode", "--quiet"] + ([] if how == "positions" else ("--" + how).split()) + [path, out])
     data = out.read_bytes() if done.returncode == 0 else None
     out.unlink(missing_ok=True)
     return data
@@ -298,7 +300,7 @@ def main():
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
-        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (channels, channels + 1)]
+        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1)]
     for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 4),
                       ("torus_3x3.off", 5), ("octahedron.off", "fast")):
         jobs.append((compare_cuts, ROOT / "ref_data" / name, how))
