@@ -3318,9 +3318,8 @@ static uint32_t cqi_forbid(const cqi_ring *r, int32_t *share)
 }
 
 /* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(int32_t *score, int count)
+static uint32_t cqi_share_range(int32_t *score, int count, int32_t best)
 {
-    const int32_t best = cqi_best(score, count);
     uint32_t total = 0;
     int k;
     for (k = 0; k < count; k++) {
@@ -3364,9 +3363,9 @@ static void cqi_find_gradients(int32_t *share, int count, uint32_t total, int ch
 }
 
 /* Codes one of so many numbers by their scores; if it learns, these become what weights learn. */
-static int cqi_code_scored(cq_decoder *d, int count, int value, int learns)
+static int cqi_code_scored(cq_decoder *d, int count, int32_t best, int value, int learns)
 {
-    uint32_t total = cqi_share_range(d->score, count);
+    uint32_t total = cqi_share_range(d->score, count, best);
     if (d->ring.side && !d->shape.fast) total -= cqi_forbid(&d->ring, d->score);
     value = cqi_code_share(d, d->score, total, value);
     if (learns) cqi_find_gradients(d->score, count, total, value);
@@ -3429,14 +3428,15 @@ static void cqi_code_candidate(cq_decoder *d, int *p, int *q)
 {
     cqi_ring *r = &d->ring;
     const int count = r->size * (r->size - 1) / 2;
-    const int32_t best = cqi_score_candidates(d);
+    int32_t best = cqi_score_candidates(d);
     int chosen = 0;
     if (r->located) {
         cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
         cqi_locate_candidates(d);
+        best = cqi_best(d->score, count);
     }
     if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
-    chosen = cqi_code_scored(d, count, chosen, 1);
+    chosen = cqi_code_scored(d, count, best, chosen, 1);
     for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
     *p = chosen - cqi_pair_number(0, *q);
     cqi_gain_all(d);
@@ -3476,7 +3476,7 @@ static int cqi_code_listed(cq_decoder *d, int count, int steps, int value, int l
         c[k].q = (uint8_t)(p + apart);
         d->score[k] = r->of_p[p] + r->of_q[p + apart] + r->of_steps[apart];
     }
-    value = cqi_code_scored(d, count, value, learns);
+    value = cqi_code_scored(d, count, cqi_best(d->score, count), value, learns);
     for (k = 0; k < count && learns; k++) cqi_gain(r, c[k].p, c[k].q, d->score[k]);
     return value;
 }

@@ -57,7 +57,7 @@ static const char encode_help[] =
     "                     most meshes 1 to 2 % fewer bytes, but coarse meshes are\n"
     "                     two to three times as far from the exact one;\n"
     "                     least-connectivity: by valences alone\n"
-    "  --fast             decodes twice as fast, from 3 to 10 % more bytes: simpler\n"
+    "  --fast             decodes twice as fast, from 3 to 12 % more bytes: simpler\n"
     "                     models of connectivity and of positions\n"
     "  --format FORMAT    IN is off, obj, ply or stl, whatever its name\n"
     "  --quiet            do not tell what is dropped; show no progress, which is shown\n"
