@@ -333,6 +333,7 @@ int stub_best_pair(const cqi_ring *r, int steps)
 int stub_code_scored(cq_decoder *of, int count, int32_t best, int value, int learns)
 {
     int k;
+    (void)best;
     (void)value;
     PROVE(of == &d && count >= 1 && count < SIZE && num_gained == (learns ? num_candidates : 0));
     for (k = 0; k < SIZE && k < count; k++) {
