@@ -353,8 +353,9 @@ typedef struct cq_report {
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
 /* Bytes that one step can need. Probabilities of bits and candidates are at least 2^-11 and 2^-22. A residual has 10
- * such bits and 29 raw ones, if exact 35: 145 bits, 1 more than here. The two face values of a split have 6 and 64. A
- * join of the base has 3 and 32; a split does not need 50 of its bits, more than one for each of 32 components. */
+ * such bits and 29 raw ones, if exact 35: 145 bits, 1 more than here; of a fast stream less. The two face values of a
+ * split have 6 and 64. A join of the base has 3 and 32; a split does not need 36 of its bits, more than one for each of
+ * 32 components. */
 #define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
@@ -469,7 +470,7 @@ enum {
 /* Expected bits of a residual that are told apart, in half bits; beyond them by parity. */
 #define CQI_EXPECTED 16
 
-/* Spreads of values on a ring that fast streams tell apart: 52 half bits at most, and 16 more of exact values. */
+/* Spreads of values on a ring that fast streams tell apart: half bits, and 16 more of exact values; 66 at most. */
 #define CQI_SPREADS 69
 
 /* Adaptive bits. Indices of tables in one array. */
@@ -693,7 +694,7 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* Modulo 2^32, for exact values; of all others no sum is that large. */
+/* Modulo 2^32, for exact values and hostile residuals of fast streams; of all others no sum is that large. */
 static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
@@ -2900,7 +2901,7 @@ static cq_result cqi_code_patch(cq_decoder *d)
  * log-linear model (multinomial logit): a candidate's score is the sum of one weight for each of its features, its
  * share of the range is 2^score, and after each split every weight moves along the gradient of the log-likelihood,
  * by CQI_STEP times (1 if the split had the feature, minus the probability that the model had given to that). All in
- * integers, so all alike. */
+ * integers, so all alike. Fast streams have two such symbols, and learn from one of CQI_LEARN_EVERY splits. */
 
 enum {
     CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
