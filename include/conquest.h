@@ -408,27 +408,26 @@ typedef struct cqi_ring {
     cq_index seen[CQ_MAX_VALENCE];             /* the same, but the centre if that is virtual: whose values count */
     uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
     uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
-    int32_t length[CQ_MAX_VALENCE];            /* of the spoke, in a scale of its own, */
-    uint8_t edge[CQ_MAX_VALENCE];              /* and its class */
+    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
     uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
     uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p; plus p */
     uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q; plus CQ_MAX_VALENCE - q */
-    uint32_t offset_channel;                   /* channel of the next three, CQ_MAX_CHANNELS: none yet */
-    int32_t offset[CQ_MAX_VALENCE * CQ_MAX_COMPONENTS];  /* values less those of the centre, [vertex][component] */
-    int32_t before[(CQ_MAX_VALENCE + 1) * CQ_MAX_COMPONENTS];  /* sums of the offsets before a vertex, likewise */
+    uint32_t offset_channel;                   /* channel of the next two, CQ_MAX_CHANNELS: none yet */
+    int32_t before[(CQ_MAX_VALENCE + 1) * CQ_MAX_COMPONENTS];  /* sums of the offsets (values less those of the centre)
+                                                  before a vertex, [vertex][component] */
     uint32_t spread[CQ_MAX_COMPONENTS];        /* sums of their magnitudes */
     uint16_t entry[CQ_MAX_VALENCE][3];         /* features as an end of B's part, for p; for q the next ones */
-    int32_t of_p[CQ_MAX_VALENCE];              /* sum of the weights of those for p, */
+    int32_t of_p[CQ_MAX_VALENCE];              /* length of the spoke; then the sum of the weights of those for p, */
     int32_t of_q[CQ_MAX_VALENCE];              /* of those for q, */
     int32_t of_steps[CQ_MAX_VALENCE];          /* and for q - p */
-    int32_t gain_p[CQ_MAX_VALENCE];            /* what these weights are going to learn, 0 between splits */
-    int32_t gain_q[CQ_MAX_VALENCE];
-    int32_t gain_steps[CQ_MAX_VALENCE];
     uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p, times 8 */
     int shift;                                 /* the scale of what follows: offsets times 2^shift */
     int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
-    int32_t scaled[3 * CQ_MAX_VALENCE];        /* positions, the largest component with 8 bits */
+    union {
+        int32_t scaled[3 * CQ_MAX_VALENCE];    /* positions, the largest component with 8 bits; */
+        int32_t gain[3][CQ_MAX_VALENCE];       /* then what the weights of p, q, q - p learn */
+    } now;
     cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
     int32_t height;                            /* sum of the distances from the plane */
     cqi_point sum[CQ_MAX_VALENCE + 1];         /* in the plane: of the offsets before a vertex */
@@ -2461,12 +2460,11 @@ static void cqi_read_offsets(cq_decoder *d, uint32_t k)
     for (c = 0; c < stride; c++) {
         const cq_value *const values = d->channel[k] + c;
         const int32_t centre = cqi_rough(channel, values[d->mesh.origin[r->spoke[0]] * stride]);
-        int32_t *offset = r->offset + c, *before = r->before + c, sum = 0;
+        int32_t *before = r->before + c, sum = 0;
         uint32_t spread = 0;
         int n;
-        for (n = 0; n < size; n++, offset += stride, before += stride) {
+        for (n = 0; n < size; n++, before += stride) {
             const int32_t x = cqi_rough(channel, values[r->seen[n] * stride]) - centre;
-            *offset = x;
             *before = sum;
             sum += x;
             spread += cqi_abs(x);
@@ -3025,7 +3023,7 @@ static void cqi_classify_edges(cqi_ring *r)
     int32_t shortest = CQI_WILD, second = CQI_WILD, sum, scale;
     int k, shift;
     for (k = 0; k < size; k++) {
-        const int32_t x = r->length[k], larger = x > shortest ? x : shortest;
+        const int32_t x = r->of_p[k], larger = x > shortest ? x : shortest;
         second = larger < second ? larger : second;
         shortest = x < shortest ? x : shortest;
     }
@@ -3033,7 +3031,7 @@ static void cqi_classify_edges(cqi_ring *r)
     shift = cqi_bit_length((uint32_t)sum >> 14);
     scale = ((int32_t)1 << 26) / (sum >> shift);
     for (k = 0; k < size; k++) {
-        const int32_t length = r->length[k];
+        const int32_t length = r->of_p[k];
         const int32_t x = length > 2 * sum ? 14 : ((length >> shift) * scale >> 23) - 3;
         r->edge[k] = (uint8_t)(length == CQI_WILD ? 15 : x < 0 ? 0 : x);
     }
@@ -3053,26 +3051,36 @@ static void cqi_prepare_steps(cqi_ring *r)
     }
 }
 
-/* The offsets of positions in the scale of the ring: the power of two that gives the largest component 8 bits. */
-static void cqi_scale_ring(cqi_ring *r)
+/* The offsets of positions, as they are; returns the magnitudes of all, or-ed together. */
+static uint32_t cqi_find_offsets(cqi_ring *r)
 {
     uint32_t largest = 0;
+    int k;
+    for (k = 0; k < 3 * r->size; k++) {
+        r->now.scaled[k] = r->before[k + 3] - r->before[k];
+        largest |= cqi_abs(r->now.scaled[k]);
+    }
+    return largest;
+}
+
+/* In the scale of the ring: times the power of two that gives the largest component 8 bits. */
+static void cqi_scale_ring(cqi_ring *r)
+{
     int32_t up;
     int k, down;
-    for (k = 0; k < 3 * r->size; k++) largest |= cqi_abs(r->offset[k]);
-    r->shift = 8 - cqi_bit_length(largest);
+    r->shift = 8 - cqi_bit_length(cqi_find_offsets(r));
     down = r->shift < 0 ? -r->shift : 0;
     up = (int32_t)1 << (r->shift + down);
-    for (k = 0; k < 3 * r->size; k++) r->scaled[k] = cqi_floor_shift(r->offset[k] * up, down);
+    for (k = 0; k < 3 * r->size; k++) r->now.scaled[k] = cqi_floor_shift(r->now.scaled[k] * up, down);
 }
 
 /* The normal of the patch, by the areas of its triangles, with 14 bits. */
 static cqi_vector cqi_normal(const cqi_ring *r)
 {
-    cqi_vector n = { 0, 0, 0 }, a = cqi_at(r->scaled, r->size - 1);
+    cqi_vector n = { 0, 0, 0 }, a = cqi_at(r->now.scaled, r->size - 1);
     int k;
     for (k = 0; k < r->size; k++) {
-        const cqi_vector b = cqi_at(r->scaled, k), area = cqi_cross(a, b);
+        const cqi_vector b = cqi_at(r->now.scaled, k), area = cqi_cross(a, b);
         n.x += area.x;
         n.y += area.y;
         n.z += area.z;
@@ -3090,9 +3098,9 @@ static void cqi_flatten_ring(cqi_ring *r)
     int32_t sum_of_lengths = 0, height = 0;
     int k;
     for (k = 0; k < r->size; k++) {
-        cqi_vector x = cqi_at(r->scaled, k);
+        cqi_vector x = cqi_at(r->now.scaled, k);
         const int32_t norm = cqi_norm(x) + 1, scale = ((int32_t)1 << 16) / norm;
-        r->length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
+        r->of_p[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
         sum_of_lengths += norm;
         cqi_turn_forth(&around_z, &x.x, &x.y);
         cqi_turn_forth(&around_y, &x.z, &x.x);
@@ -3123,8 +3131,9 @@ static void cqi_locate_ring(cqi_ring *r)
 static void cqi_measure_ring(cqi_ring *r)
 {
     int k;
+    cqi_find_offsets(r);
     for (k = 0; k < r->size; k++)
-        r->length[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->offset, k)) + 1;
+        r->of_p[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->now.scaled, k)) + 1;
 }
 
 static inline int32_t cqi_dot(cqi_point a, cqi_point b) { return a.x * b.x + a.y * b.y; }
@@ -3202,6 +3211,7 @@ static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
         const int by_state = CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]);
         const int by_level = CQI_END_VALENCE + 2 * (14 * r->level_class + valence);
         const int by_edge = CQI_END_EDGE + 2 * r->edge[k];
+        r->now.gain[0][k] = r->now.gain[1][k] = r->now.gain[2][k] = 0;
         r->entry[k][0] = (uint16_t)by_state;
         r->entry[k][1] = (uint16_t)by_level;
         r->entry[k][2] = (uint16_t)by_edge;
@@ -3319,8 +3329,9 @@ static uint32_t cqi_forbid(const cqi_ring *r, int32_t *share)
 }
 
 /* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(int32_t *score, int count, int32_t best)
+static uint32_t cqi_share_range(int32_t *score, int count)
 {
+    const int32_t best = cqi_best(score, count);
     uint32_t total = 0;
     int k;
     for (k = 0; k < count; k++) {
@@ -3364,9 +3375,9 @@ static void cqi_find_gradients(int32_t *share, int count, uint32_t total, int ch
 }
 
 /* Codes one of so many numbers by their scores; if it learns, these become what weights learn. */
-static int cqi_code_scored(cq_decoder *d, int count, int32_t best, int value, int learns)
+static int cqi_code_scored(cq_decoder *d, int count, int value, int learns)
 {
-    uint32_t total = cqi_share_range(d->score, count, best);
+    uint32_t total = cqi_share_range(d->score, count);
     if (d->ring.side && !d->shape.fast) total -= cqi_forbid(&d->ring, d->score);
     value = cqi_code_share(d, d->score, total, value);
     if (learns) cqi_find_gradients(d->score, count, total, value);
@@ -3378,9 +3389,9 @@ static int cqi_code_scored(cq_decoder *d, int count, int32_t best, int value, in
 /* Keeps what a candidate learns, by what it has in common with others. */
 static inline void cqi_gain(cqi_ring *r, int p, int q, int32_t gradient)
 {
-    r->gain_p[p] += gradient;
-    r->gain_q[q] += gradient;
-    r->gain_steps[q - p] += gradient;
+    r->now.gain[0][p] += gradient;
+    r->now.gain[1][q] += gradient;
+    r->now.gain[2][q - p] += gradient;
 }
 
 static void cqi_gain_all(cq_decoder *d)
@@ -3402,14 +3413,13 @@ static void cqi_learn_gains(cqi_model *m, cqi_ring *r)
     int k, j;
     for (k = 0; k < r->size; k++) {
         for (j = 0; j < 3; j++) {
-            cqi_learn(m, r->entry[k][j], r->gain_p[k]);
-            cqi_learn(m, r->entry[k][j] + 1, r->gain_q[k]);
+            cqi_learn(m, r->entry[k][j], r->now.gain[0][k]);
+            cqi_learn(m, r->entry[k][j] + 1, r->now.gain[1][k]);
         }
         if (k) {
-            cqi_learn(m, cqi_size_b(r, k), r->gain_steps[k]);
-            cqi_learn(m, cqi_size_a(r, k), r->gain_steps[k]);
+            cqi_learn(m, cqi_size_b(r, k), r->now.gain[2][k]);
+            cqi_learn(m, cqi_size_a(r, k), r->now.gain[2][k]);
         }
-        r->gain_p[k] = r->gain_q[k] = r->gain_steps[k] = 0;
     }
 }
 
@@ -3429,15 +3439,14 @@ static void cqi_code_candidate(cq_decoder *d, int *p, int *q)
 {
     cqi_ring *r = &d->ring;
     const int count = r->size * (r->size - 1) / 2;
-    int32_t best = cqi_score_candidates(d);
+    const int32_t best = cqi_score_candidates(d);
     int chosen = 0;
     if (r->located) {
         cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
         cqi_locate_candidates(d);
-        best = cqi_best(d->score, count);
     }
     if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
-    chosen = cqi_code_scored(d, count, best, chosen, 1);
+    chosen = cqi_code_scored(d, count, chosen, 1);
     for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
     *p = chosen - cqi_pair_number(0, *q);
     cqi_gain_all(d);
@@ -3477,7 +3486,7 @@ static int cqi_code_listed(cq_decoder *d, int count, int steps, int value, int l
         c[k].q = (uint8_t)(p + apart);
         d->score[k] = r->of_p[p] + r->of_q[p + apart] + r->of_steps[apart];
     }
-    value = cqi_code_scored(d, count, cqi_best(d->score, count), value, learns);
+    value = cqi_code_scored(d, count, value, learns);
     for (k = 0; k < count && learns; k++) cqi_gain(r, c[k].p, c[k].q, d->score[k]);
     return value;
 }

@@ -181,7 +181,7 @@ static void any_offsets(void)
 {
     int k;
     d.ring.size = any_between(3, SIZE);
-    for (k = 0; k < 3 * SIZE; k++) d.ring.offset[k] = any_within(MOST_OFFSET);
+    for (k = 0; k < 3 * SIZE; k++) d.ring.before[k + 3] = d.ring.before[k] + any_within(MOST_OFFSET);
 }
 
 static void any_states(void)
@@ -197,7 +197,7 @@ void claim_scale(void)
     any_offsets();
     cqi_scale_ring(&d.ring);
     PROVE(d.ring.shift >= -16 && d.ring.shift <= 8);
-    for (k = 0; k < 3 * SIZE; k++) PROVE(k >= 3 * d.ring.size || within(d.ring.scaled[k], 256));
+    for (k = 0; k < 3 * SIZE; k++) PROVE(k >= 3 * d.ring.size || within(d.ring.now.scaled[k], 256));
     REACHED();
 }
 
@@ -209,8 +209,8 @@ void claim_lengths(void)
     any_states();
     cqi_measure_ring(&d.ring);
     for (k = 0; k < SIZE && k < d.ring.size; k++) {
-        PROVE(d.ring.length[k] >= 1 && d.ring.length[k] <= CQI_WILD);
-        PROVE((d.ring.length[k] == CQI_WILD) == (d.ring.state[k] == CQI_NEVER));
+        PROVE(d.ring.of_p[k] >= 1 && d.ring.of_p[k] <= CQI_WILD);
+        PROVE((d.ring.of_p[k] == CQI_WILD) == (d.ring.state[k] == CQI_NEVER));
     }
     REACHED();
 }
@@ -220,11 +220,11 @@ void claim_classes(void)
 {
     int k;
     d.ring.size = any_between(3, SIZE);
-    for (k = 0; k < SIZE; k++) d.ring.length[k] = any_between(1, CQI_WILD);
+    for (k = 0; k < SIZE; k++) d.ring.of_p[k] = any_between(1, CQI_WILD);
     cqi_classify_edges(&d.ring);
     for (k = 0; k < SIZE && k < d.ring.size; k++) {
         PROVE(d.ring.edge[k] <= 15);
-        PROVE((d.ring.edge[k] == 15) == (d.ring.length[k] == CQI_WILD));
+        PROVE((d.ring.edge[k] == 15) == (d.ring.of_p[k] == CQI_WILD));
     }
     REACHED();
 }
@@ -260,8 +260,10 @@ void claim_scores(void)
     any_states();
     for (k = 0; k < SIZE; k++) r->valence[k] = (uint8_t)any_between(3, CQI_LARGE_VALENCE);
     for (k = 0; k < CQI_WEIGHTS; k++) d.model.weight[k] = k < CQI_FAST_WEIGHTS ? any_within(MOST_WEIGHT) : INT32_MAX;
+    for (k = 0; k < SIZE; k++) r->now.gain[0][k] = r->now.gain[1][k] = r->now.gain[2][k] = nondet_int();
     cqi_score_ring(&d);
     for (k = 0; k < SIZE && k < r->size; k++) {
+        PROVE(!r->now.gain[0][k] && !r->now.gain[1][k] && !r->now.gain[2][k]);
         for (j = 0; j < 3; j++) PROVE(r->entry[k][j] >= CQI_END_STATE && r->entry[k][j] < CQI_FAST_WEIGHTS - 1);
         PROVE(r->entry[k][0] < r->entry[k][1] && r->entry[k][1] < r->entry[k][2]);
         PROVE(within(r->of_p[k], 3 * MOST_WEIGHT) && within(r->of_q[k], 3 * MOST_WEIGHT));
@@ -315,7 +317,7 @@ void claim_scored(void)
     d.shape.fast = 1;
     d.ring.side = any_between(0, 2);
     for (k = 0; k < SIZE; k++) d.score[k] = nondet_int();
-    value = cqi_code_scored(&d, count, nondet_int(), nondet_int(), learns);
+    value = cqi_code_scored(&d, count, nondet_int(), learns);
     PROVE(value >= 0 && value < count && num_learned == learns);
     REACHED();
 }
@@ -330,10 +332,9 @@ int stub_best_pair(const cqi_ring *r, int steps)
     return any_between(0, r->size - 1 - steps);
 }
 
-int stub_code_scored(cq_decoder *of, int count, int32_t best, int value, int learns)
+int stub_code_scored(cq_decoder *of, int count, int value, int learns)
 {
     int k;
-    (void)best;
     (void)value;
     PROVE(of == &d && count >= 1 && count < SIZE && num_gained == (learns ? num_candidates : 0));
     for (k = 0; k < SIZE && k < count; k++) {
@@ -471,19 +472,18 @@ void claim_gains(void)
         r->entry[k][0] = (uint16_t)(CQI_END_STATE + 2 * any_between(0, 14 * 6 - 1));
         r->entry[k][1] = (uint16_t)(CQI_END_VALENCE + 2 * any_between(0, 3 * 14 - 1));
         r->entry[k][2] = (uint16_t)(CQI_END_EDGE + 2 * any_between(0, 15));
-        r->gain_p[k] = any_within(4 * CQI_STEP);
-        r->gain_q[k] = any_within(4 * CQI_STEP);
-        r->gain_steps[k] = any_within(4 * CQI_STEP);
+        r->now.gain[0][k] = any_within(4 * CQI_STEP);
+        r->now.gain[1][k] = any_within(4 * CQI_STEP);
+        r->now.gain[2][k] = any_within(4 * CQI_STEP);
     }
     ASSUME(p >= 0 && p < q && q < r->size);
-    of_p = r->gain_p[p];
-    of_q = r->gain_q[q];
-    of_steps = r->gain_steps[q - p];
+    of_p = r->now.gain[0][p];
+    of_q = r->now.gain[1][q];
+    of_steps = r->now.gain[2][q - p];
     cqi_gain(r, p, q, gradient);
-    PROVE(r->gain_p[p] == of_p + gradient && r->gain_q[q] == of_q + gradient);
-    PROVE(r->gain_steps[q - p] == of_steps + gradient);
+    PROVE(r->now.gain[0][p] == of_p + gradient && r->now.gain[1][q] == of_q + gradient);
+    PROVE(r->now.gain[2][q - p] == of_steps + gradient);
     cqi_learn_gains(&d.model, r);
     PROVE(num_times <= r->size);
-    for (k = 0; k < SIZE && k < r->size; k++) PROVE(!r->gain_p[k] && !r->gain_q[k] && !r->gain_steps[k]);
     REACHED();
 }
