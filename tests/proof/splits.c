@@ -165,7 +165,9 @@ void claim_offsets(void)
     ASSUME(c < COMPONENTS && p >= 0 && p < q && q < r->size);
     cqi_read_offsets(&d, 0);
     for (k = 0; k < SIZE; k++) {
-        const int32_t x = k < r->size ? r->offset[(uint32_t)k * COMPONENTS + c] : 0;
+        const cq_value *at = value_of + (uint32_t)r->seen[k] * COMPONENTS + c;
+        const int32_t centre = cqi_rough(channel, value_of[SIZE * COMPONENTS + c]);
+        const int32_t x = k < r->size ? cqi_rough(channel, *at) - centre : 0;
         PROVE(within(x, MOST_OFFSET));
         sum_b += k >= p && k <= q ? x : 0;
         sum_a += k <= p || k >= q ? x : 0;
@@ -181,6 +183,7 @@ static void any_offsets(void)
 {
     int k;
     d.ring.size = any_between(3, SIZE);
+    for (k = 0; k < 3; k++) d.ring.before[k] = 0;
     for (k = 0; k < 3 * SIZE; k++) d.ring.before[k + 3] = d.ring.before[k] + any_within(MOST_OFFSET);
 }
 
