@@ -30,15 +30,19 @@ double seconds()
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// The shortest time that `run` took; `after` is not timed.
-template <class Run, class After> double best_time(Run run, After after, int most_runs = kMostRuns)
+template <class Run> double time_of(Run run)
+{
+    const double begin = seconds();
+    run();
+    return seconds() - begin;
+}
+
+// The shortest time that `run` took.
+template <class Run> double best_time(Run run)
 {
     double best = 1e9, sum = 0;
-    for (int n = 0; n < most_runs && (n == 0 || sum < kEnoughSeconds); ++n) {
-        double begin = seconds();
-        run();
-        double taken = seconds() - begin;
-        after();
+    for (int n = 0; n < kMostRuns && (n == 0 || sum < kEnoughSeconds); ++n) {
+        const double taken = time_of(run);
         best = std::min(best, taken);
         sum += taken;
     }
@@ -136,7 +140,7 @@ struct Entry {
 Row measure(Codec &codec, const Mesh &mesh, const Decoded &expected, Bytes &bytes)
 {
     Row row{ mesh.name, codec.name(), mesh.vertices(), mesh.faces() };
-    row.encode = best_time([&] { bytes = codec.encode(mesh); }, [] {});
+    row.encode = best_time([&] { bytes = codec.encode(mesh); });
     bytes.shrink_to_fit();
     row.bytes = bytes.size();
     const size_t before = memory_now();
@@ -150,7 +154,7 @@ Row measure(Codec &codec, const Mesh &mesh, const Decoded &expected, Bytes &byte
     row.formula = decoder_bytes(bytes);
     row.encoder = encoder_bytes(mesh);
     FirstView view{};
-    row.first = best_time([&] { view = first_view(bytes, mesh.vertices() / 100, seconds); }, [] {});
+    row.first = best_time([&] { view = first_view(bytes, mesh.vertices() / 100, seconds); });
     row.first_bytes = view.bytes;
     return row;
 }
@@ -161,7 +165,8 @@ void time_decoding(std::vector<Entry> &entries)
     double sum = 0;
     for (int n = 0; n < kMostRuns && (n < 2 || sum < kEnoughSeconds * static_cast<double>(entries.size())); ++n) {
         for (Entry &e : entries) {
-            const double taken = best_time([&] { e.codec->decode(e.bytes); }, [&] { e.codec->release(); }, 1);
+            const double taken = time_of([&] { e.codec->decode(e.bytes); });
+            e.codec->release();
             e.row.decode = std::min(e.row.decode, taken);
             sum += taken;
         }

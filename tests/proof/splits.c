@@ -204,11 +204,19 @@ void claim_scale(void)
     REACHED();
 }
 
+uint32_t stub_find_offsets(cqi_ring *r)
+{
+    int k;
+    PROVE(r == &d.ring);
+    for (k = 0; k < 3 * SIZE; k++) r->now.scaled[k] = any_within(MOST_OFFSET);
+    return nondet_u32();
+}
+
 /* Lengths are positive, and only those of virtual spokes are CQI_WILD. */
 void claim_lengths(void)
 {
     int k;
-    any_offsets();
+    d.ring.size = any_between(3, SIZE);
     any_states();
     cqi_measure_ring(&d.ring);
     for (k = 0; k < SIZE && k < d.ring.size; k++) {
@@ -461,7 +469,7 @@ void stub_learn(cqi_model *m, int index, int32_t gradient)
 }
 
 /* A candidate's part is that of its ends and of the steps between them. Of what is learned no weight gets more than one
- * part for each end or number of steps, so not more than all candidates have; and nothing is left. */
+ * part for each end or number of steps, so not more than all candidates have. */
 void claim_gains(void)
 {
     cqi_ring *r = &d.ring;

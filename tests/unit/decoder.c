@@ -958,43 +958,37 @@ static int32_t plain_residual(int k) {
     return (int32_t)(k % 6 < 3 ? magnitude : 0 - magnitude);
 }
 
-TEST(plain_residuals_of_any_number_of_bits_come_back) {
-    enum { RESIDUALS = 6 * 32 };
-    static cq_decoder encoder, decoder;
-    static cqi_plan plan;
-    static uint8_t bytes[8 * RESIDUALS];
-    int k;
-    cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
-    cqi_model_init(&encoder.model, &encoder.shape);
-    cqi_model_init(&decoder.model, &decoder.shape);
-    encoder.plan = &plan;
-    encoder.rate = decoder.rate = 5;
-    for (k = 0; k < RESIDUALS; ++k)
-        CHECK_EQ(cqi_code_expected(&encoder, CQI_PLAIN, k % 64, 32, plain_residual(k)), plain_residual(k));
-    cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
-    for (k = 0; k < RESIDUALS; ++k)
-        CHECK_EQ(cqi_code_expected(&decoder, CQI_PLAIN, k % 64, 32, 0), plain_residual(k));
+static int32_t code_residual(cq_decoder *d, int k, int32_t residual) {
+    return d->shape.fast ? cqi_code_fast(d, k % CQI_SPREADS, residual)
+                         : cqi_code_expected(d, CQI_PLAIN, k % 64, 32, residual);
 }
 
-/* Also where 34 bits are expected, as of exact values at first: no more than 32 are raw. */
-TEST(fast_residuals_of_any_number_of_bits_come_back) {
+static void check_residuals(uint32_t fast) {
     enum { RESIDUALS = 6 * 32 };
     static cq_decoder encoder, decoder;
     static cqi_plan plan;
     static uint8_t bytes[8 * RESIDUALS];
     int k;
     cq_range_encoder_init(&plan.range, bytes, sizeof bytes);
-    encoder.shape.fast = decoder.shape.fast = 1;
+    encoder.shape.fast = decoder.shape.fast = fast;
     cqi_model_init(&encoder.model, &encoder.shape);
     for (k = 0; k < CQI_SPREADS; ++k) encoder.model.mean_bits[k] = (uint16_t)(128 * k);
     decoder.model = encoder.model;
     encoder.plan = &plan;
     encoder.rate = decoder.rate = 5;
-    for (k = 0; k < RESIDUALS; ++k)
-        CHECK_EQ(cqi_code_fast(&encoder, k % CQI_SPREADS, plain_residual(k)), plain_residual(k));
+    for (k = 0; k < RESIDUALS; ++k) CHECK_EQ(code_residual(&encoder, k, plain_residual(k)), plain_residual(k));
     cq_range_decoder_init(&decoder.range, bytes, cq_range_encoder_finish(&plan.range));
-    for (k = 0; k < RESIDUALS; ++k) CHECK_EQ(cqi_code_fast(&decoder, k % CQI_SPREADS, 0), plain_residual(k));
+    for (k = 0; k < RESIDUALS; ++k) CHECK_EQ(code_residual(&decoder, k, 0), plain_residual(k));
     CHECK(memcmp(&encoder.model, &decoder.model, sizeof encoder.model) == 0);
+}
+
+TEST(plain_residuals_of_any_number_of_bits_come_back) {
+    check_residuals(0);
+}
+
+/* Also where 34 bits are expected, as of exact values at first: no more than 32 are raw. */
+TEST(fast_residuals_of_any_number_of_bits_come_back) {
+    check_residuals(1);
 }
 
 /* 3 is coded as 6, which has 3 bits: as many as the mean, and one more may have. -4 is coded as 7, and 4 as 8. */
