@@ -204,19 +204,11 @@ void claim_scale(void)
     REACHED();
 }
 
-uint32_t stub_find_offsets(cqi_ring *r)
-{
-    int k;
-    PROVE(r == &d.ring);
-    for (k = 0; k < 3 * SIZE; k++) r->now.scaled[k] = any_within(MOST_OFFSET);
-    return nondet_u32();
-}
-
 /* Lengths are positive, and only those of virtual spokes are CQI_WILD. */
 void claim_lengths(void)
 {
     int k;
-    d.ring.size = any_between(3, SIZE);
+    any_offsets();
     any_states();
     cqi_measure_ring(&d.ring);
     for (k = 0; k < SIZE && k < d.ring.size; k++) {
