@@ -425,8 +425,8 @@ typedef struct cqi_ring {
     int32_t mean_length;                       /* of the spokes */
     int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
     union {
-        int32_t scaled[3 * CQ_MAX_VALENCE];    /* positions, the largest component with 8 bits; */
-        int32_t gain[3][CQ_MAX_VALENCE];       /* then what the weights of p, q, q - p learn */
+        int32_t gain[3][CQ_MAX_VALENCE];       /* what the weights of p, q, q - p learn; before that: */
+        int32_t scaled[3 * CQ_MAX_VALENCE];    /* positions, the largest component with 8 bits */
     } now;
     cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
     int32_t height;                            /* sum of the distances from the plane */

@@ -165,9 +165,8 @@ void claim_offsets(void)
     ASSUME(c < COMPONENTS && p >= 0 && p < q && q < r->size);
     cqi_read_offsets(&d, 0);
     for (k = 0; k < SIZE; k++) {
-        const cq_value *at = value_of + (uint32_t)r->seen[k] * COMPONENTS + c;
-        const int32_t centre = cqi_rough(channel, value_of[SIZE * COMPONENTS + c]);
-        const int32_t x = k < r->size ? cqi_rough(channel, *at) - centre : 0;
+        const int32_t *before = r->before + (uint32_t)k * COMPONENTS + c;
+        const int32_t x = k < r->size ? before[COMPONENTS] - before[0] : 0;
         PROVE(within(x, MOST_OFFSET));
         sum_b += k >= p && k <= q ? x : 0;
         sum_a += k <= p || k >= q ? x : 0;
