@@ -441,14 +441,22 @@ typedef struct cqi_ring {
 #define CQI_LIMIT_EVERY 1024
 
 /* Patches whose memory is asked for before their turn, and vertices from which on that pays; the fuzzers have it pay at
- * once. */
+ * once. And halfedges between one that is read and the one that is asked for with it: six lines of memory. */
 #define CQI_AHEAD 8
+#define CQI_APART 96
 #ifndef CQI_LARGE_MESH
 #define CQI_LARGE_MESH 32768
 #endif
 #if defined(__GNUC__) && SIZE_MAX > 0xffffffff
-#define CQI_PREFETCH(address) __builtin_prefetch(address)
+#define CQI_FETCHES 1
+#define CQI_FETCH(address) __builtin_prefetch(address)
+#else
+#define CQI_FETCHES 0
+#define CQI_FETCH(address) ((void)(address))
 #endif
+#define CQI_FETCH_HALFEDGE(m, h) (CQI_FETCH((m)->twin + (h)), CQI_FETCH((m)->origin + (h)))
+#define CQI_FETCH_VALUE(s, values, v) \
+    (cqi_has_first_values(s) ? CQI_FETCH((values) + (size_t)(v) * (s)->channel[0].components) : (void)0)
 
 /* Indices of tables in one array. */
 enum {
@@ -1748,6 +1756,27 @@ typedef struct cqi_plan {
 #define CQI_TUNED(name, usual) (usual)
 #endif
 
+/* -- What is asked for before it is read --
+ *
+ * Neighbours are far apart in a large mesh, so that most time would go into waiting for memory. CQI_FETCH is a hint,
+ * which changes nothing, and may ask for what is never read. (It is a macro as GCC drops calls of functions that do
+ * nothing else.) */
+
+/* The faces of a level lie in the order of its splits, which is that of its patches, reversed: a conquest reads the
+ * faces of each level backwards, so it will read these. The encoder's lie as they came, mostly forwards. Both are
+ * halfedges of the mesh. */
+static inline cq_index cqi_before(cq_index h) { return (cq_index)(h > CQI_APART ? h - CQI_APART : 0); }
+static inline cq_index cqi_behind(const cq_mesh *m, cq_index h)
+{
+    return (cq_index)(h + CQI_APART < 3 * m->first_virtual_face ? h + CQI_APART : h);
+}
+
+/* Do vertices have values of the first channel, which are asked for too? */
+static inline int cqi_has_first_values(const cq_shape *s)
+{
+    return s->num_channels && s->channel[0].merge != CQ_PER_FACE;
+}
+
 /* -- The plan: what the encoder looks up while it replays -- */
 
 /* The spoke that runs from one vertex to a neighbour of it. */
@@ -2791,6 +2820,8 @@ static int cqi_conquer_ring(cq_mesh *m, cq_index spoke)
     int available = 0;
     do {
         const cq_index in = twin[h], before = cq_prev(g);
+        CQI_FETCH_HALFEDGE(m, cqi_before(in));
+        CQI_FETCH_HALFEDGE(m, cqi_before(before));
         available += cqi_conquer_vertex(&marks[origin[in]]);
         h = cq_next(in);
         if (h == g) break;
@@ -3513,10 +3544,16 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
     if (d->mesh.num_vertices % CQI_LIMIT_EVERY == 0) cqi_limit_weights(&d->model);
 }
 
-/* The pair that the plan has for the next split. */
-static void cqi_plan_pair(cqi_plan *plan, int *p, int *q)
+/* The pair that the plan has for the next split; what it says about one some splits away is asked for. */
+static void cqi_plan_pair(const cq_decoder *d, int *p, int *q)
 {
-    const cqi_collapse *c = &plan->collapse[--plan->next_collapse];
+    const cqi_plan *plan = d->plan;
+    const cqi_collapse *c = &plan->collapse[--d->plan->next_collapse];
+    if (plan->next_collapse >= CQI_AHEAD) {
+        const cq_index b = c[-CQI_AHEAD].removed;
+        CQI_FETCH(plan->decoded + b);
+        CQI_FETCH_VALUE(&d->shape, plan->value[0], b);
+    }
     *p = c->p;
     *q = c->q;
 }
@@ -3543,7 +3580,7 @@ static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
     cq_index b;
     int p = 0, q = 0;
     cqi_read_ring(d);
-    if (CQI_ENCODING(d)) cqi_plan_pair(d->plan, &p, &q);
+    if (CQI_ENCODING(d)) cqi_plan_pair(d, &p, &q);
     cqi_code_pair(d, &p, &q);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_deltas(d, centre, p, q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
@@ -3643,20 +3680,16 @@ static cq_result cqi_step_walk(cq_decoder *d)
     return CQ_OK;
 }
 
-#ifdef CQI_PREFETCH
-
 /* What a split of a large mesh reads is all over the memory, so it is asked for some patches before, one spoke of each
- * at a time. These are hints: the halfedges exist, but after a split they may be those of another vertex. */
+ * at a time. The halfedges exist, but after a split they may be those of another vertex. */
 static void cqi_fetch_ring(const cq_decoder *d, cq_index *at)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_channel *c = &d->shape.channel[0];
     const cq_index v = m->origin[*at], next = m->twin[cq_next(*at)];
-    CQI_PREFETCH(m->mark + v);
-    CQI_PREFETCH(m->valence + v);
-    if (d->shape.num_channels && c->merge != CQ_PER_FACE) CQI_PREFETCH(d->channel[0] + (size_t)v * c->components);
-    CQI_PREFETCH(m->twin + next);
-    CQI_PREFETCH(m->origin + next);
+    CQI_FETCH(m->mark + v);
+    CQI_FETCH(m->valence + v);
+    CQI_FETCH_VALUE(&d->shape, d->channel[0], v);
+    CQI_FETCH_HALFEDGE(m, next);
     *at = next;
 }
 
@@ -3664,19 +3697,14 @@ static void cqi_look_ahead(cq_decoder *d)
 {
     const cq_index *spoke = d->patch + d->walk.tail;
     int k;
-    if (d->shape.num_vertices < CQI_LARGE_MESH) return;
+    if (!CQI_FETCHES || d->shape.num_vertices < CQI_LARGE_MESH) return;
     if (d->walk.tail > CQI_AHEAD) {
         spoke -= CQI_AHEAD + 1;
-        CQI_PREFETCH(d->mesh.origin + spoke[0]);
-        CQI_PREFETCH(d->mesh.twin + spoke[0]);
+        CQI_FETCH_HALFEDGE(&d->mesh, spoke[0]);
         d->ahead[d->walk.tail % CQI_AHEAD] = cq_prev(spoke[1]);
     }
     for (k = 0; k < CQI_AHEAD; k++) cqi_fetch_ring(d, &d->ahead[k]);
 }
-
-#else
-static void cqi_look_ahead(cq_decoder *d) { (void)d; }
-#endif
 
 /* Leaves patches in reverse order down to the next split one, and splits it. */
 static cq_result cqi_step_split(cq_decoder *d)
@@ -4172,6 +4200,7 @@ static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candi
     *boundary = 0;
     do {
         const cq_index b = cq_target(m, h);
+        CQI_FETCH_HALFEDGE(m, cqi_behind(m, h));
         *boundary |= cq_is_virtual(m, b);
         if (!cqi_is_conquered(m, b)) candidate[n++] = h;
         m->mark[b] |= CQI_SCRATCH;
@@ -4235,6 +4264,8 @@ static cq_index cqi_collapse_noted(cqi_plan *p, const cq_shape *s, const cqi_wal
     cqi_collapse *c = &p->collapse[p->next_collapse++];
     const cq_index a = m->origin[h], b = cq_target(m, h), l = cq_target(m, spoke), r = cq_target(m, cq_next(spoke));
     cq_index first, last;
+    CQI_FETCH_VALUE(s, p->value[0], a);
+    CQI_FETCH_VALUE(s, p->value[0], b);
     cq_mesh_collapse(m, h, &first, &last);
     cqi_merge_values(p, s, a, b);
     if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);

@@ -321,3 +321,17 @@ void claim_look_ahead_is_safe(void)
     PROVE(ahead_holds());
     REACHED();
 }
+
+/* What is asked for with a halfedge of a mesh of any size is one of the mesh, so many away where there are so many. */
+void claim_near_halfedges(void)
+{
+    const uint64_t real = nondet_u32(), all = nondet_u32();
+    const cq_index h = any_index(), before = cqi_before(h);
+    cq_index behind;
+    ASSUME(real <= all && 3 * all <= CQ_NONE && h < 3 * all);
+    d.mesh.first_virtual_face = (cq_index)real;
+    behind = cqi_behind(&d.mesh, h);
+    PROVE(h < CQI_APART ? before == 0 : h - before == CQI_APART);
+    PROVE(behind < 3 * all && (behind == h ? (uint64_t)h + CQI_APART >= 3 * real : behind - h == CQI_APART));
+    REACHED();
+}

@@ -201,7 +201,30 @@ TEST(large_meshes_come_back_and_what_is_fetched_ahead_is_theirs) {
 
 #endif
 
-#ifdef CQI_PREFETCH
+/* A mesh of 50 real faces and virtual ones behind them: halfedges 0 .. 149, and more. */
+TEST(halfedges_of_the_mesh_are_asked_for_six_lines_before_and_behind) {
+    static cq_mesh m;
+    m.first_virtual_face = 50;
+    CHECK_EQ(cqi_before(0), 0);
+    CHECK_EQ(cqi_before(95), 0);
+    CHECK_EQ(cqi_before(97), 1);
+    CHECK_EQ(cqi_before(149), 53);
+    CHECK_EQ(cqi_behind(&m, 0), 96);
+    CHECK_EQ(cqi_behind(&m, 53), 149);
+    CHECK_EQ(cqi_behind(&m, 54), 54);
+    CHECK_EQ(cqi_behind(&m, 200), 200);
+}
+
+TEST(vertices_have_first_values_unless_these_are_of_faces) {
+    static cq_shape s;
+    CHECK(!cqi_has_first_values(&s));
+    s.num_channels = 1;
+    CHECK(cqi_has_first_values(&s));
+    s.channel[0].merge = CQ_PER_FACE;
+    CHECK(!cqi_has_first_values(&s));
+}
+
+#if CQI_FETCHES
 
 /* A list of 17 patches on a torus, from its end: one spoke of the patch that is eight away from its turn comes in, and
  * each of the eight goes on clockwise. */
@@ -1596,7 +1619,7 @@ int main(int argc, char **argv) {
 #if CQ_INDEX_BITS == 32
     RUN(large_meshes_come_back_and_what_is_fetched_ahead_is_theirs);
 #endif
-#ifdef CQI_PREFETCH
+#if CQI_FETCHES
     RUN(spokes_are_fetched_eight_patches_ahead_and_one_at_a_time);
 #endif
     RUN(what_is_alike_costs_little);
