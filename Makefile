@@ -175,7 +175,8 @@ build/log/%.log: build/tests/%
 	@ASAN_OPTIONS=handle_sigill=1 $< >$@ 2>&1 || echo "exit status $$?" >>$@
 	@echo "$*: $$(tail -n 1 $@)"
 
-TEST_FLAGS = $(WARNINGS) -g -Iinclude -Iexamples -Itests/support
+# A test that is written and not run is an unused function.
+TEST_FLAGS = $(WARNINGS) -Werror=unused-function -g -Iinclude -Iexamples -Itests/support
 TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h)
 ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)

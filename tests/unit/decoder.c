@@ -1619,6 +1619,8 @@ int main(int argc, char **argv) {
 #if CQ_INDEX_BITS == 32
     RUN(large_meshes_come_back_and_what_is_fetched_ahead_is_theirs);
 #endif
+    RUN(halfedges_of_the_mesh_are_asked_for_six_lines_before_and_behind);
+    RUN(vertices_have_first_values_unless_these_are_of_faces);
 #if CQI_FETCHES
     RUN(spokes_are_fetched_eight_patches_ahead_and_one_at_a_time);
 #endif
