@@ -3547,8 +3547,8 @@ static void cqi_code_pair(cq_decoder *d, int *p, int *q)
 /* The pair that the plan has for the next split; what it says about one some splits away is asked for. */
 static void cqi_plan_pair(const cq_decoder *d, int *p, int *q)
 {
-    const cqi_plan *plan = d->plan;
-    const cqi_collapse *c = &plan->collapse[--d->plan->next_collapse];
+    cqi_plan *plan = d->plan;
+    const cqi_collapse *c = &plan->collapse[--plan->next_collapse];
     if (plan->next_collapse >= CQI_AHEAD) {
         const cq_index b = c[-CQI_AHEAD].removed;
         CQI_FETCH(plan->decoded + b);

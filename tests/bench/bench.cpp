@@ -227,10 +227,12 @@ void print_target(const std::string &what, const std::string &mesh, double value
                 at_least ? "at least" : "at most", limit);
 }
 
+std::string kind_of(const Row &ours) { return ours.codec == "conquest" ? "" : ", fast"; }
+
 // Of one kind of stream.
 void print_targets(const Row &r, const Row &draco)
 {
-    const std::string kind = r.codec == "conquest" ? "" : ", fast";
+    const std::string kind = kind_of(r);
     print_target("decode speed / Draco level 10" + kind, r.mesh, draco.decode / r.decode, 0.5, true);
     print_target("time until 1 % of the vertices / whole, %" + kind, r.mesh, 100 * r.first / r.decode, 2, false);
     print_target("encode, Mvertices/s" + kind, r.mesh, speed(r.encode, r), 0.3, true);
@@ -248,11 +250,10 @@ void print_growth(const std::vector<Row> &ours)
         if (!large || r.vertices > large->vertices) large = &r;
     }
     if (!small || small == large) return;
-    const std::string fast = small->codec == "conquest" ? "" : ", fast";
     const std::string range = small->mesh + " .. " + large->mesh.substr(8);
-    print_target("growth of decode time per vertex" + fast, range,
+    print_target("growth of decode time per vertex" + kind_of(*small), range,
                  speed(small->decode, *small) / speed(large->decode, *large), 2.5, false);
-    print_target("growth of encode time per vertex" + fast, range,
+    print_target("growth of encode time per vertex" + kind_of(*small), range,
                  speed(small->encode, *small) / speed(large->encode, *large), 2.5, false);
 }
 
@@ -278,7 +279,10 @@ bool run(int argc, char **argv)
     }
     std::fclose(csv);
     std::printf("\nTargets, ratios within this run:\n");
-    for (size_t i = 0; i < draco.size(); ++i) print_targets(ours[i], draco[i]), print_targets(fast[i], draco[i]);
+    for (size_t i = 0; i < draco.size(); ++i) {
+        print_targets(ours[i], draco[i]);
+        print_targets(fast[i], draco[i]);
+    }
     print_growth(ours);
     print_growth(fast);
     return all_same;
