@@ -7,7 +7,10 @@ JOBS ?= $(shell nproc)
 WARNINGS = -Wall -Wextra -Wconversion -pedantic
 COMPILE = $(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -Iinclude $(CFLAGS) $(LDFLAGS)
 HEADER = include/conquest.h
-CQM_SOURCES = $(wildcard examples/cqm*.c examples/cqm/*.c) examples/mesh_file.c
+MESH_FILE = $(wildcard examples/mesh_file/*.c)
+MESH_FILE_HEADERS = examples/mesh_file.h examples/mesh_file/reader.h
+CQM_SOURCES = $(wildcard examples/cqm/*.c) $(MESH_FILE)
+CQM_HEADERS = $(HEADER) examples/cqm/cqm.h $(MESH_FILE_HEADERS)
 
 .DELETE_ON_ERROR:
 .PHONY: all help clean demo deps meshes ref_data check-ref test run summary
@@ -19,7 +22,7 @@ all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mes
 help: ## lists the targets
 	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
 
-build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
+build/cqm: $(CQM_SOURCES) $(CQM_HEADERS)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples $(CQM_SOURCES) $(LDLIBS) -lm -o $@
 
@@ -54,8 +57,8 @@ check-ref: build/cqm build/meshgen ## decodes the reference streams of all versi
 
 MESHES ?= ../shared/meshes
 LIST = tests/train/meshes.txt
-ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/file.c examples/mesh_file.c
-ENCODE_HEADERS = $(HEADER) examples/cqm/cqm.h examples/mesh_file.h
+ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/positions.c examples/cqm/file.c $(MESH_FILE)
+ENCODE_HEADERS = $(CQM_HEADERS)
 MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
 SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/info.c $(ENCODE_SOURCES)
 
@@ -263,7 +266,7 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
 
-build/tests/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
+build/tests/cqm: $(CQM_SOURCES) $(CQM_HEADERS)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
 
@@ -292,7 +295,8 @@ build/log/embedded.log: $(EMBEDDED)
 
 BENCH_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev libzstd-dev libopenctm-dev python3-matplotlib \
     $(if $(shell command -v npm),,npm)
-BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/bench/*.cpp)) build/bench/mesh_file.o
+BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/bench/*.cpp)) \
+    $(MESH_FILE:examples/%.c=build/bench/%.o)
 
 .PHONY: bench deps-bench
 bench: deps-bench build/meshes build/meshgen ## compares size, speed, memory with other codecs; QUICK=1: a minute
@@ -309,7 +313,7 @@ build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 
-build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
+build/bench/mesh_file/%.o: examples/mesh_file/%.c $(MESH_FILE_HEADERS)
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
 
@@ -332,10 +336,9 @@ quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and
 deps-quality:
 	$(call install,$(QUALITY_PACKAGES))
 
-build/quality/peers: tests/quality/peers.cpp examples/mesh_file.c examples/mesh_file.h
+build/quality/peers: tests/quality/peers.cpp $(MESH_FILE:examples/%.c=build/bench/%.o)
 	@mkdir -p $(@D)
-	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c examples/mesh_file.c -o $@.o
-	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $< $@.o $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $^ $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
 
 build/quality/venv/complete: tests/quality/requirements.txt
 	@mkdir -p $(@D)
@@ -444,7 +447,7 @@ build/log/proof-bugs.log: $(HEADER) $(wildcard tests/proof/*)
 # fuzz-msan run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
 
 FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
-FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h examples/mesh_file.*)
+FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h) $(MESH_FILE) $(MESH_FILE_HEADERS)
 COUNT_WORK = -DFUZZ_COUNTS_WORK -fsanitize-coverage=trace-pc
 SECONDS ?= 120
 

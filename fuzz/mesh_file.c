@@ -4,7 +4,13 @@
 #define _POSIX_C_SOURCE 200809L /* open_memstream */
 #include "fuzz.h"
 
-#include "../examples/mesh_file.c"
+#include "../examples/mesh_file/mesh_file.c"
+#include "../examples/mesh_file/obj.c"
+#include "../examples/mesh_file/off.c"
+#include "../examples/mesh_file/ply.c"
+#include "../examples/mesh_file/stl.c"
+#include "../examples/mesh_file/text.c"
+#include "../examples/mesh_file/write.c"
 
 static void check_mesh(const struct mesh_file *m) {
     size_t k;

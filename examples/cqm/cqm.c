@@ -1,9 +1,11 @@
 /* cqm.c - command line of the conquest mesh codec: help, options, main. SPDX-License-Identifier: MIT
  *
- *     cc -O2 -Iinclude examples/cqm/[a-z]*.c examples/mesh_file.c -o build/cqm -lm */
+ *     cc -O2 -Iinclude examples/cqm/[a-z]*.c examples/mesh_file/[a-z]*.c -o build/cqm -lm */
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,14 +43,20 @@ static const char encode_help[] =
     "  --bits N           bits per coordinate, 1 to 24, default 12: positions are\n"
     "                     rounded to a uniform grid that begins at the minimum of the\n"
     "                     bounding box and has 2^N points along its longest side;\n"
-    "                     32: floats as they are, and then coarse levels keep vertices\n"
-    "                     where they are instead of moving them to midpoints\n"
+    "                     32: as 32-bit floats, and then coarse levels keep vertices\n"
+    "                     where they are instead of moving them to midpoints. What\n"
+    "                     floats cannot hold (doubles) is told, with the distance\n"
+    "  --bits LIST        the same for several channels: normals=N, texcoords=N,\n"
+    "                     colors=N, positions=N, with commas; default: normals=10,\n"
+    "                     texcoords=12, colors=8\n"
+    "  --grid X,Y,Z,STEP  round positions to the grid that begins at X,Y,Z and has\n"
+    "                     points STEP apart, as many as the mesh needs, at most 2^24\n"
+    "                     along an axis: tiles that share a grid meet without cracks\n"
     "  --channels LIST    what to keep beside the triangles, of positions, normals,\n"
     "                     texcoords, colors, materials, with commas; default: all\n"
     "                     that the file has for each vertex, and materials of OBJ.\n"
-    "                     What cannot be kept is told. Normals get 2 x 10 bits,\n"
-    "                     texture coordinates 2 x 12, colors 8 each; materials are\n"
-    "                     numbered, their names are not kept\n"
+    "                     What cannot be kept is told. Materials are numbered, their\n"
+    "                     names are not kept\n"
     "  --connectivity     keep nothing beside the triangles\n"
     "  --keep-order       also keep the order of the vertices\n"
     "  --goal GOAL        balanced (default): features of the surface stay longest;\n"
@@ -59,8 +67,10 @@ static const char encode_help[] =
     "                     least-connectivity: by valences alone\n"
     "  --fast             decodes twice as fast, from 3 to 12 % more bytes: simpler\n"
     "                     models of connectivity and of positions\n"
-    "  --format FORMAT    IN is off, obj, ply or stl, whatever its name\n"
-    "  --quiet            do not tell what is dropped; show no progress, which is shown\n"
+    "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
+    "  --strict           exit with status 1, and write nothing, if anything that the\n"
+    "                     file holds is dropped or changed, beside rounding to --bits\n"
+    "  --quiet            do not tell what is dropped or changed; show no progress, which is shown\n"
     "                     only on a terminal anyway\n"
     "  --help             this text\n";
 
@@ -73,7 +83,9 @@ static const char decode_help[] =
     "  --level N          until N levels are refined; 0 gives the base mesh\n"
     "  --bytes N          with the first N bytes of the stream\n"
     "\n"
-    "  --format FORMAT    OUT is off, obj, ply or stl, whatever its name\n"
+    "  --format FORMAT    OUT is off, obj, ply or stl, for names that do not tell\n"
+    "  --strict           exit with status 1, and write nothing, if OUT cannot hold\n"
+    "                     everything that the stream does\n"
     "  --quiet            do not warn that a stream has no positions, nor of what the\n"
     "                     format of OUT cannot hold\n"
     "  --help             this text\n"
@@ -88,7 +100,8 @@ static const char info_help[] =
     "cqm info [OPTION]... IN.cqm\n"
     "\n"
     "Decodes a stream and prints its counts, the size of its parts and a table of its\n"
-    "levels, the coarsest first.\n"
+    "levels, the coarsest first. Of a stream that ends too early it prints what it\n"
+    "holds so far, with a message and exit status 1.\n"
     "\n"
     "  --json             print one JSON object; \"bits\" adds up to 8 * \"bytes\"\n"
     "  --help             this text\n";
@@ -97,16 +110,18 @@ static const char verify_help[] =
     "cqm verify [OPTION]... IN...\n"
     "\n"
     "Encodes each mesh file, decodes the stream in one piece and in small ones, and\n"
-    "compares the triangles and, on their grids, all other numbers. Prints one line\n"
-    "per file. Exit status 0: all are equal.\n"
+    "compares the triangles and, on their grids, all other numbers, and positions with\n"
+    "those of the file. Prints one line per file. Exit status 0: all are equal.\n"
     "\n"
-    "  --bits N           as for encode\n"
+    "  --bits N or LIST   as for encode\n"
     "  --channels LIST    as for encode\n"
     "  --connectivity     as for encode\n"
     "  --keep-order       as for encode\n"
     "  --goal GOAL        as for encode\n"
     "  --fast             as for encode\n"
-    "  --format FORMAT    each IN is off, obj, ply or stl, whatever its name\n"
+    "  --grid X,Y,Z,STEP  as for encode\n"
+    "  --format FORMAT    each IN is off, obj, ply or stl, for names that do not tell\n"
+    "  --strict           as for encode\n"
     "  --quiet            as for encode\n"
     "  --help             this text\n";
 
@@ -119,38 +134,46 @@ struct command {
     enum command_id id;
     int (*run)(const struct options *options);
     int min_files, max_files;
+    const char *files;
     const char *help;
 };
 
 static const struct command commands[] = {
-    { "encode", ENCODE, run_encode, 2, 2, encode_help },
-    { "decode", DECODE, run_decode, 2, 2, decode_help },
-    { "info", INFO, run_info, 1, 1, info_help },
-    { "verify", VERIFY, run_verify, 1, INT32_MAX, verify_help },
+    { "encode", ENCODE, run_encode, 2, 2, "two files, IN and OUT.cqm", encode_help },
+    { "decode", DECODE, run_decode, 2, 2, "two files, IN.cqm and OUT", decode_help },
+    { "info", INFO, run_info, 1, 1, "one file, IN.cqm", info_help },
+    { "verify", VERIFY, run_verify, 1, INT32_MAX, "at least one file, IN", verify_help },
 };
 
-enum option_id { BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FAST, FORMAT, QUIET, VERTICES, LEVEL, BYTES, JSON };
+enum option_id {
+    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FAST, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, BYTES, JSON
+};
+
+#define NUMBERS "a number up to 4294967294"
 
 struct option {
     const char *name;
     enum option_id id;
-    int has_value;
+    const char *values;   /* what it takes; NULL: nothing */
     int commands;         /* sum of those that take it */
 };
 
 static const struct option option_list[] = {
-    { "--bits", BITS, 1, ENCODE | VERIFY },
-    { "--channels", CHANNELS, 1, ENCODE | VERIFY },
-    { "--connectivity", CONNECTIVITY, 0, ENCODE | VERIFY },
-    { "--keep-order", KEEP_ORDER, 0, ENCODE | VERIFY },
-    { "--goal", GOAL, 1, ENCODE | VERIFY },
-    { "--fast", FAST, 0, ENCODE | VERIFY },
-    { "--format", FORMAT, 1, ENCODE | DECODE | VERIFY },
-    { "--quiet", QUIET, 0, ENCODE | DECODE | VERIFY },
-    { "--vertices", VERTICES, 1, DECODE },
-    { "--level", LEVEL, 1, DECODE },
-    { "--bytes", BYTES, 1, DECODE },
-    { "--json", JSON, 0, INFO },
+    { "--bits", BITS, "1 to 24 or 32, or a list of positions=, normals=, texcoords=, colors= with 1 to 24 (normals: 2 to 24; "
+      "positions: also 32)", ENCODE | VERIFY },
+    { "--channels", CHANNELS, "a list of positions, normals, texcoords, colors, materials", ENCODE | VERIFY },
+    { "--connectivity", CONNECTIVITY, NULL, ENCODE | VERIFY },
+    { "--keep-order", KEEP_ORDER, NULL, ENCODE | VERIFY },
+    { "--goal", GOAL, "balanced, best-looking, smallest or least-connectivity", ENCODE | VERIFY },
+    { "--fast", FAST, NULL, ENCODE | VERIFY },
+    { "--grid", GRID, "X,Y,Z,STEP: an origin and a step above 0", ENCODE | VERIFY },
+    { "--format", FORMAT, "off, obj, ply or stl", ENCODE | DECODE | VERIFY },
+    { "--strict", STRICT, NULL, ENCODE | DECODE | VERIFY },
+    { "--quiet", QUIET, NULL, ENCODE | DECODE | VERIFY },
+    { "--vertices", VERTICES, NUMBERS, DECODE },
+    { "--level", LEVEL, NUMBERS, DECODE },
+    { "--bytes", BYTES, NUMBERS, DECODE },
+    { "--json", JSON, NULL, INFO },
 };
 
 static const struct command *find_command(const char *name)
@@ -174,6 +197,8 @@ static const struct option *find_option(const struct command *command, const cha
 }
 
 /* -- Parsing ------------------------------------------------------------------------------------------------------- */
+
+#define ITEM_BYTES 64
 
 /* Digits only; 0 unless low <= number <= high. */
 static int parse_uint(const char *text, uint32_t low, uint32_t high, uint32_t *number)
@@ -204,31 +229,83 @@ static int parse_goal(const char *text, cq_goal *goal)
     return 0;
 }
 
-static int parse_bits(const char *text, uint32_t *bits)
+/* The names of --channels and --bits: attributes in the order of their bits. */
+static const char *const channel_names[] = { "normals", "texcoords", "colors", "materials", "positions" };
+enum { MATERIALS = MESH_NUM_ATTRIBUTES, POSITIONS, NUM_CHANNEL_NAMES };
+
+/* Which channel has this name; NUM_CHANNEL_NAMES if none has. */
+static int find_channel_name(const char *text, size_t length)
 {
-    return parse_uint(text, 1, CQ_EXACT_BITS, bits) && (*bits <= CQ_MAX_BITS || *bits == CQ_EXACT_BITS);
+    int i = 0;
+    while (i < NUM_CHANNEL_NAMES && (strlen(channel_names[i]) != length || memcmp(channel_names[i], text, length) != 0))
+        i++;
+    return i;
+}
+
+/* Takes the text up to a comma or its end into `item`; returns what follows, or NULL at the end. */
+static const char *cut_item(const char *text, char item[ITEM_BYTES])
+{
+    size_t length = strcspn(text, ",");
+    snprintf(item, ITEM_BYTES, "%.*s", (int)(length < ITEM_BYTES ? length : ITEM_BYTES - 1), text);
+    return text[length] == ',' ? text + length + 1 : NULL;
+}
+
+/* "N" or "NAME=N". */
+static int parse_bits_item(const char *item, struct options *options)
+{
+    const char *number = strchr(item, '=');
+    int channel = number != NULL ? find_channel_name(item, (size_t)(number - item)) : POSITIONS;
+    number = number != NULL ? number + 1 : item;
+    if (channel == POSITIONS)
+        return parse_uint(number, 1, CQ_EXACT_BITS, &options->bits)
+               && (options->bits <= CQ_MAX_BITS || options->bits == CQ_EXACT_BITS);
+    return channel < MESH_NUM_ATTRIBUTES
+           && parse_uint(number, channel == MESH_NORMALS ? 2 : 1, CQ_MAX_BITS, &options->attribute_bits[channel]);
+}
+
+static int parse_bits(const char *text, struct options *options)
+{
+    char item[ITEM_BYTES];
+    while (text != NULL) {
+        text = cut_item(text, item);
+        if (!parse_bits_item(item, options))
+            return 0;
+    }
+    return 1;
+}
+
+/* Three coordinates and a step, as numbers of the "C" locale that floats can hold. */
+static int parse_grid(const char *text, struct options *options)
+{
+    char item[ITEM_BYTES], *end;
+    double number[4];
+    for (int i = 0; i < 4; i++) {
+        if (text == NULL)
+            return 0;
+        text = cut_item(text, item);
+        number[i] = strtod(item, &end);
+        if (end == item || *end != '\0' || !(fabs(number[i]) <= (double)FLT_MAX))
+            return 0;
+    }
+    memcpy(options->grid_origin, number, sizeof options->grid_origin);
+    options->grid_step = number[3];
+    return text == NULL && number[3] >= (double)FLT_MIN;
 }
 
 /* Names with commas between them; at least one. */
 static int parse_channels(const char *text, struct options *options)
 {
-    static const char *const names[] = { "normals", "texcoords", "colors", "materials", "positions" };
-    const int positions = MESH_NUM_ATTRIBUTES + 1;   /* the attributes are first, in the order of their bits */
     int kept = 0;
-    for (;;) {
-        size_t length = strcspn(text, ",");
-        int i = 0;
-        while (i <= positions && (strlen(names[i]) != length || memcmp(names[i], text, length) != 0))
-            i++;
-        if (i > positions)
+    while (text != NULL) {
+        char item[ITEM_BYTES];
+        text = cut_item(text, item);
+        int channel = find_channel_name(item, strlen(item));
+        if (channel == NUM_CHANNEL_NAMES)
             return 0;
-        kept |= 1 << i;
-        text += length;
-        if (*text++ == '\0')
-            break;
+        kept |= 1 << channel;
     }
-    options->attributes = kept & ((1 << positions) - 1);
-    options->connectivity = kept >> positions == 0;
+    options->attributes = kept & ((1 << POSITIONS) - 1);
+    options->connectivity = kept >> POSITIONS == 0;
     return 1;
 }
 
@@ -242,7 +319,7 @@ static int no_channels(struct options *options)
 static int set_option(struct options *options, enum option_id id, const char *value)
 {
     switch (id) {
-    case BITS: return parse_bits(value, &options->bits);
+    case BITS: return parse_bits(value, options);
     case CHANNELS: return parse_channels(value, options);
     case KEEP_ORDER: return options->keep_order = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
@@ -252,6 +329,8 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case CONNECTIVITY: return no_channels(options);
     case GOAL: return parse_goal(value, &options->goal);
     case FAST: return options->fast = 1;
+    case GRID: return parse_grid(value, options);
+    case STRICT: return options->strict = 1;
     case QUIET: return options->quiet = 1;
     case JSON: return options->json = 1;
     }
@@ -263,14 +342,26 @@ static int take_option(struct options *options, const struct command *command, i
 {
     const struct option *option = find_option(command, arguments[at]);
     if (option == NULL)
-        return complain(command->name, "no option '%s'; see --help", arguments[at]);
+        return complain(command->name, "unknown option '%s'; see cqm %s --help", arguments[at], command->name);
     char *value = strchr(arguments[at], '=');
-    value = value != NULL ? value + 1 : option->has_value ? arguments[++at] : NULL;
-    if ((value != NULL) != option->has_value)
-        return complain(command->name, "%s takes %s value", option->name, option->has_value ? "a" : "no");
+    value = value != NULL ? value + 1 : option->values != NULL ? arguments[++at] : NULL;
+    if (option->values == NULL && value != NULL)
+        return complain(command->name, "%s takes no value", option->name);
+    if (option->values != NULL && value == NULL)
+        return complain(command->name, "%s needs a value: %s", option->name, option->values);
     if (!set_option(options, option->id, value))
-        return complain(command->name, "%s cannot be '%s'; see --help", option->name, value);
+        return complain(command->name, "%s cannot be '%s'; it takes %s", option->name, value, option->values);
     return at + 1;
+}
+
+/* What no option can tell by itself. */
+static int check_options(const struct options *options, const struct command *command)
+{
+    if (options->grid_step > 0 && options->bits != 0)
+        return complain(command->name, "--grid decides how many bits positions have; leave out --bits for them");
+    if (command->max_files == 2 && is_same_file(options->files[0], options->files[1]))
+        return complain(command->name, "'%s' and '%s' are the same file", options->files[0], options->files[1]);
+    return 1;
 }
 
 /* Sorts the arguments, which end with NULL, into options and files; 0 after a complaint. */
@@ -287,9 +378,9 @@ static int parse_arguments(struct options *options, const struct command *comman
             return 0;
     }
     if (options->num_files < command->min_files || options->num_files > command->max_files)
-        return complain(command->name, "%d file names are too %s; see --help", options->num_files,
-                        options->num_files < command->min_files ? "few" : "many");
-    return 1;
+        return complain(command->name, "takes %s, but got %d; see cqm %s --help", command->files, options->num_files,
+                        command->name);
+    return check_options(options, command);
 }
 
 /* -- Main ---------------------------------------------------------------------------------------------------------- */
@@ -311,17 +402,19 @@ static int asks_for_help(char **arguments)
 static int run_command(const struct command *command, char **arguments)
 {
     struct options options = { 0 };
-    options.bits = 12;
     options.attributes = KEEP_MATERIALS | (KEEP_MATERIALS - 1);
     options.max_vertices = options.max_bytes = options.max_levels = CQ_NO_LIMIT;
     options.files = arguments;       /* files move to the front: there are never more than arguments seen */
     if (!parse_arguments(&options, command, arguments))
         return EXIT_BAD_USAGE;
+    if (options.bits == 0)
+        options.bits = 12;
     return command->run(&options);
 }
 
 int main(int argc, char **argv)
 {
+    set_binary_streams();
     if (argc < 2) {
         fputs(main_help, stderr);
         return EXIT_BAD_USAGE;
@@ -332,7 +425,7 @@ int main(int argc, char **argv)
     if (asks_for_help(argv + 1))
         return print(command != NULL ? command->help : main_help);
     if (command == NULL) {
-        complain(argv[1], "no such command; see cqm --help");
+        complain(argv[1], "unknown command; see cqm --help");
         return EXIT_BAD_USAGE;
     }
     return run_command(command, argv + 2);

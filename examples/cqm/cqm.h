@@ -3,6 +3,7 @@
  *     cqm.c      help, options, main            encode.c   mesh file -> stream
  *     file.c     whole files in and out         decode.c   stream -> mesh file
  *     verify.c   encode, decode, compare        info.c     what a stream holds and what it costs
+ *     positions.c   doubles to values of a channel and back
  *
  * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
 #ifndef CQM_H
@@ -21,10 +22,12 @@
 #define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
 
 struct options {
-    int connectivity, keep_order, fast, json, quiet;
+    int connectivity, keep_order, fast, json, quiet, strict;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
+    uint32_t attribute_bits[MESH_NUM_ATTRIBUTES];   /* per component; 0: as many as is usual */
+    double grid_origin[3], grid_step;           /* of positions; step 0: a grid that fits the mesh */
     uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */
     enum mesh_format format;                    /* MESH_UNKNOWN: by the name of the file */
     char **files;
@@ -41,6 +44,12 @@ int run_verify(const struct options *options);
 /* Prints "cqm: PATH: message" to stderr. Returns 0. */
 int complain(const char *path, const char *format, ...);
 
+/* Do both paths lead to the same file, which is not "-"? */
+int is_same_file(const char *a, const char *b);
+
+/* Standard input and output are for bytes: where the system makes a difference, it is told. */
+void set_binary_streams(void);
+
 /* All bytes of a file, or of standard input if the path is "-"; free() them. NULL after a complaint. */
 uint8_t *load_file(const char *path, size_t *size);
 
@@ -55,7 +64,8 @@ struct output {
 int open_output(struct output *output, const char *path);
 int close_output(struct output *output);   /* 0, and no file, if a write has failed */
 
-/* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they don't. */
+/* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they do not, or
+ * contradict each other. */
 enum mesh_format choose_format(const char *path, const struct options *options);
 
 int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format);
@@ -64,15 +74,29 @@ int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format)
 
 /* An encoded mesh with what it was made from. */
 struct encoding {
-    cq_input input;          /* indices belong to the mesh file */
+    cq_input input;                      /* indices belong to the mesh file */
+    const double *positions;             /* of the mesh file, too */
     cq_value *values[CQ_MAX_CHANNELS];
     uint8_t *stream;
     size_t size;
+    int losses;              /* of what the mesh file has, some is dropped or changed */
     cq_report report;
 };
 
+/* Says what is lost, unless the options say --quiet, and counts it. */
+void tell_loss(struct encoding *e, const struct options *options, const char *path, const char *format, ...);
+
 int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options);
 void free_encoding(struct encoding *e);
+
+/* -- positions.c --------------------------------------------------------------------------------------------------- */
+
+/* Chooses the grid of the first channel and gives it its values; kind, components, merge and bits are set. */
+int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
+                  const struct options *options);
+
+/* double[count][3], floats if these are good enough, each finite as a float. NULL: no memory. */
+double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count);
 
 /* -- decode.c ------------------------------------------------------------------------------------------------------ */
 

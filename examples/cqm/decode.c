@@ -2,6 +2,7 @@
 #include "cqm.h"
 
 #include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +21,7 @@ static int check_header(const char *path, const uint8_t *data, size_t size, cq_s
     if (result != CQ_OK)
         return complain_stream(path, result, 0);
     if (size > *stream_bytes)
-        return complain(path, "%zu bytes too many behind the stream (byte %zu)", size - *stream_bytes, *stream_bytes);
+        return complain(path, "%zu bytes follow the end of the stream (byte %zu)", size - *stream_bytes, *stream_bytes);
     return 1;
 }
 
@@ -146,7 +147,8 @@ static int view_mesh(struct mesh_file *mesh, const cq_decoder *d)
     mesh->num_vertices = d->mesh.num_vertices;
     mesh->num_faces = d->mesh.num_faces;
     mesh->indices = malloc((corners + 1) * sizeof *mesh->indices);
-    mesh->positions = positions >= 0 ? reconstruct(d, positions)
+    mesh->positions = positions >= 0 ? reconstruct_positions(&d->shape.channel[positions], d->channel[positions],
+                                                             mesh->num_vertices)
                                      : calloc((size_t)mesh->num_vertices + 1, 3 * sizeof *mesh->positions);
     if (mesh->indices == NULL || mesh->positions == NULL)
         return 0;
@@ -182,26 +184,36 @@ static struct numbered *sort_numbers(const cq_value *number, uint32_t count)
     return order;
 }
 
-/* Rows of so many floats, row order[i].item first i = 0, then 1, ... */
-static int reorder_rows(float **rows, size_t floats, const struct numbered *order, size_t count)
+/* Rows of so many bytes, row order[i].item first i = 0, then 1, ... NULL: no memory. */
+static void *reordered(void *rows, size_t bytes, const struct numbered *order, size_t count)
 {
-    float *sorted = malloc((count + 1) * floats * sizeof *sorted);
+    char *sorted = malloc((count + 1) * bytes);
+    if (sorted == NULL)
+        return NULL;
+    for (size_t i = 0; i < count; i++)
+        memcpy(sorted + bytes * i, (char *)rows + bytes * order[i].item, bytes);
+    free(rows);
+    return sorted;
+}
+
+static int reorder_attribute(struct mesh_file *mesh, int a, const struct numbered *order)
+{
+    void *sorted = reordered(mesh->attribute[a], (size_t)mesh->components[a] * sizeof(float), order, mesh->num_vertices);
     if (sorted == NULL)
         return 0;
-    for (size_t i = 0; i < count; i++)
-        memcpy(sorted + floats * i, *rows + floats * order[i].item, floats * sizeof *sorted);
-    free(*rows);
-    *rows = sorted;
+    mesh->attribute[a] = sorted;
     return 1;
 }
 
 static int reorder_vertices(struct mesh_file *mesh, const struct numbered *order)
 {
     uint32_t *place = malloc(((size_t)mesh->num_vertices + 1) * sizeof *place);
-    int ok = place != NULL && reorder_rows(&mesh->positions, 3, order, mesh->num_vertices);
+    void *positions = reordered(mesh->positions, 3 * sizeof *mesh->positions, order, mesh->num_vertices);
+    int ok = place != NULL && positions != NULL;
+    if (positions != NULL)
+        mesh->positions = positions;
     for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
-        if (mesh->attribute[a] != NULL)
-            ok = reorder_rows(&mesh->attribute[a], (size_t)mesh->components[a], order, mesh->num_vertices);
+        ok = mesh->attribute[a] == NULL || reorder_attribute(mesh, a, order);
     for (uint32_t i = 0; i < mesh->num_vertices && ok; i++)
         place[order[i].item] = i;
     for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && ok; c++)
@@ -254,18 +266,6 @@ static int save_mesh(const struct mesh_file *mesh, const char *path, enum mesh_f
     return close_output(&output);
 }
 
-/* Without positions STL, which has nothing else, would hold nothing. */
-static int check_positions(const struct options *options, const cq_shape *shape, enum mesh_format format)
-{
-    if (find_channel(shape, CQ_POSITION) >= 0)
-        return 1;
-    if (format == MESH_STL)
-        return complain(options->files[0], "has no positions, which is all that STL holds; use OFF, OBJ or PLY");
-    if (!options->quiet)
-        complain(options->files[0], "has no positions; all are written as 0 0 0");
-    return 1;
-}
-
 /* Is channel k written to the file? */
 static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format)
 {
@@ -284,25 +284,53 @@ static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format
     }
 }
 
-static void tell_not_written(const cq_shape *shape, const char *path, enum mesh_format format)
+/* The same for 32-bit floats, which is what STL has: how far do they move a coordinate at most? */
+static double float_distance(const struct mesh_file *mesh)
 {
+    double distance = 0;
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++)
+        distance = fmax(distance, fabs(mesh->positions[i] - (double)(float)mesh->positions[i]));
+    return distance;
+}
+
+/* Says what the file does not hold of the stream. Returns how many things these are. */
+static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh, const char *path,
+                            enum mesh_format format, int quiet)
+{
+    int losses = 0;
     for (uint32_t k = 0; k < shape->num_channels; k++)
-        if (!is_written(shape, k, format))
+        if (!is_written(shape, k, format) && ++losses > 0 && !quiet)
             complain(path, "dropped: %s%s of the stream, which this format or this program does not write",
                      channel_kind_name(&shape->channel[k]),
                      shape->channel[k].kind == CQ_COLOR && format == MESH_OBJ ? "'s alpha" : "");
+    if (format == MESH_STL && float_distance(mesh) > 0 && ++losses > 0 && !quiet)
+        complain(path, "changed: positions: STL has 32-bit floats, which move them by up to %.3g", float_distance(mesh));
+    return losses;
+}
+
+/* Without positions STL, which has nothing else, would hold nothing. */
+static int check_positions(const struct options *options, const cq_shape *shape, enum mesh_format format)
+{
+    if (find_channel(shape, CQ_POSITION) >= 0 || shape->num_vertices == 0)
+        return 1;
+    if (format == MESH_STL)
+        return complain(options->files[0], "has no positions, which is all that STL holds; use OFF, OBJ or PLY");
+    if (!options->quiet)
+        complain(options->files[0], "has no positions; all are written as 0 0 0");
+    return 1;
 }
 
 static int save_decoded(const cq_decoder *d, const struct options *options, enum mesh_format format)
 {
+    const char *path = options->files[1];
     struct mesh_file mesh;
     if (!check_positions(options, &d->shape, format))
         return 0;
     int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d) && add_materials(&mesh, d))
-             || complain(options->files[1], "out of memory");
-    if (ok && !options->quiet)
-        tell_not_written(&d->shape, options->files[1], format);
-    ok = ok && save_mesh(&mesh, options->files[1], format);
+             || complain(path, "out of memory");
+    if (ok && tell_not_written(&d->shape, &mesh, path, format, options->quiet) > 0 && options->strict)
+        ok = complain(path, "not written, for --strict: part of the stream would be dropped or changed");
+    ok = ok && save_mesh(&mesh, path, format);
     mesh_free(&mesh);
     return ok;
 }
@@ -328,7 +356,7 @@ static int decode_stream(struct decoding *d, const struct options *options, enum
     size_t used = (size_t)(in.data - data);
     if (result < 0)
         return complain_stream(path, result, used);
-    if (d->decoder.mesh.num_vertices == 0)
+    if (d->decoder.mesh.num_vertices == 0 && result != CQ_DONE)
         return complain(path, "the bytes end inside the base mesh (byte %zu)", used);
     return save_decoded(&d->decoder, options, format) && check_complete(d, options, result, size);
 }

@@ -2,6 +2,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cqm.h"
 
+#include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -26,32 +28,90 @@ static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge,
     return e->values[k] != NULL ? channel : NULL;
 }
 
-/* On a grid over the bounding box, or exactly. */
-static int add_positions(struct encoding *e, const struct mesh_file *mesh, const char *path, uint32_t bits)
+static void find_range(const cq_value *values, size_t count, size_t components, cq_value *low, cq_value *high)
 {
-    cq_merge merge = bits == CQ_EXACT_BITS ? CQ_KEEP : CQ_MIDPOINT;
-    cq_channel *channel = add_channel(e, CQ_POSITION, merge, 3, bits);
-    cq_result result = CQ_OK;
+    *low = *high = values[0];
+    for (size_t i = 0; i < count * components; i += components) {
+        *low = values[i] < *low ? values[i] : *low;
+        *high = values[i] > *high ? values[i] : *high;
+    }
+}
+
+/* Are nine tenths of the values within a 32nd of the range? */
+static int are_crowded(const cq_value *values, size_t count, size_t components, cq_value low, cq_value high)
+{
+    enum { PARTS = 64 };
+    size_t part[PARTS + 1] = { 0 };
+    for (size_t i = 0; i < count * components; i += components)
+        part[(int64_t)(values[i] - low) * PARTS / ((int64_t)high - low + 1)]++;
+    for (size_t i = 0; i < PARTS; i++)
+        if ((part[i] + part[i + 1]) * 10 >= count * 9)
+            return 1;
+    return 0;
+}
+
+/* One point far away makes the step too long for all others: looks in the direction in which the box is longest. */
+static int is_blurred(const struct encoding *e, uint32_t k)
+{
+    enum { FEW_VERTICES = 16, FEW_STEPS = 256 };
+    size_t count = e->input.shape.num_vertices, components = e->input.shape.channel[k].components, longest = 0;
+    cq_value low, high, range = 0;
+    if (count < FEW_VERTICES || e->input.shape.channel[k].bits > CQ_MAX_BITS)
+        return 0;
+    for (size_t c = 0; c < components; c++) {
+        find_range(e->values[k] + c, count, components, &low, &high);
+        if (high - low > range) {
+            range = high - low;
+            longest = c;
+        }
+    }
+    find_range(e->values[k] + longest, count, components, &low, &high);
+    return range >= FEW_STEPS && are_crowded(e->values[k] + longest, count, components, low, high);
+}
+
+static void tell_blurred(struct encoding *e, const struct options *options, const char *path, const char *name,
+                         const char *channel_name)
+{
+    uint32_t k = e->input.shape.num_channels - 1;
+    const cq_channel *channel = &e->input.shape.channel[k];
+    float step;
+    memcpy(&step, &channel->step, sizeof step);
+    if (is_blurred(e, k))
+        tell_loss(e, options, path, "changed: %s: a few are far from all others, so that all are rounded to multiples of "
+                  "%.3g (%d bits); see --bits %s=N", name, (double)step, channel->bits, channel_name);
+}
+
+static int add_position_channel(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                                const struct options *options)
+{
+    cq_merge merge = options->bits == CQ_EXACT_BITS ? CQ_KEEP : CQ_MIDPOINT;
+    cq_channel *channel = add_channel(e, CQ_POSITION, merge, 3, options->bits);
     if (channel == NULL)
         return complain(path, "out of memory");
-    if (bits != CQ_EXACT_BITS)
-        result = cq_fit_grid(channel, mesh->positions, mesh->num_vertices, NULL);
-    if (result == CQ_OK)
-        result = cq_quantise(channel, mesh->positions, mesh->num_vertices, e->values[0], NULL);
-    return result == CQ_OK || complain(path, "too large for %lu bits", (unsigned long)bits);
+    if (!add_positions(e, channel, mesh, path, options))
+        return 0;
+    tell_blurred(e, options, path, "positions", "positions");
+    return 1;
+}
+
+static uint32_t bits_of(const struct options *options, enum mesh_attribute a)
+{
+    static const uint32_t usual[MESH_NUM_ATTRIBUTES] = { NORMAL_BITS, TEXCOORD_BITS, COLOR_BITS };
+    return options->attribute_bits[a] != 0 ? options->attribute_bits[a] : usual[a];
 }
 
 /* Normals without a length are no reason to refuse a mesh, but have no direction to keep. */
-static int add_normals(struct encoding *e, const struct mesh_file *mesh, const char *path)
+static int add_normals(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                       const struct options *options)
 {
     const float *from = mesh->attribute[MESH_NORMALS];
-    uint32_t k = e->input.shape.num_channels;
+    uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_NORMALS);
     cq_place place;
-    if (add_channel(e, CQ_NORMAL, CQ_MIDPOINT, 2, NORMAL_BITS) == NULL)
+    if (add_channel(e, CQ_NORMAL, CQ_MIDPOINT, 2, bits) == NULL)
         return complain(path, "out of memory");
-    if (cq_quantise_normals(NORMAL_BITS, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
+    if (cq_quantise_normals((int)bits, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
         return 1;
-    complain(path, "dropped: normals: vertex %lu has one of no length", (unsigned long)place.vertex);
+    tell_loss(e, options, path, "dropped: normals: vertex %lu has one of no length", (unsigned long)place.vertex);
     free(e->values[k]);
     e->values[k] = NULL;
     e->input.shape.num_channels = k;
@@ -59,24 +119,29 @@ static int add_normals(struct encoding *e, const struct mesh_file *mesh, const c
     return 1;
 }
 
-static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const char *path)
+static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                         const struct options *options)
 {
     const float *from = mesh->attribute[MESH_TEXCOORDS];
-    uint32_t k = e->input.shape.num_channels;
-    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_MIDPOINT, 2, TEXCOORD_BITS);
+    uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_TEXCOORDS);
+    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_MIDPOINT, 2, bits);
     if (channel == NULL)
         return complain(path, "out of memory");
-    return (cq_fit_grid(channel, from, mesh->num_vertices, NULL) == CQ_OK
-            && cq_quantise(channel, from, mesh->num_vertices, e->values[k], NULL) == CQ_OK)
-        || complain(path, "texture coordinates too large for %d bits", TEXCOORD_BITS);
+    if (cq_fit_grid(channel, from, mesh->num_vertices, NULL) != CQ_OK
+            || cq_quantise(channel, from, mesh->num_vertices, e->values[k], NULL) != CQ_OK)
+        return complain(path, "texture coordinates too large for %lu bits", (unsigned long)bits);
+    tell_blurred(e, options, path, mesh_attribute_name(MESH_TEXCOORDS), "texcoords");
+    return 1;
 }
 
-/* The grid is the one of colors of 8 bits, so that those come back as they are. */
-static int add_colors(struct encoding *e, const struct mesh_file *mesh, const char *path)
+/* The grid is the one of integers with as many bits, so that those come back as they are. */
+static int add_colors(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                      const struct options *options)
 {
-    const float step = 1.0f / ((1 << COLOR_BITS) - 1);
+    uint32_t bits = bits_of(options, MESH_COLORS);
+    const float step = 1.0f / (float)((1u << bits) - 1);
     uint32_t k = e->input.shape.num_channels;
-    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_MIDPOINT, mesh->components[MESH_COLORS], COLOR_BITS);
+    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_MIDPOINT, mesh->components[MESH_COLORS], bits);
     if (channel == NULL)
         return complain(path, "out of memory");
     memcpy(&channel->step, &step, sizeof step);
@@ -120,34 +185,55 @@ static int add_order(struct encoding *e, const char *path)
     return 1;
 }
 
-static int add_attribute(struct encoding *e, const struct mesh_file *mesh, const char *path, enum mesh_attribute a)
+static int add_attribute(struct encoding *e, const struct mesh_file *mesh, const char *path,
+                         const struct options *options, enum mesh_attribute a)
 {
     switch (a) {
-    case MESH_NORMALS: return add_normals(e, mesh, path);
-    case MESH_TEXCOORDS: return add_texcoords(e, mesh, path);
-    default: return add_colors(e, mesh, path);
+    case MESH_NORMALS: return add_normals(e, mesh, path, options);
+    case MESH_TEXCOORDS: return add_texcoords(e, mesh, path, options);
+    default: return add_colors(e, mesh, path, options);
     }
 }
 
-static void tell_dropped(const struct mesh_file *mesh, const char *path)
+void tell_loss(struct encoding *e, const struct options *options, const char *path, const char *format, ...)
 {
-    for (int i = 0; i < mesh->num_dropped; i++)
-        complain(path, "dropped: %s", mesh->dropped[i]);
+    char text[2 * MESH_ERROR_BYTES];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    e->losses++;
+    if (!options->quiet)
+        complain(path, "%s", text);
+}
+
+/* What the reader could not keep. */
+static void tell_notes(struct encoding *e, const struct options *options, const struct mesh_file *mesh,
+                       const char *path)
+{
+    const char *end, *line = mesh->notes;
+    for (; line != NULL && (end = strchr(line, '\n')) != NULL; line = end + 1) {
+        e->losses++;
+        if (!options->quiet)
+            complain(path, "%.*s", (int)(end - line), line);
+    }
 }
 
 static int add_channels(struct encoding *e, const struct mesh_file *mesh, const char *path,
                         const struct options *options)
 {
-    if (!options->connectivity && !add_positions(e, mesh, path, options->bits))
+    if (!options->connectivity && !add_position_channel(e, mesh, path, options))
         return 0;
+    if (options->connectivity && options->attributes != 0)
+        tell_loss(e, options, path, "dropped: positions, which --channels does not list");
     for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
         if ((options->attributes >> a & 1) != 0 && mesh->attribute[a] != NULL
-                && !add_attribute(e, mesh, path, (enum mesh_attribute)a))
+                && !add_attribute(e, mesh, path, options, (enum mesh_attribute)a))
             return 0;
     if ((options->attributes & KEEP_MATERIALS) != 0 && mesh->materials != NULL && !add_materials(e, mesh, path))
         return 0;
-    if (options->attributes != 0 && !options->quiet)
-        tell_dropped(mesh, path);
+    if (options->attributes != 0)
+        tell_notes(e, options, mesh, path);
     return !options->keep_order || add_order(e, path);
 }
 
@@ -234,6 +320,7 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.shape.num_vertices = mesh->num_vertices;
     e->input.shape.num_faces = mesh->num_faces;
     e->input.indices = mesh->indices;
+    e->positions = mesh->positions;
     e->input.goal = options->goal;
     e->input.shape.fast = (uint32_t)options->fast;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
@@ -255,7 +342,11 @@ int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *pa
     }
     cq_result result = encode_with_retries(e, &place);
     clear_progress(&progress);
-    return result == CQ_OK || complain_mesh(path, result, &place);
+    if (result != CQ_OK)
+        return complain_mesh(path, result, &place);
+    if (options->strict && e->losses > 0)
+        return complain(path, "refused, for --strict: part of the file would be dropped or changed");
+    return 1;
 }
 
 void free_encoding(struct encoding *e)

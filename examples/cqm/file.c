@@ -2,6 +2,13 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cqm.h"
 
+#ifdef _WIN32
+#include <io.h>
+#define lstat stat           /* no symbolic links */
+#else
+#define O_BINARY 0
+#endif
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdarg.h>
@@ -19,6 +26,35 @@ int complain(const char *path, const char *format, ...)
     va_end(arguments);
     fputc('\n', stderr);
     return 0;
+}
+
+/* -- The system -------------------------------------------------------------------------------------------------- */
+
+void set_binary_streams(void)
+{
+#ifdef _WIN32
+    _setmode(_fileno(stdin), _O_BINARY);
+    _setmode(_fileno(stdout), _O_BINARY);
+#endif
+}
+
+/* Where the system numbers files, other names of the same one are found out, too. */
+int is_same_file(const char *a, const char *b)
+{
+    struct stat s, t;
+    if (strcmp(a, "-") == 0 || strcmp(b, "-") == 0)
+        return 0;
+    return strcmp(a, b) == 0 || (stat(a, &s) == 0 && stat(b, &t) == 0 && S_ISREG(s.st_mode) && s.st_ino != 0
+                                 && s.st_ino == t.st_ino && s.st_dev == t.st_dev);
+}
+
+/* Renames a file to a name that another one may have, which not every system does in one step. */
+static int replace_file(const char *from, const char *to)
+{
+#ifdef _WIN32
+    remove(to);
+#endif
+    return rename(from, to) == 0;
 }
 
 /* -- Input --------------------------------------------------------------------------------------------------------- */
@@ -57,10 +93,13 @@ uint8_t *load_file(const char *path, size_t *size)
 
 enum mesh_format choose_format(const char *path, const struct options *options)
 {
-    enum mesh_format format = options->format != MESH_UNKNOWN ? options->format : mesh_format_of_path(path);
-    if (format == MESH_UNKNOWN)
-        complain(path, "which format? The name does not end in .off, .obj, .ply or .stl; use --format");
-    return format;
+    enum mesh_format by_name = mesh_format_of_path(path), by_option = options->format;
+    if (by_name == MESH_UNKNOWN && by_option == MESH_UNKNOWN)
+        complain(path, "unknown format: the name does not end in .off, .obj, .ply or .stl; use --format");
+    if (by_name == MESH_UNKNOWN || by_option == MESH_UNKNOWN || by_name == by_option)
+        return by_name == MESH_UNKNOWN ? by_option : by_name;
+    complain(path, "--format says %s, but the name ends in .%s", mesh_format_name(by_option), mesh_format_name(by_name));
+    return MESH_UNKNOWN;
 }
 
 int load_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format)
@@ -92,7 +131,7 @@ static FILE *create_temporary(struct output *output)
     if (output->temporary == NULL)
         return NULL;
     snprintf(output->temporary, size, "%s.%ld.part", output->path, (long)getpid());
-    int descriptor = open(output->temporary, O_WRONLY | O_CREAT | O_EXCL, 0666);
+    int descriptor = open(output->temporary, O_WRONLY | O_CREAT | O_EXCL | O_BINARY, 0666);
     return descriptor < 0 ? NULL : fdopen(descriptor, "wb");
 }
 
@@ -119,7 +158,7 @@ int close_output(struct output *output)
     if (output->file != stdout)
         ok = fclose(output->file) == 0 && ok;
     if (ok && output->temporary != NULL)
-        ok = rename(output->temporary, output->path) == 0;
+        ok = replace_file(output->temporary, output->path);
     if (!ok) {
         complain(output->path, "cannot write: %s", strerror(errno));
         if (output->temporary != NULL)

@@ -36,6 +36,23 @@ static long long genus(const cq_report *report)
     return report->num_components - euler / 2;
 }
 
+/* How much of a stream there is, and what it holds. */
+struct extent {
+    size_t bytes, stream_bytes;
+    uint32_t vertices, faces;
+};
+
+static int is_whole(const struct extent *extent)
+{
+    return extent->bytes == extent->stream_bytes;
+}
+
+/* The empty mesh has one, too. */
+static int has_base(const struct extent *extent)
+{
+    return extent->vertices > 0 || is_whole(extent);
+}
+
 struct part {
     const char *name;
     uint64_t cost;
@@ -68,15 +85,26 @@ static const char *merge_name(const cq_channel *channel)
 
 /* -- For people ---------------------------------------------------------------------------------------------------- */
 
-static void print_counts(const cq_report *r)
+static void print_so_far(const struct extent *extent)
+{
+    printf("so far          %zu of %zu bytes: %lu vertices, %lu faces\n", extent->bytes, extent->stream_bytes,
+           (unsigned long)extent->vertices, (unsigned long)extent->faces);
+}
+
+static void print_counts(const cq_report *r, const struct extent *extent)
 {
     printf("vertices        %lu\n", (unsigned long)r->shape.num_vertices);
     printf("faces           %lu\n", (unsigned long)r->shape.num_faces);
-    printf("components      %lu\n", (unsigned long)r->num_components);
+    if (!is_whole(extent))
+        print_so_far(extent);
     printf("boundary loops  %lu\n", (unsigned long)r->shape.num_boundary_loops);
-    printf("genus           %lld\n", genus(r));
-    printf("base            %lu vertices, %lu faces\n", (unsigned long)r->base_vertices, (unsigned long)r->base_faces);
-    printf("levels          %lu\n", (unsigned long)r->num_levels);
+    if (has_base(extent)) {
+        printf("components      %lu\n", (unsigned long)r->num_components);
+        printf("genus           %lld\n", genus(r));
+        printf("base            %lu vertices, %lu faces\n", (unsigned long)r->base_vertices,
+               (unsigned long)r->base_faces);
+        printf("levels          %lu%s\n", (unsigned long)r->num_levels, is_whole(extent) ? "" : " so far");
+    }
     printf("fast            %s\n", r->shape.fast ? "yes" : "no");
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
@@ -85,10 +113,10 @@ static void print_counts(const cq_report *r)
     }
 }
 
-static void print_parts(const cq_report *r)
+static void print_parts(const cq_report *r, const struct extent *extent)
 {
     struct part parts[NUM_PARTS];
-    double bits = 8 * (double)r->bytes, vertices = r->shape.num_vertices;
+    double bits = 8 * (double)extent->bytes, vertices = extent->vertices;
     list_parts(r, parts);
     printf("\n%-12s%12s%16s\n", "part", "bytes", "bits/vertex");
     for (int i = 0; i < NUM_PARTS; i++) {
@@ -110,10 +138,10 @@ static void print_level(const cq_report *r, uint32_t k)
            ratio(in_bits(l->values), splits));
 }
 
-static void print_text(const cq_report *r)
+static void print_text(const cq_report *r, const struct extent *extent)
 {
-    print_counts(r);
-    print_parts(r);
+    print_counts(r, extent);
+    print_parts(r, extent);
     printf("\n%51s%24s\n", "mean of", "bits per split of");
     printf("%5s%10s%10s%10s%8s%8s%8s%8s%8s\n", "level", "vertices", "patches", "splits", "i", "j", "flags", "indices",
            "values");
@@ -162,6 +190,12 @@ static void print_json_level(const cq_level *l)
     print_json_bits("values", l->values, "}");
 }
 
+static void print_json_so_far(const struct extent *extent)
+{
+    printf("  \"so_far\": {\"bytes\": %zu, \"vertices\": %lu, \"faces\": %lu},\n", extent->bytes,
+           (unsigned long)extent->vertices, (unsigned long)extent->faces);
+}
+
 static void print_json_counts(const cq_report *r)
 {
     printf("  \"vertices\": %lu,\n  \"faces\": %lu,\n  \"levels\": %lu,\n  \"components\": %lu,\n",
@@ -176,11 +210,13 @@ static void print_json_counts(const cq_report *r)
            ratio(8 * (double)r->bytes, r->shape.num_vertices));
 }
 
-static void print_json(const cq_report *r)
+static void print_json(const cq_report *r, const struct extent *extent)
 {
     struct part parts[NUM_PARTS];
     list_parts(r, parts);
     printf("{\n");
+    if (!is_whole(extent))
+        print_json_so_far(extent);
     print_json_counts(r);
     printf("  \"bits\": {");
     for (int i = 0; i < NUM_PARTS; i++)
@@ -200,8 +236,9 @@ static void print_json(const cq_report *r)
 
 /* -- The command --------------------------------------------------------------------------------------------------- */
 
-/* Costs are known when all is decoded. */
-static int fill_report(struct decoding *d, cq_report *report, const char *path, const uint8_t *data, size_t size)
+/* Costs are known when all is decoded that there is. */
+static int fill_report(struct decoding *d, cq_report *report, struct extent *extent, const char *path,
+                       const uint8_t *data, size_t size)
 {
     cq_bytes in = { data, size };
     if (!open_decoding(d, path, data, size))
@@ -209,26 +246,33 @@ static int fill_report(struct decoding *d, cq_report *report, const char *path, 
     d->decoder.report = report;
     cq_result result = cq_decode(&d->decoder, &in, CQ_NO_LIMIT);
     if (result == CQ_NEED_INPUT)
-        return complain(path, "truncated after %zu of %zu bytes", size, d->stream_bytes);
-    return result == CQ_DONE || complain_stream(path, result, (size_t)(in.data - data));
+        result = cq_decode(&d->decoder, NULL, CQ_NO_LIMIT);
+    extent->bytes = size;
+    extent->stream_bytes = d->stream_bytes;
+    extent->vertices = d->decoder.mesh.num_vertices;
+    extent->faces = d->decoder.mesh.num_faces;
+    return result == CQ_DONE || result == CQ_TRUNCATED || complain_stream(path, result, (size_t)(in.data - data));
 }
 
 int run_info(const struct options *options)
 {
     static struct decoding d;
     static cq_report report;
+    struct extent extent = { 0 };
     size_t size;
     uint8_t *data = load_file(options->files[0], &size);
     if (data == NULL)
         return EXIT_BAD_DATA;
-    int ok = fill_report(&d, &report, options->files[0], data, size);
+    int ok = fill_report(&d, &report, &extent, options->files[0], data, size);
     if (ok && options->json)
-        print_json(&report);
+        print_json(&report, &extent);
     else if (ok)
-        print_text(&report);
+        print_text(&report, &extent);
     close_decoding(&d);
     free(data);
     if (fflush(stdout) != 0)
         ok = complain("-", "cannot write");
+    if (ok && !is_whole(&extent))
+        ok = complain(options->files[0], "truncated after %zu of %zu bytes", size, extent.stream_bytes);
     return ok ? 0 : EXIT_BAD_DATA;
 }

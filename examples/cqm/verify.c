@@ -1,6 +1,7 @@
 /* verify.c - encode, decode, compare. SPDX-License-Identifier: MIT */
 #include "cqm.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -81,6 +82,30 @@ static int same_values(const struct encoding *e, const cq_decoder *d)
     return same;
 }
 
+/* Half a step, or in exact streams what a float is away, and where floats are used, their rounding. */
+static double tolerance(const cq_channel *channel, double x)
+{
+    float step;
+    memcpy(&step, &channel->step, sizeof step);
+    return fabs(x) * 0x1p-23 + (channel->bits == CQ_EXACT_BITS ? 0 : 0.501 * (double)step);
+}
+
+/* Are the positions that a user gets those of the file? */
+static int near_positions(const struct encoding *e, const cq_decoder *d)
+{
+    const cq_channel *channel = &d->shape.channel[0];
+    if (d->shape.num_channels == 0 || channel->kind != CQ_POSITION)
+        return 1;
+    double *positions = reconstruct_positions(channel, d->channel[0], d->mesh.num_vertices);
+    int near = positions != NULL;
+    for (size_t i = 0; near && i < 3 * (size_t)d->mesh.num_vertices; i++) {
+        double x = e->positions[i], found = positions[3 * (size_t)e->input.map[i / 3] + i % 3];
+        near = fabs(found - x) <= tolerance(channel, x);
+    }
+    free(positions);
+    return near;
+}
+
 /* NULL if the decoded mesh is the input; else what differs. */
 static const char *find_difference(const struct encoding *e, const cq_decoder *d)
 {
@@ -92,6 +117,8 @@ static const char *find_difference(const struct encoding *e, const cq_decoder *d
         return "the face map is no permutation";
     if (!same_values(e, d))
         return "the values differ";
+    if (!near_positions(e, d))
+        return "the positions differ";
     if (!same_faces(e, d))
         return "the faces differ";
     if (cq_mesh_check(&d->mesh, NULL) != CQ_OK)

@@ -56,12 +56,13 @@ void quantize(const mesh_file &in, Mesh &out)
 {
     double low[3] = { 1e300, 1e300, 1e300 }, longest = 0;
     const size_t n = 3 * static_cast<size_t>(in.num_vertices);
-    for (size_t i = 0; i < n; ++i) low[i % 3] = std::min<double>(low[i % 3], in.positions[i]);
-    for (size_t i = 0; i < n; ++i) longest = std::max(longest, in.positions[i] - low[i % 3]);
+    const std::vector<float> at(in.positions, in.positions + n);
+    for (size_t i = 0; i < n; ++i) low[i % 3] = std::min<double>(low[i % 3], at[i]);
+    for (size_t i = 0; i < n; ++i) longest = std::max(longest, at[i] - low[i % 3]);
     const double scale = longest > 0 ? ((1 << kBits) - 1) / longest : 0;
     out.positions.resize(n);
     for (size_t i = 0; i < n; ++i)
-        out.positions[i] = static_cast<int32_t>(std::floor((in.positions[i] - low[i % 3]) * scale + 0.5));
+        out.positions[i] = static_cast<int32_t>(std::floor((at[i] - low[i % 3]) * scale + 0.5));
 }
 
 Bytes read_file(const std::string &path)

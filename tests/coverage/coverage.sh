@@ -63,7 +63,7 @@ everything() {
         name=$(basename "${source%.c}")-16
         build "$name" "$source" -DCQ_INDEX_BITS=16 && run "$name" && export_counts "$name" || return 1
     done
-    build cqm examples/cqm*.c examples/cqm/*.c examples/mesh_file.c || return 1
+    build cqm examples/cqm/*.c examples/mesh_file/*.c || return 1
     for source in ref_data/*.off ref_data/bad/*.off; do
         replay "$source" || { echo "failed: cqm of $source"; return 1; }
     done

@@ -77,7 +77,7 @@ stage() { # name include-directory
         limited 20 "$program" "${meshes[@]}"
         ;;
     ref_data)
-        compile "$2" "$program" examples/cqm*.c examples/cqm/*.c examples/mesh_file.c || return 2
+        compile "$2" "$program" examples/cqm/*.c examples/mesh_file/*.c || return 2
         replay "$program" >"$work/said" 2>&1
         status=$?
         sed "s,$work/,,g" "$work/said"

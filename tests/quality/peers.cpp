@@ -49,7 +49,8 @@ Mesh load(const std::string &path)
 
 void save(Mesh &mesh, const std::string &path)
 {
-    mesh_file out{ mesh.positions.data(), mesh.indices.data(), static_cast<uint32_t>(mesh.vertices()),
+    std::vector<double> positions(mesh.positions.begin(), mesh.positions.end());
+    mesh_file out{ positions.data(), mesh.indices.data(), static_cast<uint32_t>(mesh.vertices()),
                    static_cast<uint32_t>(mesh.indices.size() / 3) };
     std::FILE *file = std::fopen(path.c_str(), "wb");
     if (!file) throw std::runtime_error(path + ": cannot write");

@@ -1,0 +1,194 @@
+/* positions.c - positions of a mesh file, which are doubles, to values of a channel and back. SPDX-License-Identifier: MIT
+ *
+ * Where floats hold the positions well, the quantiser of the library does it. Far from the origin they do not: 0.5 is the
+ * distance of two floats at 5 000 000. But a grid may begin there, at a float; its points are origin + step * value in
+ * doubles, and so is what comes back. */
+#include "cqm.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double float_value(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return (double)value;
+}
+
+static uint32_t float_bits(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static float float_not_above(double x)
+{
+    float nearest = (float)x;
+    return (double)nearest <= x ? nearest : nextafterf(nearest, -FLT_MAX);
+}
+
+static float float_not_below(double x)
+{
+    return -float_not_above(-x);
+}
+
+struct box {
+    double low[3], high[3], side;      /* the longest one */
+};
+
+static void find_box(struct box *box, const double *positions, size_t count)
+{
+    memset(box, 0, sizeof *box);
+    for (size_t i = 0; i < 3 * count; i++) {
+        double x = positions[i];
+        if (i < 3 || x < box->low[i % 3])
+            box->low[i % 3] = x;
+        if (i < 3 || x > box->high[i % 3])
+            box->high[i % 3] = x;
+    }
+    for (int c = 0; c < 3; c++)
+        box->side = fmax(box->side, box->high[c] - box->low[c]);
+}
+
+/* The distance of two points of a grid with so many bits along a side. */
+static double step_of(double side, uint32_t bits)
+{
+    return side / (double)(((uint32_t)1 << bits) - 1);
+}
+
+/* -- Grids --------------------------------------------------------------------------------------------------------- */
+
+static int quantise_floats(cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
+{
+    size_t count = 3 * (size_t)mesh->num_vertices;
+    float *positions = malloc((count + 1) * sizeof *positions);
+    for (size_t i = 0; i < count && positions != NULL; i++)
+        positions[i] = (float)mesh->positions[i];
+    int ok = positions != NULL
+             && (channel->bits == CQ_EXACT_BITS || cq_fit_grid(channel, positions, mesh->num_vertices, NULL) == CQ_OK)
+             && cq_quantise(channel, positions, mesh->num_vertices, values, NULL) == CQ_OK;
+    free(positions);
+    return ok;
+}
+
+/* Values on a grid that is chosen already. Returns the first vertex that it does not reach, or the number of vertices. */
+static size_t quantise_doubles(const cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
+{
+    double step = float_value(channel->step), end = (double)((uint32_t)1 << channel->bits);
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
+        double offset = mesh->positions[i] - float_value(channel->origin[i % 3]);
+        double at = floor(0.5 + (offset == 0 ? 0 : offset / step));
+        if (!(at >= 0 && at < end))
+            return i / 3;
+        values[i] = (cq_value)at;
+    }
+    return mesh->num_vertices;
+}
+
+/* As many bits as numbers up to this one need. */
+static uint32_t bits_to_reach(double last)
+{
+    uint32_t bits = 1;
+    while (bits < CQ_MAX_BITS && last >= (double)((uint32_t)1 << bits))
+        bits++;
+    return bits;
+}
+
+/* A grid that begins at the floats below the box, which may be far below it; so more bits than along the side, which
+ * cost little, since all values have them in common. */
+static double fit_far_grid(cq_channel *channel, const struct box *box, double step)
+{
+    double reach = 0;
+    for (int c = 0; c < 3; c++) {
+        float origin = float_not_above(box->low[c]);
+        channel->origin[c] = float_bits(origin);
+        reach = fmax(reach, box->high[c] - (double)origin);
+    }
+    step = fmax(fmax(step, step_of(reach, CQ_MAX_BITS)), (double)FLT_MIN);
+    channel->step = float_bits(float_not_below(step));
+    channel->bits = (uint8_t)bits_to_reach(reach / float_value(channel->step) + 0.5);
+    return float_value(channel->step);
+}
+
+static int add_exact(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
+                     const struct options *options, const struct box *box)
+{
+    double best = step_of(box->side, CQ_MAX_BITS) / 2;
+    if (mesh->rounding > best)
+        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats, up to %.3g away from the "
+                  "numbers of the file; --bits 24 would be within %.3g", mesh->rounding, best);
+    else if (mesh->rounding > 0)
+        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats, up to %.3g away from the "
+                  "numbers of the file", mesh->rounding);
+    return quantise_floats(channel, mesh, e->values[0]) || complain(path, "out of memory");
+}
+
+static int add_on_given_grid(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
+                             const struct options *options, const struct box *box)
+{
+    double last = 0;
+    channel->step = float_bits((float)options->grid_step);
+    for (int c = 0; c < 3; c++) {
+        channel->origin[c] = float_bits((float)options->grid_origin[c]);
+        last = fmax(last, (box->high[c] - float_value(channel->origin[c])) / float_value(channel->step) + 0.5);
+    }
+    channel->bits = (uint8_t)bits_to_reach(last);
+    size_t vertex = quantise_doubles(channel, mesh, e->values[0]);
+    if (vertex == mesh->num_vertices)
+        return 1;
+    const double *p = &mesh->positions[3 * vertex];
+    return complain(path, "vertex %zu at %.9g %.9g %.9g is beyond --grid, which has 2^24 points from its origin on along "
+                    "each axis", vertex, p[0], p[1], p[2]);
+}
+
+int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
+                  const struct options *options)
+{
+    struct box box;
+    find_box(&box, mesh->positions, mesh->num_vertices);
+    if (channel->bits == CQ_EXACT_BITS)
+        return add_exact(e, channel, mesh, path, options, &box);
+    if (options->grid_step > 0)
+        return add_on_given_grid(e, channel, mesh, path, options, &box);
+    double step = step_of(box.side, channel->bits);
+    if (mesh->rounding <= step / 64)
+        return quantise_floats(channel, mesh, e->values[0])
+               || complain(path, "too large for %lu bits", (unsigned long)options->bits);
+    double fitted = fit_far_grid(channel, &box, step);
+    if (fitted > 1.5 * step)
+        tell_loss(e, options, path, "changed: positions: so far from the origin the step of the grid is %.3g instead of "
+                  "%.3g", fitted, step);
+    return quantise_doubles(channel, mesh, e->values[0]) == mesh->num_vertices
+           || complain(path, "positions too far apart");
+}
+
+/* -- And back ------------------------------------------------------------------------------------------------------ */
+
+static double finite(double x)
+{
+    return x >= -(double)FLT_MAX ? fmin(x, (double)FLT_MAX) : x < 0 ? -(double)FLT_MAX : 0;
+}
+
+/* Unless they move a point by more than an eighth of a step, floats are what others expect. */
+static void prefer_floats(double *positions, size_t count, double step)
+{
+    double moved = 0;
+    for (size_t i = 0; i < count; i++)
+        moved = fmax(moved, fabs(positions[i] - (double)(float)positions[i]));
+    for (size_t i = 0; i < count && moved <= step / 8; i++)
+        positions[i] = (double)(float)positions[i];
+}
+
+double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count)
+{
+    double *positions = malloc((count + 1) * 3 * sizeof *positions), step = float_value(channel->step);
+    for (size_t i = 0; i < 3 * count && positions != NULL; i++)
+        positions[i] = finite(channel->bits == CQ_EXACT_BITS ? float_value((uint32_t)values[i])
+                              : float_value(channel->origin[i % 3]) + step * values[i]);
+    if (positions != NULL)
+        prefer_floats(positions, 3 * count, step);
+    return positions;
+}

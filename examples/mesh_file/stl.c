@@ -1,0 +1,300 @@
+/* stl.c - reads STL. SPDX-License-Identifier: MIT */
+#include "reader.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define STL_HEADER_BYTES 84          /* comment, number of triangles */
+#define STL_TRIANGLE_BYTES 50        /* normal, three positions, two bytes */
+#define STL_NO_VERTEX UINT32_MAX
+
+/* Both readers first give each corner a vertex of its own. */
+static int stl_allocate(struct reader *r, struct mesh_file *mesh, size_t faces)
+{
+    if (faces > UINT32_MAX / 3)
+        return fail(r, "too many triangles");
+    return allocate(r, mesh, 3 * faces, faces);
+}
+
+/* -- Corners with equal positions become one vertex ---------------------------------------------------------------- */
+
+static uint32_t hash_position(const double position[3])
+{
+    uint32_t bits[6], hash = 0;
+    memcpy(bits, position, sizeof bits);
+    for (int i = 0; i < 6; i++) {
+        hash = (hash ^ bits[i]) * 0x9e3779b1u;
+        hash ^= hash >> 15;
+    }
+    return hash;
+}
+
+/* The vertex with this position; a new one behind the others if there is none yet. */
+static uint32_t find_or_add(struct mesh_file *mesh, uint32_t *table, size_t mask, const double position[3])
+{
+    size_t slot = hash_position(position) & mask;
+    while (table[slot] != STL_NO_VERTEX
+            && memcmp(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position) != 0)
+        slot = (slot + 1) & mask;
+    if (table[slot] == STL_NO_VERTEX) {
+        table[slot] = mesh->num_vertices++;
+        memmove(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position);
+    }
+    return table[slot];
+}
+
+/* Gives corners with equal positions the same vertex, numbered as they first occur. Works in place: the vertex is never
+ * behind the corner. The table is at most half full. */
+static int stl_weld(struct reader *r, struct mesh_file *mesh)
+{
+    size_t corners = 3 * (size_t)mesh->num_faces, slots = 2;
+    while (slots < 2 * corners)
+        slots *= 2;
+    uint32_t *table = slots > SIZE_MAX / sizeof *table ? NULL : malloc(slots * sizeof *table);
+    if (table == NULL)
+        return fail(r, "out of memory for %zu corners", corners);
+    memset(table, 0xff, slots * sizeof *table);
+    mesh->num_vertices = 0;
+    for (size_t i = 0; i < 3 * corners; i++)
+        mesh->positions[i] += 0.0;        /* -0 becomes 0: equal numbers have equal bytes */
+    for (size_t c = 0; c < corners; c++)
+        mesh->indices[c] = find_or_add(mesh, table, slots - 1, &mesh->positions[3 * c]);
+    free(table);
+    return 1;
+}
+
+/* -- Binary -------------------------------------------------------------------------------------------------------- */
+
+/* What the header says and the size of the file leaves. The two bytes of a triangle mean nothing, or a color, or how
+ * many bytes follow it. */
+struct stl_layout {
+    size_t said, triangles;
+    int has_attributes;              /* bytes behind triangles, as many as each says */
+    size_t behind;                   /* bytes behind the last triangle */
+};
+
+static size_t stl_attribute_bytes(const struct reader *r, size_t at)
+{
+    return (size_t)load_bytes(r->data + at + STL_TRIANGLE_BYTES - 2, 2, 0);
+}
+
+/* Do so many triangles with their attributes fill the file? */
+static int stl_attributes_fit(const struct reader *r, size_t triangles)
+{
+    size_t at = STL_HEADER_BYTES;
+    for (size_t i = 0; i < triangles; i++) {
+        if (r->size - at < STL_TRIANGLE_BYTES)
+            return 0;
+        size_t bytes = STL_TRIANGLE_BYTES + stl_attribute_bytes(r, at);
+        if (r->size - at < bytes)
+            return 0;
+        at += bytes;
+    }
+    return at == r->size;
+}
+
+/* A count of 0 with triangles behind it is one that was never filled in. */
+static struct stl_layout stl_find_layout(const struct reader *r)
+{
+    size_t room = (r->size - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES;
+    struct stl_layout layout = { 0 };
+    layout.said = (size_t)load_bytes(r->data + STL_HEADER_BYTES - 4, 4, 0);
+    layout.triangles = layout.said == 0 && (r->size - STL_HEADER_BYTES) % STL_TRIANGLE_BYTES == 0 ? room : layout.said;
+    if (layout.triangles <= room)
+        layout.behind = r->size - STL_HEADER_BYTES - layout.triangles * STL_TRIANGLE_BYTES;
+    layout.has_attributes = layout.behind > 0 && stl_attributes_fit(r, layout.said);
+    if (layout.has_attributes)
+        layout.behind = 0;
+    return layout;
+}
+
+/* The file is binary if it has the size that its count says, whatever its comment begins with. */
+static int stl_fits(const struct reader *r)
+{
+    if (r->size < STL_HEADER_BYTES)
+        return 0;
+    struct stl_layout layout = stl_find_layout(r);
+    return layout.said * STL_TRIANGLE_BYTES == r->size - STL_HEADER_BYTES || layout.has_attributes;
+}
+
+static void stl_binary_notes(struct mesh_file *mesh, const struct stl_layout *layout, size_t attributes)
+{
+    if (layout->said != layout->triangles)
+        note(mesh, "changed: the file says that it has 0 triangles; read the %zu that follow\n", layout->triangles);
+    if (attributes > 0)
+        note(mesh, "dropped: attributes of %zu faces, which may be colors\n", attributes);
+    if (layout->behind > 0)
+        note(mesh, "dropped: %zu bytes behind the last triangle\n", layout->behind);
+}
+
+static int stl_triangle(struct reader *r, struct mesh_file *mesh, size_t face, size_t at)
+{
+    for (size_t i = 0; i < 9; i++) {
+        r->item = at + 12 + 4 * i;
+        float value = float_of_bits((uint32_t)load_bytes(r->data + r->item, 4, 0));
+        if (!store_coordinate(r, mesh, 9 * face + i, (double)value, 0))
+            return 0;
+    }
+    return 1;
+}
+
+static int stl_read_binary(struct reader *r, struct mesh_file *mesh)
+{
+    struct stl_layout layout = stl_find_layout(r);
+    size_t at = STL_HEADER_BYTES, attributes = 0;
+    r->line = 0;
+    r->item = r->size;
+    if (layout.triangles > (r->size - at) / STL_TRIANGLE_BYTES)
+        return fail(r, "the file says that it has %zu triangles, and ends before", layout.triangles);
+    if (layout.triangles == 0 && layout.behind > 0)
+        return fail(r, "the file says that it has 0 triangles, and does not end there");
+    if (!stl_allocate(r, mesh, layout.triangles))
+        return 0;
+    for (size_t f = 0; f < layout.triangles; f++) {
+        if (!stl_triangle(r, mesh, f, at))
+            return 0;
+        size_t bytes = stl_attribute_bytes(r, at);
+        attributes += bytes != 0;
+        at += STL_TRIANGLE_BYTES + (layout.has_attributes ? bytes : 0);
+    }
+    stl_binary_notes(mesh, &layout, attributes);
+    return 1;
+}
+
+/* -- Text ---------------------------------------------------------------------------------------------------------- */
+
+/* Counts the words "vertex", of which names may have some more, and goes back to the start. */
+static size_t stl_count_corners(struct reader *r)
+{
+    size_t corners = 0;
+    while (seek_word(r))
+        corners += (size_t)word_is_in_any_case(take_word(r), "vertex");
+    begin_text(r);
+    return corners;
+}
+
+struct stl_text {
+    size_t faces, corners, solids;       /* so far; faces that are complete */
+};
+
+static int stl_next_is(struct reader r, const char *keyword)
+{
+    return seek_word(&r) && word_is_in_any_case(take_word(&r), keyword);
+}
+
+/* Skips a name, which is any words up to a facet, "endsolid" or the end of the file. */
+static void stl_skip_name(struct reader *r)
+{
+    while (seek_word(r)) {
+        struct reader before = *r;
+        struct word word = take_word(r);
+        int is_facet = word_is_in_any_case(word, "facet") && (stl_next_is(*r, "normal") || stl_next_is(*r, "outer"));
+        if (is_facet || word_is_in_any_case(word, "endsolid")) {
+            *r = before;
+            return;
+        }
+    }
+}
+
+/* Skips up to the next solid. */
+static void stl_skip_to_solid(struct reader *r)
+{
+    while (seek_word(r) && !stl_next_is(*r, "solid"))
+        take_word(r);
+}
+
+/* Also "end loop" for "endloop". */
+static int stl_is_keyword(struct reader *r, struct word word, const char *keyword)
+{
+    if (word_is_in_any_case(word, keyword))
+        return 1;
+    if (strncmp(keyword, "end", 3) != 0 || !word_is_in_any_case(word, "end") || !stl_next_is(*r, keyword + 3))
+        return 0;
+    seek_word(r);
+    take_word(r);
+    return 1;
+}
+
+/* Its words need not be numbers. */
+static void stl_skip_normal(struct reader *r)
+{
+    if (!stl_next_is(*r, "normal"))
+        return;
+    for (int i = 0; i < 4 && seek_word(r); i++)
+        take_word(r);
+}
+
+static int stl_end_face(struct reader *r, struct stl_text *t)
+{
+    return check_corners(r, t->faces, (double)t->corners - 3 * (double)t->faces) && ++t->faces;
+}
+
+static int stl_take(struct reader *r, struct mesh_file *mesh, struct stl_text *t)
+{
+    char text[WORD_BYTES];
+    struct word word = take_word(r);
+    if (stl_is_keyword(r, word, "vertex"))
+        return take_position(r, mesh, t->corners++);
+    if (stl_is_keyword(r, word, "endloop"))
+        return stl_end_face(r, t);
+    if (stl_is_keyword(r, word, "solid")) {
+        stl_skip_name(r);
+        t->solids++;
+    } else if (stl_is_keyword(r, word, "facet"))
+        stl_skip_normal(r);
+    else if (stl_is_keyword(r, word, "endsolid"))
+        stl_skip_to_solid(r);
+    else if (!stl_is_keyword(r, word, "outer") && !stl_is_keyword(r, word, "loop")
+             && !stl_is_keyword(r, word, "endfacet"))
+        return fail(r, "unknown STL word '%s'", show(text, word));
+    return 1;
+}
+
+/* The last lines may be missing, but not a corner. */
+static int stl_end_text(struct reader *r, struct mesh_file *mesh, struct stl_text *t)
+{
+    if (t->corners == 3 * t->faces + 3)
+        t->faces++;
+    if (t->corners != 3 * t->faces)
+        return fail(r, "the file ends inside face %zu", t->faces);
+    if (t->faces == 0)
+        return fail(r, "the file has no triangles");
+    mesh->num_faces = (uint32_t)t->faces;
+    if (t->solids > 1)
+        note(mesh, "dropped: which of %zu solids a face belongs to\n", t->solids);
+    return 1;
+}
+
+static int stl_read_text(struct reader *r, struct mesh_file *mesh)
+{
+    struct stl_text t = { 0 };
+    size_t corners = stl_count_corners(r);
+    if (!stl_allocate(r, mesh, (corners + 2) / 3))
+        return 0;
+    r->free_form = 1;
+    while (seek_word(r))
+        if (!stl_take(r, mesh, &t))
+            return 0;
+    return stl_end_text(r, mesh, &t);
+}
+
+/* -- Either -------------------------------------------------------------------------------------------------------- */
+
+/* Text has no zeros; a binary file, whose count is below 2^24, has one. */
+static int stl_is_text(const struct reader *r)
+{
+    return stl_next_is(*r, "solid") && memchr(r->data, 0, r->size) == NULL;
+}
+
+int read_stl(struct reader *r, struct mesh_file *mesh)
+{
+    if (stl_fits(r))
+        return stl_read_binary(r, mesh) && stl_weld(r, mesh);
+    if (!begin_text(r))
+        return 0;
+    if (stl_is_text(r))
+        return stl_read_text(r, mesh) && stl_weld(r, mesh);
+    if (r->size < STL_HEADER_BYTES)
+        return fail(r, "not an STL file: no 'solid' at the start, and too short for a binary one");
+    return stl_read_binary(r, mesh) && stl_weld(r, mesh);
+}
