@@ -126,7 +126,7 @@ build/generated/torus_270x135.off: build/meshgen
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples channels embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers ref_data examples channels inputs embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -243,6 +243,11 @@ build/log/channels.log: build/tests/cqm build/meshgen tests/demo/channels.py
 	@mkdir -p $(@D)
 	@python3 tests/demo/channels.py build/tests/cqm build/meshgen build/channels >$@ 2>&1 || true
 	@echo "channels: $$(tail -n 1 $@)"
+
+build/log/inputs.log: build/tests/cqm tests/demo/inputs.py
+	@mkdir -p $(@D)
+	@python3 tests/demo/inputs.py build/tests/cqm build/inputs >$@ 2>&1 || true
+	@echo "inputs: $$(tail -n 1 $@)"
 
 build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)

@@ -65,13 +65,17 @@ static int off_count(struct reader *r, double *count)
     return (*count >= 0 && *count == floor(*count)) || fail(r, "%.12g is not a count", *count);
 }
 
-/* Lines with words, not counting this one. */
-static double count_lines(struct reader r)
+/* Lines mean nothing if there are fewer than vertices and faces behind this one, or if the first has no three numbers. */
+static int is_free_form(struct reader r, double rows)
 {
     double lines = 0;
-    for (next_line(&r); seek_word(&r); next_line(&r))
+    int words = 0;
+    next_line(&r);
+    seek_word(&r);
+    for (struct reader first = r; take_word(&first).length > 0; words++) {}
+    for (; seek_word(&r) && lines < rows; next_line(&r))
         lines++;
-    return lines;
+    return lines < rows || (rows > 0 && words < 3);
 }
 
 /* Takes the numbers of vertices and faces; that of edges is ignored. The shortest line "0 0 0" takes 6 bytes. */
@@ -80,8 +84,8 @@ static int off_counts(struct reader *r, struct mesh_file *mesh)
     double vertices, faces, edges;
     if (!off_count(r, &vertices) || !off_count(r, &faces))
         return 0;
-    r->free_form = count_lines(*r) < vertices + faces;
-    if (r->free_form && vertices + faces > 0 && !take_number(r, &edges))
+    r->free_form = is_free_form(*r, vertices + faces);
+    if (r->free_form && !take_number(r, &edges))
         return 0;
     if (!r->free_form)
         next_line(r);
