@@ -137,7 +137,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 
 # What takes longer than a test may: make verify.
 VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
-    proof proof-bugs portability-all coverage mutation
+    proof proof-bugs portability-all windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -210,8 +210,10 @@ GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
 PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
     libc6-dev-s390x-cross qemu-user
 VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
-    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 $(PROOF_PACKAGES)
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 $(PROOF_PACKAGES) \
+    $(WINDOWS_PACKAGES)
 PROOF_PACKAGES = cvc5
+WINDOWS_PACKAGES = gcc-mingw-w64-x86-64 wine wine64 python3-venv
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 # $(call install,PACKAGES): those that are missing
@@ -395,7 +397,7 @@ build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
 #
 # What takes too long for `make test`. Each target also runs alone; all end with `N passed, N failed`.
 
-.PHONY: proof proof-bugs portability mutation coverage
+.PHONY: proof proof-bugs portability windows mutation coverage
 
 proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
 	$(call install,$(PROOF_PACKAGES))
@@ -417,6 +419,22 @@ build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
 	@mkdir -p $(@D)
 	@CLANG=$(CLANG) tests/portability/portability.sh all >$@ 2>&1 || true
 	@echo "portability-all: $$(tail -n 1 $@)"
+
+windows: ## builds cqm for Windows and macOS, compares what it does under wine with what it does here
+	$(call install,$(WINDOWS_PACKAGES))
+	@$(MAKE) --no-print-directory build/log/windows.log
+
+build/portability/venv/complete: tests/portability/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/log/windows.log: tests/portability/windows.sh build/portability/venv/complete build/cqm $(EXAMPLES) \
+    $(wildcard examples/*.c)
+	@mkdir -p $(@D)
+	@tests/portability/windows.sh >$@ 2>&1 || true
+	@echo "windows: $$(tail -n 1 $@)"
 
 mutation: deps ## 300 small changes of the header: do the tests notice? MUTANTS=n for another number
 	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS)

@@ -3,6 +3,10 @@
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
 static uint8_t stream[1 << 22];
 static uint32_t memory[CQ_DECODER_BYTES(250000, 500000, 3) / 4];     /* vertices, faces, numbers per vertex */
@@ -10,6 +14,10 @@ static cq_decoder dec;
 
 int main(void)
 {
+#ifdef _WIN32
+    _setmode(0, _O_BINARY);
+    _setmode(1, _O_BINARY);
+#endif
     cq_bytes in = { stream, fread(stream, 1, sizeof stream, stdin) };
     cq_result result = cq_decoder_init(&dec, memory, sizeof memory);
     if (result == CQ_OK)

@@ -8,6 +8,10 @@
 #include "conquest.h"
 
 #include <stdio.h>
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
 #define MAX_VERTICES 50000          /* with one for each boundary loop */
 #define MAX_FACES 100000            /* with one for each boundary edge */
@@ -61,7 +65,11 @@ static void explain_memory(void)
 int main(void)
 {
     size_t bytes;
-    cq_result result = cq_decoder_init(&dec, memory, sizeof memory);
+    cq_result result;
+#ifdef _WIN32
+    _setmode(0, _O_BINARY);
+#endif
+    result = cq_decoder_init(&dec, memory, sizeof memory);
     if (result == CQ_OK)
         result = decode_file(stdin, &bytes);
     if (result == CQ_ERROR_MEMORY)

@@ -167,7 +167,7 @@ int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_fil
 
 /* -- And back ------------------------------------------------------------------------------------------------------ */
 
-static double finite(double x)
+static double clamp_to_floats(double x)
 {
     return x >= -(double)FLT_MAX ? fmin(x, (double)FLT_MAX) : x < 0 ? -(double)FLT_MAX : 0;
 }
@@ -186,7 +186,7 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
 {
     double *positions = malloc((count + 1) * 3 * sizeof *positions), step = float_value(channel->step);
     for (size_t i = 0; i < 3 * count && positions != NULL; i++)
-        positions[i] = finite(channel->bits == CQ_EXACT_BITS ? float_value((uint32_t)values[i])
+        positions[i] = clamp_to_floats(channel->bits == CQ_EXACT_BITS ? float_value((uint32_t)values[i])
                               : float_value(channel->origin[i % 3]) + step * values[i]);
     if (positions != NULL)
         prefer_floats(positions, 3 * count, step);

@@ -136,10 +136,12 @@ int word_is(struct word word, const char *text)
 
 int word_is_in_any_case(struct word word, const char *text)
 {
-    size_t i = 0;
-    while (i < word.length && tolower(word.text[i]) == tolower((unsigned char)text[i]))
-        i++;
-    return i == word.length && text[i] == '\0';
+    if (word.length != strlen(text))
+        return 0;
+    for (size_t i = 0; i < word.length; i++)
+        if (tolower(word.text[i]) != tolower((unsigned char)text[i]))
+            return 0;
+    return 1;
 }
 
 int same_word(struct word a, struct word b)
