@@ -86,13 +86,16 @@ int allocate(struct reader *r, struct mesh_file *mesh, size_t num_vertices, size
     return 1;
 }
 
-/* What the file does not tell is not lost: half of what its last digit counts. */
+/* What the file does not tell is not lost: half of what its last digit counts. With nine digits, the largest float is
+ * said to be a little larger than it is. */
 int store_coordinate(struct reader *r, struct mesh_file *mesh, size_t i, double value, double unit)
 {
-    if (!(fabs(value) <= FLT_MAX))        /* also true for NaN */
+    if (!(fabs(value) <= FLT_MAX + fmin(unit / 2, 1e30)))        /* also true for NaN */
         return fail(r, "coordinate is not a finite 32-bit float");
+    if (fabs(value) > FLT_MAX)
+        value = copysign(FLT_MAX, value);
     double rounding = fabs(value - (double)(float)value);
-    if (rounding > unit / 2 && rounding > mesh->rounding)
+    if (rounding > 0.500001 * unit && rounding > mesh->rounding)
         mesh->rounding = rounding;
     mesh->positions[i] = value;
     return 1;

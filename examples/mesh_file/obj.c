@@ -284,9 +284,11 @@ static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     size_t all[OBJ_LISTS];
     memcpy(all, obj->items, sizeof all);
     obj->vertices = obj->faces = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = obj->material_lines = 0;
-    for (; seek_word(r); next_line(r))
-        if (!obj_line(r, mesh, obj, all))
+    for (; seek_word(r); next_line(r)) {
+        struct reader line = *r;         /* whatever is read of it, the next line begins where obj_count had it */
+        if (!obj_line(&line, mesh, obj, all))
             return 0;
+    }
     return 1;
 }
 
