@@ -180,7 +180,7 @@ build/log/%.log: build/tests/%
 
 # A test that is written and not run is an unused function.
 TEST_FLAGS = $(WARNINGS) -Werror=unused-function -g -Iinclude -Iexamples -Itests/support
-TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h)
+TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h examples/mesh_file/*)
 ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
 

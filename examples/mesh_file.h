@@ -65,7 +65,7 @@ enum mesh_format mesh_format_of_path(const char *path);
 const char *mesh_format_name(enum mesh_format format);
 
 /* Reads a mesh from `size` bytes. Returns 1; or 0, an empty mesh and a message that says what is wrong and where.
- * Messages number vertices and faces from 0, lines from 1, bytes from 0. Memory: at most 32 bytes per byte of data. */
+ * Messages number vertices and faces from 0, lines from 1, bytes from 0. Memory: at most 40 bytes per byte of data. */
 int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mesh_format format,
               char error[MESH_ERROR_BYTES]);
 
