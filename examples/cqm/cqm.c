@@ -68,10 +68,10 @@ static const char encode_help[] =
     "  --fast             decodes twice as fast, from 3 to 12 % more bytes: simpler\n"
     "                     models of connectivity and of positions\n"
     "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
-    "  --strict           exit with status 1, and write nothing, if anything that the\n"
-    "                     file holds is dropped or changed, beside rounding to --bits\n"
-    "  --quiet            do not tell what is dropped or changed; show no progress, which is shown\n"
-    "                     only on a terminal anyway\n"
+    "  --strict           exit with status 1, and write nothing, if part of the file is\n"
+    "                     dropped or changed, other than by rounding to --bits\n"
+    "  --quiet            do not tell what is dropped or changed; show no progress,\n"
+    "                     which is shown only on a terminal anyway\n"
     "  --help             this text\n";
 
 static const char decode_help[] =

@@ -207,12 +207,14 @@ void tell_loss(struct encoding *e, const struct options *options, const char *pa
         complain(path, "%s", text);
 }
 
-/* What the reader could not keep. */
+/* What the reader could not keep; where positions alone are wanted, only what it changed. */
 static void tell_notes(struct encoding *e, const struct options *options, const struct mesh_file *mesh,
                        const char *path)
 {
     const char *end, *line = mesh->notes;
     for (; line != NULL && (end = strchr(line, '\n')) != NULL; line = end + 1) {
+        if (options->attributes == 0 && strncmp(line, "dropped", 7) == 0)
+            continue;
         e->losses++;
         if (!options->quiet)
             complain(path, "%.*s", (int)(end - line), line);
@@ -232,8 +234,7 @@ static int add_channels(struct encoding *e, const struct mesh_file *mesh, const 
             return 0;
     if ((options->attributes & KEEP_MATERIALS) != 0 && mesh->materials != NULL && !add_materials(e, mesh, path))
         return 0;
-    if (options->attributes != 0)
-        tell_notes(e, options, mesh, path);
+    tell_notes(e, options, mesh, path);
     return !options->keep_order || add_order(e, path);
 }
 

@@ -114,6 +114,8 @@ def test_binary_stl():
           says=["dropped: attributes of 4 faces, which may be colors"])
     reads("payload.stl", binary_stl(attribute=b"\4\0abcd"), says=["dropped: attributes of 4 faces"])
     reads("solid_payload.stl", binary_stl(b"solid", attribute=b"\1\0x"), says=["dropped: attributes of 4 faces"])
+    messages = cqm("encode", "--channels", "positions", FOLDER / "count_zero.stl", FOLDER / "a.cqm")
+    check(f"told also of positions alone: {messages}", "changed: " in messages)
     reads("empty.stl", b"nothing".ljust(80) + struct.pack("<I", 0), [], [])
     refuses("too_many.stl", binary_stl(count=5), "the file says that it has 5 triangles, and ends before")
     refuses("solid_too_many.stl", binary_stl(b"solid", count=1000), "1000 triangles, and ends before")
