@@ -791,6 +791,15 @@ static int cqi_position_channel(const cq_shape *s)
 /* The channel of positions that the connectivity is coded with, or -1. */
 static int cqi_context_channel(const cq_shape *s) { return s->fast ? -1 : cqi_position_channel(s); }
 
+/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the compiler
+ * sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that reads 8
+ * elements and can never run, and infer from it that the elements read by the other copy are undefined (llvm-project,
+ * issue 107996). */
+static uint32_t cqi_components(const cq_channel *c)
+{
+    return c->components < CQ_MAX_COMPONENTS ? c->components : CQ_MAX_COMPONENTS;
+}
+
 /* Numbers per vertex or, that is all channels of them, per face. */
 static uint32_t cqi_all_components(const cq_shape *s, int per_face)
 {
@@ -2482,7 +2491,7 @@ static void cqi_read_offsets(cq_decoder *d, uint32_t k)
 {
     cqi_ring *r = &d->ring;
     const cq_channel *channel = &d->shape.channel[k];
-    const size_t stride = channel->components;
+    const size_t stride = cqi_components(channel);
     const int size = r->size;
     size_t c;
     r->offset_channel = k;
@@ -2713,7 +2722,7 @@ static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, uint32_t
 static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q, cqi_fans *fans, int32_t *delta)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const uint32_t stride = channel->components;
+    const uint32_t stride = cqi_components(channel);
     const cq_value *values = d->channel[k] + (size_t)v * stride;
     const int turned = (int)k == cqi_context_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
     int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
@@ -4497,7 +4506,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
-        for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
+        for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -4667,9 +4676,9 @@ cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_p
     uint32_t c;
     if (!channel || (count && !from) || !cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS)
         return CQ_ERROR_ARGUMENT;
-    result = cqi_find_box(&box, from, count, channel->components, place);
+    result = cqi_find_box(&box, from, count, cqi_components(channel), place);
     if (result != CQ_OK) return result;
-    for (c = 0; c < channel->components; c++) channel->origin[c] = cqi_float_bits(box.low[c]);
+    for (c = 0; c < cqi_components(channel); c++) channel->origin[c] = cqi_float_bits(box.low[c]);
     channel->step = cqi_fit_step(&box, (double)(((uint32_t)1 << channel->bits) - 1));
     return channel->step <= CQI_LARGEST_FLOAT ? CQ_OK : CQ_ERROR_VALUE;
 }
@@ -4700,10 +4709,10 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     if (!channel || (count && !from) || !cqi_is_power_of_two(step_bits)) return CQ_ERROR_ARGUMENT;
     channel->bits = 1;
     if (!cqi_channel_is_valid(channel)) return CQ_ERROR_ARGUMENT;
-    result = cqi_find_box(&box, from, count, channel->components, place);
+    result = cqi_find_box(&box, from, count, cqi_components(channel), place);
     if (result != CQ_OK) return result;
     channel->step = step_bits;
-    for (c = 0; c < channel->components; c++) {
+    for (c = 0; c < cqi_components(channel); c++) {
         double origin = cqi_align(box.low[c], (double)step);
         if (!cqi_is_finite(origin)) return CQ_ERROR_VALUE;
         channel->origin[c] = cqi_float_bits(origin);
@@ -4728,7 +4737,7 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     step = cqi_float(channel->step);
     end = (double)((uint32_t)1 << channel->bits);
     for (v = 0; v < count; v++) {
-        for (c = 0; c < channel->components; c++) {
+        for (c = 0; c < cqi_components(channel); c++) {
             double offset = (double)*from++ - cqi_float(channel->origin[c]);
             double at = 0.5 + (offset == 0 ? 0 : offset / step);
             if (!(at >= 0 && at < end)) return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
@@ -4749,7 +4758,7 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
         return;
     }
     for (v = 0; v < count; v++)
-        for (c = 0; c < channel->components; c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
+        for (c = 0; c < cqi_components(channel); c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
 }
 
 /* -- Octahedral normals --
