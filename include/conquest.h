@@ -4723,6 +4723,28 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     return CQ_OK;
 }
 
+/* Floats as exact values, and back. Memory from malloc takes the type of what memcpy puts there (C99 6.5, paragraph 6),
+ * so that an array of floats copied as a whole would still be one of floats: each goes through a local. Only bytes are
+ * copied, since a signalling NaN would not survive the registers of an x87. */
+static void cqi_copy_floats(const float *from, size_t n, cq_value *to)
+{
+    for (; n; n--) {
+        int32_t bits;
+        memcpy(&bits, from++, sizeof bits);
+        *to++ = (cq_value)bits;
+    }
+}
+
+static void cqi_copy_values(const cq_value *from, size_t n, float *to)
+{
+    for (; n; n--) {
+        const int32_t bits = *from++;
+        float x;
+        memcpy(&x, &bits, sizeof x);
+        memcpy(to++, &x, sizeof x);
+    }
+}
+
 cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place)
 {
     double step, end;
@@ -4731,7 +4753,7 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     if (!channel || (count && (!from || !to)) || !cqi_channel_is_valid(channel) || !cqi_fits_value(channel))
         return CQ_ERROR_ARGUMENT;
     if (cqi_is_exact(channel)) {
-        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        cqi_copy_floats(from, count * channel->components, to);
         return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
     }
     step = cqi_float(channel->step);
@@ -4754,7 +4776,7 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
     size_t v;
     uint32_t c;
     if (cqi_is_exact(channel)) {
-        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        cqi_copy_values(from, count * channel->components, to);
         return;
     }
     for (v = 0; v < count; v++)
