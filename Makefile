@@ -197,7 +197,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
@@ -207,7 +207,8 @@ GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
 PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
     libc6-dev-s390x-cross qemu-user
 VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
-    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 $(PROOF_PACKAGES)
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 \
+    clang-14 lld-14 clang-16 lld-16 clang-22 libclang-rt-22-dev $(PROOF_PACKAGES)
 PROOF_PACKAGES = cvc5
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 

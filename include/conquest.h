@@ -645,6 +645,9 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * Floats to values and back, for those who have no integers of their own: the one part that uses floating point. It
  * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
  *
+ * -ffast-math may change what this part does, and nothing else: it may not notice a NaN or an infinity, and the last bit
+ * of what it computes may differ from other builds. The bytes of a stream depend on the values alone.
+ *
  * A grid is what a channel says its numbers mean: value q of component k is origin[k] + step * q. */
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
