@@ -505,6 +505,8 @@ endef
 
 export first_unit second_unit private_unit
 
+# Files that disagree about the width of indices do not link; libraries of both widths do.
+#
 # What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two. And no
 # floating point beside the quantiser: a compiler that may not use it has nothing to say.
 FREESTANDING = gcc -x c -std=c99 -Os -ffreestanding -fno-stack-protector -fno-pic
@@ -528,6 +530,16 @@ build/log/headers.log: $(HEADER)
 	check $(FREESTANDING) -I../../include -c first -o first.o >>../log/headers.log 2>&1; \
 	check $(FREESTANDING) -I../../include -mgeneral-regs-only -DCQ_NO_QUANTISER -c first -o integers.o \
 	    >>../log/headers.log 2>&1; \
+	for bits in 16 32; do \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -c first -o first-$$bits.o; \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -c second -o second-$$bits.o; \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -Dmain=other_main -c first -o library-$$bits.o; \
+	done >>../log/headers.log 2>&1; \
+	unresolved() { ! "$$@" >link.log 2>&1 && grep -q 'undefined reference to .cq_result_string' link.log; }; \
+	for bits in 16 32; do \
+	    check unresolved gcc first-$$bits.o second-$$((48 - bits)).o -o program; \
+	    check gcc first-$$bits.o second-$$bits.o library-$$((48 - bits)).o -o program && check ./program; \
+	done >>../log/headers.log 2>&1; \
 	check test -z "$$(nm first.o | grep -E ' [BbCDdU] ' | grep -Evw '$(IMPORTS)')" >>../log/headers.log; \
 	echo "$$passed passed, $$failed failed" >>../log/headers.log
 	@echo "headers: $$(tail -n 1 $@)"

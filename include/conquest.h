@@ -54,6 +54,45 @@
 #define CQ_API extern
 #endif
 
+/* Names for the linker. Those of 16-bit indices end in _16: files that do not agree on the width, hence on the layout of
+ * structures, do not link; and one program may have both. */
+#if CQ_INDEX_BITS == 16
+#define CQI_SYMBOL(name) name##_16
+#else
+#define CQI_SYMBOL(name) name
+#endif
+#define cq_result_string CQI_SYMBOL(cq_result_string)
+#define cq_mesh_bytes CQI_SYMBOL(cq_mesh_bytes)
+#define cq_mesh_build CQI_SYMBOL(cq_mesh_build)
+#define cq_mesh_check CQI_SYMBOL(cq_mesh_check)
+#define cq_mesh_can_collapse CQI_SYMBOL(cq_mesh_can_collapse)
+#define cq_mesh_collapse CQI_SYMBOL(cq_mesh_collapse)
+#define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
+#define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
+#define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
+#define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
+#define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
+#define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
+#define cq_decode_bit CQI_SYMBOL(cq_decode_bit)
+#define cq_encode_freq CQI_SYMBOL(cq_encode_freq)
+#define cq_decode_slot CQI_SYMBOL(cq_decode_slot)
+#define cq_decode_freq CQI_SYMBOL(cq_decode_freq)
+#define cq_encode_raw CQI_SYMBOL(cq_encode_raw)
+#define cq_decode_raw CQI_SYMBOL(cq_decode_raw)
+#define cq_range_encoder_finish CQI_SYMBOL(cq_range_encoder_finish)
+#define cq_peek CQI_SYMBOL(cq_peek)
+#define cq_decoder_bytes CQI_SYMBOL(cq_decoder_bytes)
+#define cq_decoder_init CQI_SYMBOL(cq_decoder_init)
+#define cq_decode CQI_SYMBOL(cq_decode)
+#define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
+#define cq_encode CQI_SYMBOL(cq_encode)
+#define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
+#define cq_align_grid CQI_SYMBOL(cq_align_grid)
+#define cq_quantise CQI_SYMBOL(cq_quantise)
+#define cq_reconstruct CQI_SYMBOL(cq_reconstruct)
+#define cq_quantise_normals CQI_SYMBOL(cq_quantise_normals)
+#define cq_reconstruct_normals CQI_SYMBOL(cq_reconstruct_normals)
+
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
  * that use floating point. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has promised,
@@ -271,14 +310,6 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
-
-/* Circulators: around its face, and around its origin. */
-static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
-static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
-static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
-static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
-static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
-static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -688,6 +719,16 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
 #ifdef __cplusplus
 }
 #endif
+
+/* -- Mesh: circulators, around the face of a halfedge and around its origin ------------------------------------------ */
+
+static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
+static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
+static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
+static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
+static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
+static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
+
 #endif /* CQ_CONQUEST_H */
 
 /* Stop here if you only need the interface. Below is the implementation. */
