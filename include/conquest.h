@@ -95,8 +95,8 @@
 
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
- * that use floating point. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has promised,
- * never what a stream contains. */
+ * that use floating point. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -1268,6 +1268,7 @@ static int cqi_on_boundary(const cq_mesh *m, cq_index v)
 
 int cq_mesh_can_collapse(const cq_mesh *m, cq_index h, cq_index max_valence)
 {
+    CQ_ASSERT(cqi_is_face(m, (cq_index)(h / 3)));
     cq_index a = m->origin[h];
     int can;
     if (m->valence[a] > max_valence) return 0; /* bounds the time of what follows */
@@ -1324,6 +1325,7 @@ static int cqi_has_room(const cq_mesh *m, cq_index p, cq_index q)
 
 void cq_mesh_collapse(cq_mesh *m, cq_index h, cq_index *first, cq_index *last)
 {
+    CQ_ASSERT(cq_mesh_can_collapse(m, h, CQ_NONE));
     cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], s;
     cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
     cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[cq_next(h)]; /* A -> p, p -> B */
@@ -1353,6 +1355,8 @@ static void cqi_set_face(cq_mesh *m, cq_index f, cq_index a, cq_index b, cq_inde
 
 cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 {
+    CQ_ASSERT(cqi_is_face(m, (cq_index)(first / 3)) && cqi_is_face(m, (cq_index)(last / 3)));
+    CQ_ASSERT(m->origin[first] == m->origin[last] && first != last);
     cq_index a = m->origin[first], p = cq_target(m, first), q = cq_target(m, last);
     cq_index from_p = m->twin[first], from_q = m->twin[last];
     cq_index b, f, g, s, moved = 0;
@@ -1409,6 +1413,8 @@ static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *f
 
 void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces, uint8_t *vertices)
 {
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
     cq_index v;
     for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces, vertices);
 }
@@ -1467,6 +1473,7 @@ static inline void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uin
 
 void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
 {
+    CQ_ASSERT(data || !size);
     memset(e, 0, sizeof *e);
     e->range = 0xffffffffu;
     e->data = data;
@@ -1476,6 +1483,7 @@ void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
 
 void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size)
 {
+    CQ_ASSERT(data || !size);
     int k;
     memset(d, 0, sizeof *d);
     d->range = 0xffffffffu;
@@ -1496,6 +1504,8 @@ static void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 
 void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 {
+    CQ_ASSERT(e->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
+    CQ_ASSERT(rate >= 1 && rate <= 8);
     uint32_t one = cqi_one_width(e->range, *model);
     cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
     cqi_adapt_bit(model, rate, bit != 0);
@@ -1503,6 +1513,8 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
+    CQ_ASSERT(d->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
+    CQ_ASSERT(rate >= 1 && rate <= 8);
     const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
     const int bit = d->code < one;
     const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
@@ -1519,12 +1531,15 @@ static uint32_t cqi_freq_width(uint32_t range, uint32_t slot, uint32_t start, ui
 
 void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total)
 {
+    CQ_ASSERT(e->range >= CQI_MIN_RANGE && total <= CQI_MIN_RANGE);
+    CQ_ASSERT(freq && freq <= total && start <= total - freq);
     uint32_t slot = e->range / total;
     cqi_encode_interval(e, slot * start, cqi_freq_width(e->range, slot, start, freq, total));
 }
 
 uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
 {
+    CQ_ASSERT(d->range >= CQI_MIN_RANGE && total && total <= CQI_MIN_RANGE);
     uint32_t slot;
     d->slot = d->range / total;
     slot = d->code / d->slot;
@@ -1533,17 +1548,23 @@ uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
 
 void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
 {
+    CQ_ASSERT(freq && freq <= total && start <= total - freq);
+    CQ_ASSERT(total <= CQI_MIN_RANGE && d->slot == d->range / total); /* cq_decode_slot came before, */
+    CQ_ASSERT(d->code >= d->slot * start &&                          /* and told a slot of this symbol */
+              d->code - d->slot * start < cqi_freq_width(d->range, d->slot, start, freq, total));
     cqi_decode_interval(d, d->slot * start, cqi_freq_width(d->range, d->slot, start, freq, total));
 }
 
 void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits)
 {
+    CQ_ASSERT(bits >= 0 && bits <= 32);
     for (; bits > 16; bits -= 8) cq_encode_freq(e, value >> (bits - 8) & 0xff, 1, 256);
     if (bits > 0) cq_encode_freq(e, value & (((uint32_t)1 << bits) - 1), 1, (uint32_t)1 << bits);
 }
 
 uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
 {
+    CQ_ASSERT(bits >= 0 && bits <= 32);
     uint32_t value = 0;
     for (; bits > 0; bits -= bits > 16 ? 8 : bits) {
         const int part = bits > 16 ? 8 : bits;
@@ -4816,6 +4837,7 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
 /* The product is exact, so that it does not matter whether it is rounded before the sum. */
 void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to)
 {
+    CQ_ASSERT(channel->components >= 1 && channel->components <= CQ_MAX_COMPONENTS && (!count || (from && to)));
     const double step = cqi_float(channel->step);
     size_t v;
     uint32_t c;
@@ -4889,6 +4911,7 @@ static double cqi_octahedral_number(int32_t half, cq_value value)
 
 void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to)
 {
+    CQ_ASSERT(bits >= 2 && bits <= CQ_MAX_BITS && (!count || (from && to)));
     const int32_t half = cqi_octahedral_half(bits);
     size_t v;
     for (v = 0; v < count; v++, from += 2, to += 3) {
