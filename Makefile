@@ -314,6 +314,28 @@ build/bench/mesh_file.o: examples/mesh_file.c examples/mesh_file.h
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
 
+# -- Bytes of many meshes ------------------------------------------------------------------------------------------
+#
+# tests/peers: ours and Draco's, by class of mesh. All that was measured goes to build/peers/results.tsv.
+
+PEERS_PACKAGES = g++ libdraco-dev python3
+PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o build/bench/mesh_file.o
+
+.PHONY: peers deps-peers
+peers: deps-peers build/meshes ## compares bytes with Draco's, by class of mesh; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/peers/peers
+	@tests/peers/peers.sh $(MESHES)
+
+deps-peers:
+	$(call install,$(PEERS_PACKAGES))
+
+build/peers/peers: $(PEERS_OBJECTS)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
+
+build/peers/%.o: tests/peers/%.cpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -O2 -c $< -o $@
+
 # -- Quality -------------------------------------------------------------------------------------------------------
 #
 # tests/quality: distance from the exact mesh against bytes, for each goal, Draco and meshoptimizer's simplifier, of
