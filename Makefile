@@ -200,7 +200,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
@@ -210,8 +210,8 @@ GCC_MAJOR = $(shell gcc -dumpversion 2>/dev/null || echo 12)
 PORTABILITY_PACKAGES = gcc-$(GCC_MAJOR)-multilib g++-$(GCC_MAJOR)-multilib libc6-dev-i386 gcc-s390x-linux-gnu \
     libc6-dev-s390x-cross qemu-user
 VERIFY_PACKAGES = gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross \
-    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 $(PROOF_PACKAGES) \
-    $(WINDOWS_PACKAGES)
+    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-powerpc-linux-gnu libc6-dev-powerpc-cross llvm-19 \
+    clang-14 lld-14 clang-16 lld-16 clang-22 libclang-rt-22-dev $(PROOF_PACKAGES) $(WINDOWS_PACKAGES)
 PROOF_PACKAGES = cvc5
 WINDOWS_PACKAGES = gcc-mingw-w64-x86-64 wine wine64 python3-venv
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
@@ -323,6 +323,28 @@ build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(
 build/bench/mesh_file/%.o: examples/mesh_file/%.c $(MESH_FILE_HEADERS)
 	@mkdir -p $(@D)
 	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -O2 -c $< -o $@
+
+# -- Bytes of many meshes ------------------------------------------------------------------------------------------
+#
+# tests/peers: ours and Draco's, by class of mesh. All that was measured goes to build/peers/results.tsv.
+
+PEERS_PACKAGES = g++ libdraco-dev python3
+PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o $(MESH_FILE:examples/%.c=build/bench/%.o)
+
+.PHONY: peers deps-peers
+peers: deps-peers build/meshes ## compares bytes with Draco's, by class of mesh; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/peers/peers
+	@tests/peers/peers.sh $(MESHES)
+
+deps-peers:
+	$(call install,$(PEERS_PACKAGES))
+
+build/peers/peers: $(PEERS_OBJECTS)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
+
+build/peers/%.o: tests/peers/%.cpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -O2 -c $< -o $@
 
 # -- Quality -------------------------------------------------------------------------------------------------------
 #
@@ -530,6 +552,8 @@ endef
 
 export first_unit second_unit private_unit
 
+# Files that disagree about the width of indices do not link; libraries of both widths do.
+#
 # What the compiled header asks of the system, and what it keeps in writable memory: nothing but these two. And no
 # floating point beside the quantiser: a compiler that may not use it has nothing to say.
 FREESTANDING = gcc -x c -std=c99 -Os -ffreestanding -fno-stack-protector -fno-pic
@@ -553,6 +577,16 @@ build/log/headers.log: $(HEADER)
 	check $(FREESTANDING) -I../../include -c first -o first.o >>../log/headers.log 2>&1; \
 	check $(FREESTANDING) -I../../include -mgeneral-regs-only -DCQ_NO_QUANTISER -c first -o integers.o \
 	    >>../log/headers.log 2>&1; \
+	for bits in 16 32; do \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -c first -o first-$$bits.o; \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -c second -o second-$$bits.o; \
+	    gcc -x c -std=c99 -I../../include -DCQ_INDEX_BITS=$$bits -Dmain=other_main -c first -o library-$$bits.o; \
+	done >>../log/headers.log 2>&1; \
+	unresolved() { ! "$$@" >link.log 2>&1 && grep -q 'undefined reference to .cq_result_string' link.log; }; \
+	for bits in 16 32; do \
+	    check unresolved gcc first-$$bits.o second-$$((48 - bits)).o -o program; \
+	    check gcc first-$$bits.o second-$$bits.o library-$$((48 - bits)).o -o program && check ./program; \
+	done >>../log/headers.log 2>&1; \
 	check test -z "$$(nm first.o | grep -E ' [BbCDdU] ' | grep -Evw '$(IMPORTS)')" >>../log/headers.log; \
 	echo "$$passed passed, $$failed failed" >>../log/headers.log
 	@echo "headers: $$(tail -n 1 $@)"

@@ -54,10 +54,49 @@
 #define CQ_API extern
 #endif
 
+/* Names for the linker. Those of 16-bit indices end in _16: files that do not agree on the width, hence on the layout of
+ * structures, do not link; and one program may have both. */
+#if CQ_INDEX_BITS == 16
+#define CQI_SYMBOL(name) name##_16
+#else
+#define CQI_SYMBOL(name) name
+#endif
+#define cq_result_string CQI_SYMBOL(cq_result_string)
+#define cq_mesh_bytes CQI_SYMBOL(cq_mesh_bytes)
+#define cq_mesh_build CQI_SYMBOL(cq_mesh_build)
+#define cq_mesh_check CQI_SYMBOL(cq_mesh_check)
+#define cq_mesh_can_collapse CQI_SYMBOL(cq_mesh_can_collapse)
+#define cq_mesh_collapse CQI_SYMBOL(cq_mesh_collapse)
+#define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
+#define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
+#define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
+#define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
+#define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
+#define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
+#define cq_decode_bit CQI_SYMBOL(cq_decode_bit)
+#define cq_encode_freq CQI_SYMBOL(cq_encode_freq)
+#define cq_decode_slot CQI_SYMBOL(cq_decode_slot)
+#define cq_decode_freq CQI_SYMBOL(cq_decode_freq)
+#define cq_encode_raw CQI_SYMBOL(cq_encode_raw)
+#define cq_decode_raw CQI_SYMBOL(cq_decode_raw)
+#define cq_range_encoder_finish CQI_SYMBOL(cq_range_encoder_finish)
+#define cq_peek CQI_SYMBOL(cq_peek)
+#define cq_decoder_bytes CQI_SYMBOL(cq_decoder_bytes)
+#define cq_decoder_init CQI_SYMBOL(cq_decoder_init)
+#define cq_decode CQI_SYMBOL(cq_decode)
+#define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
+#define cq_encode CQI_SYMBOL(cq_encode)
+#define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
+#define cq_align_grid CQI_SYMBOL(cq_align_grid)
+#define cq_quantise CQI_SYMBOL(cq_quantise)
+#define cq_reconstruct CQI_SYMBOL(cq_reconstruct)
+#define cq_quantise_normals CQI_SYMBOL(cq_quantise_normals)
+#define cq_reconstruct_normals CQI_SYMBOL(cq_reconstruct_normals)
+
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
- * that use floating point. CQ_ASSERT(condition) may be defined there too; it only ever asks what a caller has promised,
- * never what a stream contains. */
+ * that use floating point. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -271,14 +310,6 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
-
-/* Circulators: around its face, and around its origin. */
-static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
-static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
-static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
-static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
-static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
-static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -645,6 +676,9 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * Floats to values and back, for those who have no integers of their own: the one part that uses floating point. It
  * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
  *
+ * -ffast-math may change what this part does, and nothing else: it may not notice a NaN or an infinity, and the last bit
+ * of what it computes may differ from other builds. The bytes of a stream depend on the values alone.
+ *
  * A grid is what a channel says its numbers mean: value q of component k is origin[k] + step * q. */
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
@@ -685,6 +719,16 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
 #ifdef __cplusplus
 }
 #endif
+
+/* -- Mesh: circulators, around the face of a halfedge and around its origin ------------------------------------------ */
+
+static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
+static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
+static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
+static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
+static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
+static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
+
 #endif /* CQ_CONQUEST_H */
 
 /* Stop here if you only need the interface. Below is the implementation. */
@@ -790,6 +834,15 @@ static int cqi_position_channel(const cq_shape *s)
 
 /* The channel of positions that the connectivity is coded with, or -1. */
 static int cqi_context_channel(const cq_shape *s) { return s->fast ? -1 : cqi_position_channel(s); }
+
+/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the compiler
+ * sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that reads 8
+ * elements and can never run, and infer from it that the elements read by the other copy are undefined (llvm-project,
+ * issue 107996). */
+static uint32_t cqi_components(const cq_channel *c)
+{
+    return c->components < CQ_MAX_COMPONENTS ? c->components : CQ_MAX_COMPONENTS;
+}
 
 /* Numbers per vertex or, that is all channels of them, per face. */
 static uint32_t cqi_all_components(const cq_shape *s, int per_face)
@@ -1215,6 +1268,7 @@ static int cqi_on_boundary(const cq_mesh *m, cq_index v)
 
 int cq_mesh_can_collapse(const cq_mesh *m, cq_index h, cq_index max_valence)
 {
+    CQ_ASSERT(cqi_is_face(m, (cq_index)(h / 3)));
     cq_index a = m->origin[h];
     int can;
     if (m->valence[a] > max_valence) return 0; /* bounds the time of what follows */
@@ -1271,6 +1325,7 @@ static int cqi_has_room(const cq_mesh *m, cq_index p, cq_index q)
 
 void cq_mesh_collapse(cq_mesh *m, cq_index h, cq_index *first, cq_index *last)
 {
+    CQ_ASSERT(cq_mesh_can_collapse(m, h, CQ_NONE));
     cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], s;
     cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
     cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[cq_next(h)]; /* A -> p, p -> B */
@@ -1300,6 +1355,8 @@ static void cqi_set_face(cq_mesh *m, cq_index f, cq_index a, cq_index b, cq_inde
 
 cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 {
+    CQ_ASSERT(cqi_is_face(m, (cq_index)(first / 3)) && cqi_is_face(m, (cq_index)(last / 3)));
+    CQ_ASSERT(m->origin[first] == m->origin[last] && first != last);
     cq_index a = m->origin[first], p = cq_target(m, first), q = cq_target(m, last);
     cq_index from_p = m->twin[first], from_q = m->twin[last];
     cq_index b, f, g, s, moved = 0;
@@ -1356,6 +1413,8 @@ static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *f
 
 void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces, uint8_t *vertices)
 {
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
     cq_index v;
     for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces, vertices);
 }
@@ -1414,6 +1473,7 @@ static inline void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uin
 
 void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
 {
+    CQ_ASSERT(data || !size);
     memset(e, 0, sizeof *e);
     e->range = 0xffffffffu;
     e->data = data;
@@ -1423,6 +1483,7 @@ void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
 
 void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size)
 {
+    CQ_ASSERT(data || !size);
     int k;
     memset(d, 0, sizeof *d);
     d->range = 0xffffffffu;
@@ -1443,6 +1504,8 @@ static void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 
 void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 {
+    CQ_ASSERT(e->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
+    CQ_ASSERT(rate >= 1 && rate <= 8);
     uint32_t one = cqi_one_width(e->range, *model);
     cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
     cqi_adapt_bit(model, rate, bit != 0);
@@ -1450,6 +1513,8 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
+    CQ_ASSERT(d->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
+    CQ_ASSERT(rate >= 1 && rate <= 8);
     const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
     const int bit = d->code < one;
     const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
@@ -1466,12 +1531,15 @@ static uint32_t cqi_freq_width(uint32_t range, uint32_t slot, uint32_t start, ui
 
 void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total)
 {
+    CQ_ASSERT(e->range >= CQI_MIN_RANGE && total <= CQI_MIN_RANGE);
+    CQ_ASSERT(freq && freq <= total && start <= total - freq);
     uint32_t slot = e->range / total;
     cqi_encode_interval(e, slot * start, cqi_freq_width(e->range, slot, start, freq, total));
 }
 
 uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
 {
+    CQ_ASSERT(d->range >= CQI_MIN_RANGE && total && total <= CQI_MIN_RANGE);
     uint32_t slot;
     d->slot = d->range / total;
     slot = d->code / d->slot;
@@ -1480,17 +1548,23 @@ uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
 
 void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
 {
+    CQ_ASSERT(freq && freq <= total && start <= total - freq);
+    CQ_ASSERT(total <= CQI_MIN_RANGE && d->slot == d->range / total); /* cq_decode_slot came before, */
+    CQ_ASSERT(d->code >= d->slot * start &&                          /* and told a slot of this symbol */
+              d->code - d->slot * start < cqi_freq_width(d->range, d->slot, start, freq, total));
     cqi_decode_interval(d, d->slot * start, cqi_freq_width(d->range, d->slot, start, freq, total));
 }
 
 void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits)
 {
+    CQ_ASSERT(bits >= 0 && bits <= 32);
     for (; bits > 16; bits -= 8) cq_encode_freq(e, value >> (bits - 8) & 0xff, 1, 256);
     if (bits > 0) cq_encode_freq(e, value & (((uint32_t)1 << bits) - 1), 1, (uint32_t)1 << bits);
 }
 
 uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
 {
+    CQ_ASSERT(bits >= 0 && bits <= 32);
     uint32_t value = 0;
     for (; bits > 0; bits -= bits > 16 ? 8 : bits) {
         const int part = bits > 16 ? 8 : bits;
@@ -2482,7 +2556,7 @@ static void cqi_read_offsets(cq_decoder *d, uint32_t k)
 {
     cqi_ring *r = &d->ring;
     const cq_channel *channel = &d->shape.channel[k];
-    const size_t stride = channel->components;
+    const size_t stride = cqi_components(channel);
     const int size = r->size;
     size_t c;
     r->offset_channel = k;
@@ -2713,7 +2787,7 @@ static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, uint32_t
 static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q, cqi_fans *fans, int32_t *delta)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const uint32_t stride = channel->components;
+    const uint32_t stride = cqi_components(channel);
     const cq_value *values = d->channel[k] + (size_t)v * stride;
     const int turned = (int)k == cqi_context_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
     int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
@@ -4497,7 +4571,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
-        for (j = 0; j < c->components; j++) cqi_write_uint(&to, c->origin[j], 4);
+        for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -4667,9 +4741,9 @@ cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_p
     uint32_t c;
     if (!channel || (count && !from) || !cqi_channel_is_valid(channel) || channel->bits > CQ_MAX_BITS)
         return CQ_ERROR_ARGUMENT;
-    result = cqi_find_box(&box, from, count, channel->components, place);
+    result = cqi_find_box(&box, from, count, cqi_components(channel), place);
     if (result != CQ_OK) return result;
-    for (c = 0; c < channel->components; c++) channel->origin[c] = cqi_float_bits(box.low[c]);
+    for (c = 0; c < cqi_components(channel); c++) channel->origin[c] = cqi_float_bits(box.low[c]);
     channel->step = cqi_fit_step(&box, (double)(((uint32_t)1 << channel->bits) - 1));
     return channel->step <= CQI_LARGEST_FLOAT ? CQ_OK : CQ_ERROR_VALUE;
 }
@@ -4700,10 +4774,10 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     if (!channel || (count && !from) || !cqi_is_power_of_two(step_bits)) return CQ_ERROR_ARGUMENT;
     channel->bits = 1;
     if (!cqi_channel_is_valid(channel)) return CQ_ERROR_ARGUMENT;
-    result = cqi_find_box(&box, from, count, channel->components, place);
+    result = cqi_find_box(&box, from, count, cqi_components(channel), place);
     if (result != CQ_OK) return result;
     channel->step = step_bits;
-    for (c = 0; c < channel->components; c++) {
+    for (c = 0; c < cqi_components(channel); c++) {
         double origin = cqi_align(box.low[c], (double)step);
         if (!cqi_is_finite(origin)) return CQ_ERROR_VALUE;
         channel->origin[c] = cqi_float_bits(origin);
@@ -4714,6 +4788,28 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     return CQ_OK;
 }
 
+/* Floats as exact values, and back. Memory from malloc takes the type of what memcpy puts there (C99 6.5, paragraph 6),
+ * so that an array of floats copied as a whole would still be one of floats: each goes through a local. Only bytes are
+ * copied, since a signalling NaN would not survive the registers of an x87. */
+static void cqi_copy_floats(const float *from, size_t n, cq_value *to)
+{
+    for (; n; n--) {
+        int32_t bits;
+        memcpy(&bits, from++, sizeof bits);
+        *to++ = (cq_value)bits;
+    }
+}
+
+static void cqi_copy_values(const cq_value *from, size_t n, float *to)
+{
+    for (; n; n--) {
+        const int32_t bits = *from++;
+        float x;
+        memcpy(&x, &bits, sizeof x);
+        memcpy(to++, &x, sizeof x);
+    }
+}
+
 cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place)
 {
     double step, end;
@@ -4722,13 +4818,13 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     if (!channel || (count && (!from || !to)) || !cqi_channel_is_valid(channel) || !cqi_fits_value(channel))
         return CQ_ERROR_ARGUMENT;
     if (cqi_is_exact(channel)) {
-        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        cqi_copy_floats(from, count * channel->components, to);
         return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
     }
     step = cqi_float(channel->step);
     end = (double)((uint32_t)1 << channel->bits);
     for (v = 0; v < count; v++) {
-        for (c = 0; c < channel->components; c++) {
+        for (c = 0; c < cqi_components(channel); c++) {
             double offset = (double)*from++ - cqi_float(channel->origin[c]);
             double at = 0.5 + (offset == 0 ? 0 : offset / step);
             if (!(at >= 0 && at < end)) return cqi_error(place, CQ_ERROR_VALUE, CQ_NONE, (cq_index)v, CQ_NONE);
@@ -4741,15 +4837,16 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
 /* The product is exact, so that it does not matter whether it is rounded before the sum. */
 void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to)
 {
+    CQ_ASSERT(channel->components >= 1 && channel->components <= CQ_MAX_COMPONENTS && (!count || (from && to)));
     const double step = cqi_float(channel->step);
     size_t v;
     uint32_t c;
     if (cqi_is_exact(channel)) {
-        if (count) memcpy(to, from, count * channel->components * sizeof *to);
+        cqi_copy_values(from, count * channel->components, to);
         return;
     }
     for (v = 0; v < count; v++)
-        for (c = 0; c < channel->components; c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
+        for (c = 0; c < cqi_components(channel); c++) *to++ = cqi_round(cqi_float(channel->origin[c]) + step * *from++);
 }
 
 /* -- Octahedral normals --
@@ -4814,6 +4911,7 @@ static double cqi_octahedral_number(int32_t half, cq_value value)
 
 void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to)
 {
+    CQ_ASSERT(bits >= 2 && bits <= CQ_MAX_BITS && (!count || (from && to)));
     const int32_t half = cqi_octahedral_half(bits);
     size_t v;
     for (v = 0; v < count; v++, from += 2, to += 3) {

@@ -1,8 +1,9 @@
 // bench.hpp - what the parts of the bench share. SPDX-License-Identifier: MIT
 //
-//     bench.cpp     meshes, timing, table, targets        draco.cpp    peer: libdraco
-//     memory.cpp    counts what is allocated              meshopt.cpp  peer: libmeshoptimizer and libzstd
-//     ours.cpp      conquest                              openctm.cpp  peer: libopenctm
+//     bench.cpp     timing, table, targets                draco.cpp    peer: libdraco
+//     mesh.cpp      reads meshes and quantises them       meshopt.cpp  peer: libmeshoptimizer and libzstd
+//     memory.cpp    counts what is allocated              openctm.cpp  peer: libopenctm
+//     ours.cpp      conquest
 #pragma once
 
 #include <cstddef>
@@ -29,6 +30,11 @@ struct Decoded {
     size_t vertices = 0, faces = 0;
     uint64_t sum = 0;
 };
+
+// -- mesh.cpp: throws what the reader says of a file that it cannot read
+
+Mesh load(const std::string &name, const std::string &path, std::vector<double> *exact = nullptr); // coordinates, as read
+Decoded inspect(const Mesh &);
 
 class Codec {
 public:

@@ -101,7 +101,7 @@ compile_device() {
 # What a program that decodes gets of decoder.o: all that cq_decoder_init and cq_decode call.
 # shellcheck disable=SC2086
 link_decoder() {
-    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode,-u,cq_decoder_init "$work/decoder.o" \
+    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode_16,-u,cq_decoder_init_16 "$work/decoder.o" \
         -o "$work/linked.o"
 }
 
@@ -120,7 +120,7 @@ address() { ${tools}nm "$work/$1.elf" | awk -v name="$2" '$3 == name { print $1 
 # run_program STREAM: what it prints, and then the plugin, is in STREAM.txt
 # shellcheck disable=SC2086
 run_program() {
-    between="begin=$(address "$1" cq_decode),end=$(address "$1" board_step)"
+    between="begin=$(address "$1" cq_decode_16),end=$(address "$1" board_step)"
     timeout 60 $qemu $semihosting -kernel "$work/$1.elf" -d plugin -plugin "$out/libcount.so,$between" \
         >"$work/$1.txt" 2>&1 || { cat "$work/$1.txt"; return 1; }
 }
@@ -160,7 +160,7 @@ measure_decoder() {
     figure "code.$1" "$(section_bytes .text)"
     figure "tables.$1" "$(section_bytes .rodata .srodata)"
     figure "writable.$1" "$(section_bytes .data .sdata .bss .sbss)"
-    "$here/stack.py" cq_decode "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
+    "$here/stack.py" cq_decode_16 "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
     figure "stack.$1" "$(sed 's/ .*//' "$work/stack")"
     cat "$work/stack"
 }

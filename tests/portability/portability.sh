@@ -3,9 +3,11 @@
 #
 #     tests/portability/portability.sh native | all
 #
-# native: gcc and clang, C and C++, -O0 -Os -O3, 32 bits, 16-bit indices, unsigned char, short enums, and one
-# big-endian machine. all: the other machines too. Emulated machines run under qemu; its exit status counts. A compiler
-# that is missing is a failure. The last line is `N passed, N failed`.
+# native: gcc and clang, C and C++, -O0 -Os -O3, link-time optimisation for AVX2, -ffast-math, 32 bits, 16-bit indices,
+# unsigned char, short enums, and one big-endian machine. all: the other machines, every combination of compiler, level,
+# link-time optimisation and instruction set; accesses out of bounds in code that cannot run, which LLVM has drawn wrong
+# conclusions from; and the types of memory. Emulated machines run under qemu; its exit status counts. A compiler that is
+# missing is a failure. The last line is `N passed, N failed`.
 set -u
 cd "$(dirname "$0")/../.." || exit 1
 clang=${CLANG:-clang-19}
@@ -13,6 +15,7 @@ work=build/portability
 source=tests/portability/portability.c
 meshes=(ref_data/*.off ref_data/bad/*.off)
 include=${HEADER_DIR:-include}
+typed=${CLANG_TYPES:-clang-22} # -fsanitize=type came with clang 20
 passed=0 failed=0
 mkdir -p "$work"
 
@@ -30,6 +33,28 @@ natives() {
         echo "$compiler-m32-16 - $compiler -std=c99 -O2 -m32 -DCQ_INDEX_BITS=16"
         echo "$compiler-unsigned-char - $compiler -std=c99 -O2 -funsigned-char -fshort-enums"
         echo "$compiler-private - $compiler -std=c99 -O2 -ftrapv -DNDEBUG"
+        echo "$compiler-fast-math - $compiler -std=c99 -O3 -ffast-math -march=native"
+    done
+    cell "$clang" -O3 -flto x86-64-v3
+    cell "$clang" -O3 -flto=thin native
+    cell gcc -O3 -flto native
+}
+
+# One cell of the matrix.
+cell() { # compiler level lto march
+    local linker=
+    case $1$3 in clang*-flto*) linker=-fuse-ld=${1/clang/lld} ;; esac
+    echo "$1$2$3-$4 - $1 -std=c99 $2 $3 -march=$4 $linker"
+}
+
+matrix() {
+    for compiler in gcc clang-14 clang-16 clang-19; do
+        for lto in '' -flto -flto=thin; do
+            if [ $compiler$lto = gcc-flto=thin ]; then continue; fi
+            for level in -O1 -O2 -O3 -Os; do
+                for march in x86-64-v2 x86-64-v3 native; do cell $compiler $level "$lto" $march; done
+            done
+        done
     done
 }
 
@@ -48,7 +73,7 @@ others() {
 variants() {
     natives
     machine s390x s390x-linux-gnu
-    if [ "$1" = all ]; then others; fi
+    if [ "$1" = all ]; then others; matrix; fi
 }
 
 # Builds and runs one variant; its output goes to $work/NAME.out.
@@ -77,6 +102,36 @@ compare() { # name runner command...
     failed=$((failed + 1))
 }
 
+result() { # status name what
+    if [ "$1" = 0 ]; then
+        echo "ok    $2"
+        passed=$((passed + 1))
+    else
+        echo "FAIL  $2: $3"
+        failed=$((failed + 1))
+    fi
+}
+
+# LLVM's lint of the whole program, on its way to the linker.
+check_bounds() { # compiler march
+    local name=$1-bounds-$2 bitcode=$work/bounds.bc
+    "$1" -std=c99 -O3 -flto -march="$2" -I"$include" -c "$source" -o "$bitcode" &&
+        "${1/clang/opt}" -passes=lint -disable-output "$bitcode" 2>"$work/$name.log"
+    [ $? = 0 ] && ! grep -q 'Buffer overflow' "$work/$name.log"
+    result $? "$name" "$(grep -A1 -m1 'Buffer overflow' "$work/$name.log" | tail -n 1)"
+}
+
+# Memory that is read as another type than was stored. The sanitizer also tells members of one type in two structures
+# apart, which a structure copied from one into the other makes it do: that is no finding.
+check_types() { # test options...
+    local test=$1 log=$work/types-${1##*/}.log
+    shift
+    "$typed" -std=c99 -g -O1 -fsanitize=type -I"$include" -Itests/support "tests/$test.c" -lm -o "$work/types" &&
+        "$work/types" "$@" 2>&1 >/dev/null | awk -f tests/portability/types.awk >"$log"
+    [ "${PIPESTATUS[*]}" = "0 0" ] && ! [ -s "$log" ]
+    result $? "types of memory in $test" "$(head -n 1 "$log" 2>/dev/null)"
+}
+
 if ! run reference - gcc -std=c99 -O2 || [ "$(grep -c decoded "$work/reference.out")" -lt 60 ]; then
     echo "the reference is not built, or has too few meshes"
     cat "$work/reference.log"
@@ -87,6 +142,11 @@ while read -r name runner command; do
     # shellcheck disable=SC2086 # a command is words
     compare "$name" "$runner" $command </dev/null
 done < <(variants "${1:-native}")
+if [ "${1:-native}" = all ]; then
+    for march in x86-64-v3 x86-64-v4; do check_bounds "$clang" $march; done
+    check_types unit/quantiser
+    check_types portability/portability "${meshes[@]}"
+fi
 echo "$(grep -c decoded "$work/reference.out") streams of each"
 echo "$passed passed, $failed failed"
 [ $failed = 0 ] && [ $passed != 0 ]

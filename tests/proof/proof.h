@@ -18,7 +18,9 @@
 #else
 #define PROVE(condition) __CPROVER_assert(condition, #condition)
 #define REACHED() ((void)0)
+#ifndef CQ_ASSERT
 #define CQ_ASSERT(condition) __CPROVER_assert(condition, "CQ_ASSERT(" #condition ")")
+#endif
 #endif
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"

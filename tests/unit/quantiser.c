@@ -1,6 +1,7 @@
 /* The quantiser: floats to values and back, on grids and on the octahedron. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
+#include "exact.h"
 #include "test.h"
 
 #define INFINITE 0x7f800000u
@@ -315,6 +316,39 @@ TEST(exact_channels_copy_floats_whatever_they_are) {
     CHECK_EQ(cq_quantise(&c, NULL, 0, NULL, NULL), CQ_OK);
     cq_reconstruct(&c, NULL, 0, NULL);
 }
+
+/* The sanitizer for types forgets that a local was declared once bytes have been copied into it. */
+#if defined(__has_feature)
+#if __has_feature(type_sanitizer)
+#define TYPES_OF_LOCALS_GET_LOST
+#endif
+#endif
+
+/* A compiler may assume that nothing reads an integer where a float was stored, and memory from malloc is of the type that
+ * was stored last. -fsanitize=type sees what no compiler makes use of so far. */
+TEST(exact_values_and_floats_have_the_types_that_they_are_read_as) {
+    enum { COUNT = 300 };
+    cq_channel c = channel_of(CQ_GENERIC, 3, CQ_EXACT_BITS);
+    float *from = (float *)exact_alloc(COUNT * sizeof *from), *back = (float *)exact_alloc(COUNT * sizeof *back);
+    cq_value *values = (cq_value *)exact_alloc(COUNT * sizeof *values);
+    int32_t bits;
+    int k;
+    c.merge = CQ_KEEP;
+    for (k = 0; k < COUNT; ++k) from[k] = (float)k / 7;
+    CHECK_EQ(cq_quantise(&c, from, COUNT / 3, values, NULL), CQ_OK);
+    for (k = 0; k < COUNT; ++k) {
+        float x = (float)k / 7;
+        memcpy(&bits, &x, sizeof bits);
+        CHECK_EQ(values[k], bits);
+    }
+    cq_reconstruct(&c, values, COUNT / 3, back);
+#ifndef TYPES_OF_LOCALS_GET_LOST
+    for (k = 0; k < COUNT; ++k) CHECK(back[k] == from[k]);
+#endif
+    exact_free(from);
+    exact_free(back);
+    exact_free(values);
+}
 #endif
 
 int main(int argc, char **argv) {
@@ -337,6 +371,7 @@ int main(int argc, char **argv) {
     RUN(any_pair_is_a_unit_vector);
 #if CQ_INDEX_BITS == 32
     RUN(exact_channels_copy_floats_whatever_they_are);
+    RUN(exact_values_and_floats_have_the_types_that_they_are_read_as);
 #endif
     return TEST_END();
 }
