@@ -465,8 +465,9 @@ build/log/proof-bugs.log: $(HEADER) $(wildcard tests/proof/*)
 #
 # `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and
 # fuzz-msan run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
+# mutator.c needs a header whose functions that decode have other names.
 
-FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
+FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c fuzz/mutator.c,$(wildcard fuzz/*.c)))
 FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h examples/mesh_file.*)
 COUNT_WORK = -DFUZZ_COUNTS_WORK -fsanitize-coverage=trace-pc
 SECONDS ?= 120
@@ -480,7 +481,10 @@ define fuzz_variant
 build/fuzz/%$(1).o: fuzz/%.c $$(FUZZ_DEPENDS)
 	@mkdir -p $$(@D)
 	$(CLANG) -std=c99 $$(TEST_FLAGS) $(2) -DLLVMFuzzerTestOneInput=fuzz_$$* -c $$< -o $$@
-build/fuzz/run$(1): $$(FUZZ_TARGETS:%=build/fuzz/%$(1).o) build/fuzz/run$(1).o
+build/fuzz/mutator$(1).o: fuzz/mutator.c fuzz/asked.sh $$(FUZZ_DEPENDS)
+	@fuzz/asked.sh $$(HEADER) build/fuzz/asked$(1)
+	$(CLANG) -std=c99 -Ibuild/fuzz/asked$(1) $$(TEST_FLAGS) $(2) -c $$< -o $$@
+build/fuzz/run$(1): $$(FUZZ_TARGETS:%=build/fuzz/%$(1).o) build/fuzz/mutator$(1).o build/fuzz/run$(1).o
 	$(CLANG) $(2) $$^ -lm -o $$@
 build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regressions/*/*)
 	@mkdir -p $$(@D)

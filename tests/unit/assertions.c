@@ -1,5 +1,5 @@
-/* CQ_ASSERT: every documented precondition that no result reports is checked, on entry, with a condition that says which
- * one it is; and a call that keeps them passes. */
+/* CQ_ASSERT: every documented precondition that no result reports is checked, on entry, with a condition that says
+ * which one it is; and a call that keeps them passes. */
 #include <setjmp.h>
 
 static jmp_buf after_the_call;
@@ -16,7 +16,8 @@ static inline void trip(const char *condition) {
 #include "conquest.h"
 #include "test.h"
 
-/* The call must trip over an assertion whose condition contains the words. Variables that change between calls are static, for longjmp. */
+/* The call must trip over an assertion whose condition contains the words. Variables that change between calls are
+ * static, for longjmp. */
 #define TRIPS(words, call) \
     do { \
         tripped = "nothing"; \
