@@ -175,7 +175,13 @@ TEST(a_slot_is_asked_for_before_its_symbol_is_taken) {
     TRIPS("slot", cq_decode_freq(&decoder, 0, 1, 16));
     PASSES(cq_decode_freq(&decoder, 0, 1, 8));
     PASSES(cq_decode_slot(&decoder, 8));  /* the first one, as the code is all zeros */
-    TRIPS("code", cq_decode_freq(&decoder, 1, 1, 8));
+    TRIPS("d->code >=", cq_decode_freq(&decoder, 1, 1, 8));
+    code[0] = 0xff;
+    begin();
+    PASSES(cq_decode_slot(&decoder, 8));
+    TRIPS("d->code -", cq_decode_freq(&decoder, 0, 7, 8));
+    PASSES(cq_decode_freq(&decoder, 7, 1, 8));
+    code[0] = 0;
 }
 
 TEST(raw_bits_are_0_to_32) {
