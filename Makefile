@@ -17,7 +17,7 @@ EXAMPLES = build/minimal_decode build/stream build/game_loop
 all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
-	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
 
 build/cqm: $(CQM_SOURCES) $(wildcard examples/*.h examples/cqm/*.h) $(HEADER)
 	@mkdir -p $(@D)
