@@ -20,7 +20,7 @@ EXAMPLES = build/minimal_decode build/stream build/game_loop
 all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mesh generator
 
 help: ## lists the targets
-	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9_-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
 
 build/cqm: $(CQM_SOURCES) $(CQM_HEADERS)
 	@mkdir -p $(@D)
@@ -44,8 +44,12 @@ meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo i
 build/meshes:
 	@tests/meshes/fetch.sh $@
 
+# Runs a command and keeps what it prints for `make quotes`; its exit status counts.
+KEEP = mkdir -p build/printed && { { $(1); echo $$? >build/printed/$@.status; } | tee build/printed/$@.txt; \
+    exit $$(cat build/printed/$@.status); }
+
 demo: build/cqm build/meshes ## encodes and decodes some meshes and prints a table
-	@tests/demo/demo.sh
+	@$(call KEEP,tests/demo/demo.sh)
 
 ref_data: build/cqm build/meshgen ## makes the reference meshes and the streams of this format version again
 	@ref_data/ref_data.sh make
@@ -68,10 +72,10 @@ MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$
 .PHONY: table1 rates train check-train effects memory speed
 
 table1: build/table1 build/generated/torus_270x135.off ## the paper's Table 1 beside ours; MESHES=DIR has its models
-	@build/table1 $(MESHES) build/generated/torus_270x135.off
+	@$(call KEEP,build/table1 $(MESHES) build/generated/torus_270x135.off)
 
 rates: build/rates build/meshes ## bits per vertex of meshes that the priors were trained on, and of the others
-	@build/rates $(LIST) $(MANIFOLDS)
+	@$(call KEEP,build/rates $(LIST) $(MANIFOLDS))
 
 train: build/train build/meshes ## fits the priors in the header to the meshes of tests/train/meshes.txt
 	@tests/train/priors.sh write
@@ -83,11 +87,12 @@ effects: build/train build/meshes build/generated/torus_270x135.off ## what each
 	@build/train --effects $$(sed '/^#/d; s,^,build/meshes/,' $(LIST)) -- $(MESHES)/*.off build/generated/torus_270x135.off
 
 memory: build/memory build/memory-16 ## bytes that the decoder and the encoder need
-	@build/memory
-	@build/memory-16
+	@$(call KEEP,build/memory && build/memory-16)
 
 speed: build/speed build/meshes ## microseconds per split of the decoder, for some meshes
-	@build/speed build/meshes/fandisk.off build/meshes/bunny00.off build/meshes/camel.off $(wildcard $(MESHES)/horse.off)
+	@$(call KEEP,build/speed $(SPEED_MESHES) $(wildcard $(MESHES)/horse.off))
+
+SPEED_MESHES = $(patsubst %,build/meshes/%.off,fandisk bunny00 camel)
 
 build/speed: $(SPEED_SOURCES) $(ENCODE_HEADERS)
 	@mkdir -p $(@D)
@@ -308,7 +313,7 @@ BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/be
 .PHONY: bench deps-bench
 bench: deps-bench build/meshes build/meshgen ## compares size, speed, memory with other codecs; QUICK=1: a minute
 	@$(MAKE) --no-print-directory -s build/bench/bench
-	@tests/bench/bench.sh
+	@$(call KEEP,tests/bench/bench.sh)
 
 deps-bench:
 	$(call install,$(BENCH_PACKAGES))
@@ -334,7 +339,7 @@ PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o $(MES
 .PHONY: peers deps-peers
 peers: deps-peers build/meshes ## compares bytes with Draco's, by class of mesh; MESHES=DIR adds meshes
 	@$(MAKE) --no-print-directory -s build/peers/peers
-	@tests/peers/peers.sh $(MESHES)
+	@$(call KEEP,tests/peers/peers.sh $(MESHES))
 
 deps-peers:
 	$(call install,$(PEERS_PACKAGES))
@@ -359,8 +364,8 @@ QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildca
 quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
 	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/venv/complete
 	@build/quality/venv/bin/python tests/quality/surface_test.py
-	@build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
-	    $(QUALITY_MESHES) $(QUALITY_MORE)
+	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
+	    $(QUALITY_MESHES) $(QUALITY_MORE))
 
 deps-quality:
 	$(call install,$(QUALITY_PACKAGES))
@@ -419,7 +424,10 @@ build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
 #
 # What takes too long for `make test`. Each target also runs alone; all end with `N passed, N failed`.
 
-.PHONY: proof proof-bugs portability windows mutation coverage
+.PHONY: proof proof-bugs portability windows mutation coverage quotes
+
+quotes: ## compares the numbers in README and SECURITY with what the commands that they name printed last
+	@python3 tests/quotes/quotes.py
 
 proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
 	$(call install,$(PROOF_PACKAGES))
@@ -490,22 +498,30 @@ build/log/proof-bugs.log: $(HEADER) $(wildcard tests/proof/*)
 #
 # `make fuzz` runs libFuzzer. The committed inputs are part of the tests and need no libFuzzer: fuzz, fuzz-16 and
 # fuzz-msan run all of them, under MemorySanitizer in the last; fuzz-work counts what hostile meshes and streams cost.
+# mutator.c needs a header whose functions that decode have other names.
 
-FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c,$(wildcard fuzz/*.c)))
+FUZZ_TARGETS = $(patsubst fuzz/%.c,%,$(filter-out fuzz/run.c fuzz/work.c fuzz/mutator.c,$(wildcard fuzz/*.c)))
 FUZZ_DEPENDS = $(HEADER) $(wildcard fuzz/*.h) $(MESH_FILE) $(MESH_FILE_HEADERS)
 COUNT_WORK = -DFUZZ_COUNTS_WORK -fsanitize-coverage=trace-pc
 SECONDS ?= 120
 
 .PHONY: fuzz
 fuzz: deps ## runs all fuzz targets for SECONDS=n in all, and reports executions and coverage of each
-	@CLANG=$(CLANG) fuzz/fuzz.sh $(SECONDS)
+	@$(call KEEP,CLANG=$(CLANG) fuzz/fuzz.sh $(SECONDS))
+
+.PHONY: fuzz-coverage
+fuzz-coverage: verify-deps ## what the inputs of each target reach in the header
+	@$(call KEEP,CLANG=$(CLANG) fuzz/fuzz.sh coverage)
 
 # $(1) suffix, $(2) flags
 define fuzz_variant
 build/fuzz/%$(1).o: fuzz/%.c $$(FUZZ_DEPENDS)
 	@mkdir -p $$(@D)
 	$(CLANG) -std=c99 $$(TEST_FLAGS) $(2) -DLLVMFuzzerTestOneInput=fuzz_$$* -c $$< -o $$@
-build/fuzz/run$(1): $$(FUZZ_TARGETS:%=build/fuzz/%$(1).o) build/fuzz/run$(1).o
+build/fuzz/mutator$(1).o: fuzz/mutator.c fuzz/asked.sh $$(FUZZ_DEPENDS)
+	@fuzz/asked.sh $$(HEADER) build/fuzz/asked$(1)
+	$(CLANG) -std=c99 -Ibuild/fuzz/asked$(1) $$(TEST_FLAGS) $(2) -c $$< -o $$@
+build/fuzz/run$(1): $$(FUZZ_TARGETS:%=build/fuzz/%$(1).o) build/fuzz/mutator$(1).o build/fuzz/run$(1).o
 	$(CLANG) $(2) $$^ -lm -o $$@
 build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regressions/*/*)
 	@mkdir -p $$(@D)

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # fuzz.sh SECONDS: builds every target with libFuzzer, runs all of them for SECONDS in all, one after the other, and
-# prints executions and coverage of each. What the fuzzer keeps goes to build/fuzz/corpus/TARGET and is the start of the
-# next run; what breaks a promise goes to build/fuzz/findings, and its replay is printed. The last line is
-# `N passed, N failed`: targets without and with findings.
+# prints executions and coverage of each. build/fuzz/executions.tsv keeps the executions of all runs; those of this
+# commit are added up. What the fuzzer keeps goes to build/fuzz/corpus/TARGET and is the start of the next run; what breaks a
+# promise goes to build/fuzz/findings, and its replay is printed. The last line is `N passed, N failed`: targets without
+# and with findings.
 #
 #     fuzz/fuzz.sh 600                  all targets; `make fuzz SECONDS=600`
 #     fuzz/fuzz.sh 60 decode flip-16    only these
@@ -14,33 +15,56 @@ cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-19}
 header_dir=${HEADER_DIR:-include}
 warnings=(-Wall -Wextra -Wconversion -pedantic)
-all=(decode chunks truncate flip roundtrip mesh_ops range_coder mesh_file decode-16 chunks-16 roundtrip-16 decode-msan)
+all=(decode lean chunks truncate flip roundtrip mesh_ops range_coder mesh_file decode-16 lean-16 chunks-16 roundtrip-16
+    decode-msan lean-msan)
 most_bytes=1000
 
 build() {
-    local variant=$1 name=${1%-*} flags=("-fsanitize=fuzzer,address,undefined")
+    local variant=$1 name=${1%-*} flags=(-O1 -fsanitize=fuzzer,address,undefined) mutator=()
+    case $variant in
+    lean*) flags=(-O2 -fsanitize=fuzzer,address) mutator=("build/fuzz/bin/$variant-mutator.o") ;;
+    esac
     case $variant in
     *-16) flags+=(-DCQ_INDEX_BITS=16) ;;
-    *-msan) flags=("-fsanitize=fuzzer,memory") ;;
+    *-msan) flags=(-O1 -fsanitize=fuzzer,memory) ;;
     esac
-    "$clang" -std=c99 -O1 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -DCQI_LARGE_MESH=1 \
-        -I"$header_dir" -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$variant"
+    case $variant in
+    lean*) flags+=(-fno-sanitize-coverage=trace-cmp) ;;     # no byte of a range coder is compared with anything
+    esac
+    [ ${#mutator[@]} = 0 ] || build_mutator "$variant" -o "${mutator[@]}"
+    "$clang" -std=c99 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -DCQI_LARGE_MESH=1 \
+        -I"$header_dir" -Iexamples "fuzz/$name.c" "${mutator[@]}" -lm -o "build/fuzz/bin/$variant"
+}
+
+# As fast as can be: its own decoding is not what is tested.
+build_mutator() {
+    local variant=$1 flags=(-O2)
+    shift
+    case $variant in
+    *-16) flags+=(-DCQ_INDEX_BITS=16) ;;
+    *-msan) flags+=(-fsanitize=memory) ;;       # what it writes is initialised
+    esac
+    fuzz/asked.sh "$header_dir/conquest.h" build/fuzz/asked
+    "$clang" -std=c99 "${warnings[@]}" "${flags[@]}" -Ibuild/fuzz/asked -c fuzz/mutator.c "$@"
 }
 
 # Runs a target and prints one line of the table. libFuzzer's last status line has cov: blocks reached and ft: features.
 run() {
     local variant=$1 seconds=$2 name=${1%-*} log=build/fuzz/$1.log status=0
     mkdir -p "build/fuzz/corpus/$name"
+    case $name in lean) export ASAN_OPTIONS=quarantine_size_mb=1:malloc_context_size=0 ;; *) unset ASAN_OPTIONS ;; esac
     # shellcheck disable=SC2046
     "build/fuzz/bin/$variant" -max_total_time="$seconds" -max_len=$most_bytes -timeout=20 -rss_limit_mb=2000 \
+        -dict=fuzz/dictionary.txt \
         -artifact_prefix="build/fuzz/findings/$variant-" $(inputs "$name") >"$log" 2>&1 || status=$?
-    awk -v variant="$variant" -v status=$status '
+    awk -v variant="$variant" -v status=$status -v commit="$commit" '
         /^INFO: Loaded .* inline 8-bit counters/ { match($0, /\([0-9]+ inline/); blocks = substr($0, RSTART + 1) + 0 }
         / cov: [0-9]/ {
             for (i = 1; i < NF; i++) if ($i == "cov:") reached = $(i + 1); else if ($i == "ft:") features = $(i + 1)
         }
         /^#[0-9]+/ { executions = substr($1, 2) }
-        END { printf "%-14s %11d executions %7d of %5d blocks %8d features  %s\n", variant, executions, reached, blocks,
+        END { print variant "\t" executions "\t" commit >>"build/fuzz/executions.tsv"
+              printf "%-14s %11d executions %7d of %5d blocks %8d features  %s\n", variant, executions, reached, blocks,
                      features, status == 0 ? "ok" : "FINDING, status " status }' "$log"
     if [ $status != 0 ]; then
         grep -E 'not true|runtime error|ERROR: |written, but' "$log" | head -n 3 | sed 's/^/    /'
@@ -108,6 +132,7 @@ seconds=${1:?seconds}
 shift
 targets=("$@")
 [ $# -gt 0 ] || targets=("${all[@]}")
+commit=$(git describe --always --dirty 2>/dev/null || echo unknown)
 passed=0 failed=0
 for variant in "${targets[@]}"; do
     if build "$variant" && run "$variant" $(((seconds + ${#targets[@]} - 1) / ${#targets[@]})); then
@@ -116,5 +141,9 @@ for variant in "${targets[@]}"; do
         failed=$((failed + 1))
     fi
 done
+echo "all runs of commit $commit:"
+awk -F '\t' -v commit="$commit" '$3 == commit { sum[$1] += $2; all += $2 }
+    END { for (v in sum) printf "%-14s %11d executions\n", v, sum[v]; printf "%-14s %11d executions\n", "all", all }' \
+    build/fuzz/executions.tsv
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]

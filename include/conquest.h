@@ -1550,8 +1550,8 @@ void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t
 {
     CQ_ASSERT(freq && freq <= total && start <= total - freq);
     CQ_ASSERT(total <= CQI_MIN_RANGE && d->slot == d->range / total); /* cq_decode_slot came before, */
-    CQ_ASSERT(d->code >= d->slot * start &&                          /* and told a slot of this symbol */
-              d->code - d->slot * start < cqi_freq_width(d->range, d->slot, start, freq, total));
+    CQ_ASSERT(d->code >= d->slot * start);                            /* and told a slot of this symbol */
+    CQ_ASSERT(d->code - d->slot * start < cqi_freq_width(d->range, d->slot, start, freq, total));
     cqi_decode_interval(d, d->slot * start, cqi_freq_width(d->range, d->slot, start, freq, total));
 }
 

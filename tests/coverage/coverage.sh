@@ -71,7 +71,7 @@ everything() {
     local objects=()
     for source in fuzz/*.c; do
         name=$(basename "${source%.c}")
-        [ "$name" = work ] && continue
+        case $name in work | mutator) continue ;; esac
         "$clang" -std=c99 "${flags[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" -c "$source" -o "$work/$name.o" ||
             return 1
         objects+=("$work/$name.o")

@@ -6,8 +6,8 @@
 # native: gcc and clang, C and C++, -O0 -Os -O3, link-time optimisation for AVX2, -ffast-math, 32 bits, 16-bit indices,
 # unsigned char, short enums, and one big-endian machine. all: the other machines, every combination of compiler, level,
 # link-time optimisation and instruction set; accesses out of bounds in code that cannot run, which LLVM has drawn wrong
-# conclusions from; and the types of memory. Emulated machines run under qemu; its exit status counts. A compiler that is
-# missing is a failure. The last line is `N passed, N failed`.
+# conclusions from; and the types of memory. Emulated machines run under qemu; its exit status counts. A compiler that
+# is missing is a failure. The last line is `N passed, N failed`.
 set -u
 cd "$(dirname "$0")/../.." || exit 1
 clang=${CLANG:-clang-19}

@@ -1,5 +1,5 @@
-# Sums up what -fsanitize=type prints: how often memory that holds one type was read or written as another. Says nothing of
-# accesses where both are the same type, as a member of different structures.
+# Sums up what -fsanitize=type prints: how often memory that holds one type was read or written as another. Says nothing
+# of accesses where both are the same type, as a member of different structures.
 /^(READ|WRITE) of size/ && match($0, /with type .* accesses (an|part of an) existing object of type .*/) {
     split(substr($0, RSTART + 10), side, / accesses (an|part of an) existing object of type /)
     for (k = 1; k <= 2; k++) sub(/ (\(in|that starts).*/, "", side[k])

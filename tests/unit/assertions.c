@@ -1,5 +1,5 @@
-/* CQ_ASSERT: every documented precondition that no result reports is checked, on entry, with a condition that says which
- * one it is; and a call that keeps them passes. */
+/* CQ_ASSERT: every documented precondition that no result reports is checked, on entry, with a condition that says
+ * which one it is; and a call that keeps them passes. */
 #include <setjmp.h>
 
 static jmp_buf after_the_call;
@@ -16,7 +16,8 @@ static inline void trip(const char *condition) {
 #include "conquest.h"
 #include "test.h"
 
-/* The call must trip over an assertion whose condition contains the words. Variables that change between calls are static, for longjmp. */
+/* The call must trip over an assertion whose condition contains the words. Variables that change between calls are
+ * static, for longjmp. */
 #define TRIPS(words, call) \
     do { \
         tripped = "nothing"; \
@@ -174,7 +175,13 @@ TEST(a_slot_is_asked_for_before_its_symbol_is_taken) {
     TRIPS("slot", cq_decode_freq(&decoder, 0, 1, 16));
     PASSES(cq_decode_freq(&decoder, 0, 1, 8));
     PASSES(cq_decode_slot(&decoder, 8));  /* the first one, as the code is all zeros */
-    TRIPS("code", cq_decode_freq(&decoder, 1, 1, 8));
+    TRIPS("d->code >=", cq_decode_freq(&decoder, 1, 1, 8));
+    code[0] = 0xff;
+    begin();
+    PASSES(cq_decode_slot(&decoder, 8));
+    TRIPS("d->code -", cq_decode_freq(&decoder, 0, 7, 8));
+    PASSES(cq_decode_freq(&decoder, 7, 1, 8));
+    code[0] = 0;
 }
 
 TEST(raw_bits_are_0_to_32) {
