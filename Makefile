@@ -118,6 +118,25 @@ build/generated/torus_270x135.off: build/meshgen
 	@mkdir -p $(@D)
 	@build/meshgen torus 270 135 >$@
 
+# -- Triangles instead of edges ------------------------------------------------------------------------------------
+#
+# tests/measure/face_collapse: the experiment that the paper leaves to others, with its own encoder and decoder. The
+# paper's models come from MESHES=DIR.
+
+FACE_COLLAPSE = tests/measure/face_collapse
+
+.PHONY: face-collapse deps-face-collapse
+face-collapse: deps-face-collapse build/meshes build/generated/torus_270x135.off ## removes triangles, not edges
+	@$(MAKE) --no-print-directory -s build/face_collapse
+	@build/face_collapse $(MESHES) build/generated/torus_270x135.off build/meshes/*
+
+deps-face-collapse:
+	$(call install,g++ libcgal-dev)
+
+build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAPSE)/*.hpp)
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -O2 $< $(LDFLAGS) -o $@
+
 # -- Tests ---------------------------------------------------------------------------------------------------------
 #
 # A test is a program or a recipe that writes build/log/NAME.log, whose last line is `N passed, N failed`. Each C or C++
