@@ -54,8 +54,8 @@
 #define CQ_API extern
 #endif
 
-/* Names for the linker. Those of 16-bit indices end in _16: files that do not agree on the width, hence on the layout of
- * structures, do not link; and one program may have both. */
+/* Names for the linker. Those of 16-bit indices end in _16: files that do not agree on the width, hence on the layout
+ * of structures, do not link; and one program may have both. */
 #if CQ_INDEX_BITS == 16
 #define CQI_SYMBOL(name) name##_16
 #else
@@ -169,7 +169,7 @@ typedef struct cq_place {
 } cq_place;
 
 /* What a channel's numbers mean to a reader of the stream. Only positions mean something to the codec: the first
- * channel of them that is merged to midpoints tells where edges were collapsed. */
+ * channel of them with CQ_AVERAGE that is not exact is what connectivity is predicted from. */
 typedef enum cq_kind {
     CQ_POSITION = 0,      /* 3 components */
     CQ_GENERIC = 1,       /* anything else */
@@ -182,17 +182,17 @@ typedef enum cq_kind {
     CQ_GROUP = 8          /* 1 component: the material or group that it belongs to */
 } cq_kind;
 
-/* What a collapse of B into A does to the values of A. */
+/* What the numbers of a channel belong to, and how new ones are predicted. */
 typedef enum cq_merge {
-    CQ_MIDPOINT = 0,      /* the merged vertex gets the midpoint, rounded down */
-    CQ_KEEP = 1,          /* it keeps the values of A: for what may not be averaged */
-    CQ_PER_FACE = 2       /* nothing: the channel has 1 component, and a value for each face instead of each vertex */
+    CQ_AVERAGE = 0,       /* to vertices; from weighted means of what is around */
+    CQ_COPY = 1,          /* to vertices; as copies of neighbours: for what may not be averaged */
+    CQ_PER_FACE = 2       /* to faces, 1 component; as copies of neighbours */
 } cq_merge;
 
 /* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. A reader gets component k of vertex v
  * back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries.
  *
- * With CQ_EXACT_BITS and CQ_KEEP or CQ_PER_FACE a value is any 32-bit pattern, copied into a cq_value, and comes back
+ * With CQ_EXACT_BITS a value is any 32-bit pattern, copied into a cq_value, and comes back
  * bit for bit. It costs least if it is a float. Needs 32-bit indices, else CQ_ERROR_UNSUPPORTED. */
 typedef struct cq_channel {
     uint8_t kind;         /* cq_kind */
@@ -209,8 +209,6 @@ typedef struct cq_shape {
     uint32_t num_faces;
     uint32_t num_boundary_loops;
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
-    uint32_t fast;                   /* 0, or 1: simpler models of connectivity and values; decodes twice as fast, from
-                                        3 to 12 % more bytes */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
 } cq_shape;
@@ -299,17 +297,16 @@ CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
 /* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]; returns n <= num_faces. */
 CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
-/* Marks what a decoder has changed since its mesh had `since` vertices, so that only that is uploaded to a GPU: 0 marks
- * all. Arrays are divided into blocks of 2^shift elements, for a split touches two vertices and about eight faces
- * anywhere in them; 1 is written for a block that has changed, other bytes stay as they are.
+/* Marks the faces that a decoder has changed since its mesh had `since` vertices, so that only those are uploaded to a
+ * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
+ * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
  *
- * faces     uint8_t[blocks], NULL: unwanted. Of faces that are new or have got a new vertex; face f is the indices
- *           origin[3 * f] .. [3 * f + 2].
- * vertices  uint8_t[blocks], NULL: unwanted. Of vertices that are new or have got new values, and of the other
- *           neighbours of new vertices.
+ * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
+ *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
+ *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2].
  *
  * Time O(new vertices), a few faces for each. */
-CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces, uint8_t *vertices);
+CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -368,6 +365,7 @@ typedef struct cq_level {
     uint32_t num_patches;            /* patches conquered */
     uint32_t num_splits;             /* of these, split; the others are isolated */
     uint32_t sum_i, sum_j;           /* of the indices of all splits */
+    uint32_t error;                  /* of the mesh before the level: cq_decoder.error */
     uint64_t flags, indices, values; /* cost */
 } cq_level;
 
@@ -383,163 +381,171 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes that one step can need. Probabilities of bits and candidates are at least 2^-11 and 2^-22. A residual has 10
- * such bits and 29 raw ones, if exact 35: 145 bits, 1 more than here; of a fast stream less. The two face values of a
- * split have 6 and 64. A join of the base has 3 and 32; a split does not need 36 of its bits, more than one for each of
- * 32 components. */
-#define CQI_STEP_BYTES(components) (9 + 18 * (size_t)(components))
+/* Bytes of input that one step can need, in bits: at most 11 for an adaptive bit or a question, 7.2 for a pair that
+ * is asked about. A residual has 10 adaptive bits and 27 raw ones, if exact 32: 142, two less than here; a copy has 6
+ * and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4 questions about a position: 199.4, of
+ * 200 here; face values 6 and 64, of a component. A join of the base has 3 and 32. */
+#define CQI_STEP_BYTES(components) (25 + 18 * (size_t)(components))
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
-#define CQI_CANDIDATES (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
-#define CQI_LOCATED 63               /* of them, at most: what bounds the time of a split */
+#define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
+#define CQI_LISTED 48 /* of them, at most */
 
-/* A conquest in progress: the list of patches is the queue of gates too. */
+/* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
+ * the spoke from v to the L of that gate. */
 typedef struct cqi_walk {
-    cq_index seed;        /* next component to look for: a vertex (decoder) or its number (encoder) */
-    cq_index head;        /* patch whose gates are being tried */
-    cq_index tail;        /* patches found so far */
-    cq_index spoke;       /* of patch `head`: the next gate is behind it, clockwise; CQ_NONE: head has not begun */
+    cq_index *queue;
+    cq_index capacity, head, count;
+    int full;                 /* a vertex found no room */
 } cqi_walk;
 
 typedef struct cqi_vector {
     int32_t x, y, z;
 } cqi_vector;
 
-/* In the plane of a patch. */
-typedef struct cqi_point {
-    int32_t x, y;
-} cqi_point;
-
-/* tan(angle / 2) and sin(angle), times 2^CQI_TURN_BITS, |angle| <= 90 degrees. */
-typedef struct cqi_turn {
-    int32_t tangent, sine;
-} cqi_turn;
-
-/* State of a ring vertex: how many patches that wait hold it, and whether one that was left did. */
-enum { CQI_FREE, CQI_FREE_LEFT, CQI_HELD, CQI_HELD_LEFT, CQI_HELD_OFTEN, CQI_NEVER, CQI_STATES };
-
-/* A candidate that the positions are asked about: entries of the tables of the same names. */
-typedef struct cqi_located {
-    uint16_t number;                           /* of the candidate */
-    uint8_t p, q;
-    uint8_t edges, outer, between;
-} cqi_located;
-
-/* The patch of a centre, from its entry spoke clockwise. */
-typedef struct cqi_ring {
-    int size;
-    int side;                                  /* 0: any candidate; 1: q is the last; 2: p is the first */
-    int level_class;                           /* 0: the finest level, 1: the next one, 2: coarser */
-    int located;                               /* candidates are asked about with positions */
-    cq_index spoke[CQ_MAX_VALENCE];
-    cq_index vertex[CQ_MAX_VALENCE];           /* its end */
-    cq_index seen[CQ_MAX_VALENCE];             /* the same, but the centre if that is virtual: whose values count */
-    uint8_t valence[CQ_MAX_VALENCE];           /* of the vertex, at most CQI_LARGE_VALENCE */
-    uint8_t state[CQ_MAX_VALENCE];             /* who else holds the vertex: CQI_STATES values */
-    uint8_t edge[CQ_MAX_VALENCE];              /* class of the length of the spoke */
-    uint8_t real[CQ_MAX_VALENCE + 1];          /* number of real vertices before a vertex */
-    uint8_t best_before[CQ_MAX_VALENCE];       /* smallest valence of an alternative to B at or before p; plus p */
-    uint8_t best_after[CQ_MAX_VALENCE];        /* at or after q; plus CQ_MAX_VALENCE - q */
-    uint32_t offset_channel;                   /* channel of the next two, CQ_MAX_CHANNELS: none yet */
-    int32_t before[(CQ_MAX_VALENCE + 1) * CQ_MAX_COMPONENTS];  /* sums of the offsets (values less those of the centre)
-                                                  before a vertex, [vertex][component] */
-    uint32_t spread[CQ_MAX_COMPONENTS];        /* sums of their magnitudes */
-    uint16_t entry[CQ_MAX_VALENCE][3];         /* features as an end of B's part, for p; for q the next ones */
-    int32_t of_p[CQ_MAX_VALENCE];              /* length of the spoke; then the sum of the weights of those for p, */
-    int32_t of_q[CQ_MAX_VALENCE];              /* of those for q, */
-    int32_t of_steps[CQ_MAX_VALENCE];          /* and for q - p */
-    uint8_t apart[CQ_MAX_VALENCE];             /* class of q - p, times 8 */
-    int shift;                                 /* the scale of what follows: offsets times 2^shift */
-    int32_t mean_length;                       /* of the spokes */
-    int32_t displacement[CQ_MAX_VALENCE];      /* what makes a predicted B - A relative to the edges, by q - p */
-    union {
-        int32_t gain[3][CQ_MAX_VALENCE];       /* what the weights of p, q, q - p learn; before that: */
-        int32_t scaled[3 * CQ_MAX_VALENCE];    /* positions, the largest component with 8 bits */
-    } now;
-    cqi_turn turn[2];                          /* that make the normal of the patch the z axis */
-    int32_t height;                            /* sum of the distances from the plane */
-    cqi_point sum[CQ_MAX_VALENCE + 1];         /* in the plane: of the offsets before a vertex */
-    cqi_point direction[CQ_MAX_VALENCE + 2];   /* that of vertex k - 1, spokes are 64 long; the ends are there twice */
-} cqi_ring;
-
-/* Adaptive weights of the split model, in 2^-CQI_UNIT octaves: at most 8 octaves, which is seen to after every 1024
- * splits. Until then a weight moves by at most 1024 CQI_STEP, so that the sum of a candidate's 12 does not overflow. */
-#define CQI_UNIT 22
-#define CQI_MOST ((int32_t)8 << CQI_UNIT)
-#define CQI_LIMIT_EVERY 1024
-
-/* Patches whose memory is asked for before their turn, and vertices from which on that pays; the fuzzers have it pay at
- * once. And halfedges between one that is read and the one that is asked for with it: six lines of memory. */
-#define CQI_AHEAD 8
-#define CQI_APART 96
-#ifndef CQI_LARGE_MESH
-#define CQI_LARGE_MESH 32768
-#endif
-#if defined(__GNUC__) && SIZE_MAX > 0xffffffff
-#define CQI_FETCHES 1
-#define CQI_FETCH(address) __builtin_prefetch(address)
-#else
-#define CQI_FETCHES 0
-#define CQI_FETCH(address) ((void)(address))
-#endif
-#define CQI_FETCH_HALFEDGE(m, h) (CQI_FETCH((m)->twin + (h)), CQI_FETCH((m)->origin + (h)))
-#define CQI_FETCH_VALUE(s, values, v) \
-    (cqi_has_first_values(s) ? CQI_FETCH((values) + (size_t)(v) * (s)->channel[0].components) : (void)0)
-
-/* Indices of tables in one array. */
+/* State of a vertex during a level, the two lowest bits of its mark. */
 enum {
-    CQI_SIZE_B = 0,                                          /* [level class][q - p] */
-    CQI_SIZE_A = CQI_SIZE_B + 3 * 16,                        /* [level class][size - (q - p)] */
-    CQI_END_STATE = CQI_SIZE_A + 3 * 16,                     /* [valence][state][p or q] */
-    CQI_END_VALENCE = CQI_END_STATE + 14 * 6 * 2,            /* [level class][valence][p or q] */
-    CQI_END_EDGE = CQI_END_VALENCE + 3 * 14 * 2,             /* [length of the spoke, 0 without positions][p or q] */
-    CQI_FAST_WEIGHTS = CQI_END_EDGE + 16 * 2,                /* from here on not in fast streams: */
-    CQI_RULE = CQI_FAST_WEIGHTS,                             /* [alternatives before p][after q] */
-    CQI_BARE_WEIGHTS = CQI_RULE + 36,                        /* and from here on only with positions: */
-    CQI_EDGES = CQI_BARE_WEIGHTS,                            /* [length of the spoke to p, halved][to q] */
-    CQI_OUTER = CQI_EDGES + 8 * 8,                           /* [how far B - A goes to p - 1][to q + 1] */
-    CQI_BETWEEN = CQI_OUTER + 8 * 8,                         /* [steps from p to q][angle between their spokes] */
-    CQI_WEIGHTS = CQI_BETWEEN + 8 * 8
+    CQI_FREE,             /* available */
+    CQI_HELD,             /* on the ring of one patch */
+    CQI_HELD_OFTEN,       /* of two or more */
+    CQI_TAKEN,            /* centre of a patch, or new, or passed over, or virtual: cannot become a centre */
+    CQI_STATE = 3,        /* mask of these */
+    CQI_QUEUED = 4        /* bit: waits in the queue */
 };
 
-/* Expected bits of a residual that are told apart, in half bits; beyond them by parity. */
-#define CQI_EXPECTED 16
+/* A patch: its centre's neighbours, from the entry spoke clockwise. Offsets are positions less that of the centre,
+ * times 2^shift, so that the largest component has CQI_RING_BITS bits (or shift is CQI_FRACTION). */
+#define CQI_RING_BITS 14
+#define CQI_FRACTION 4
+#define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* a place further off counts as that far */
+enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
+typedef struct cqi_ring {
+    int size;
+    int boundary;                                /* place of the virtual vertex; CQ_MAX_VALENCE: none */
+    int shift;
+    cq_index spoke[CQ_MAX_VALENCE];
+    cq_index vertex[CQ_MAX_VALENCE];             /* its end */
+    cq_index front[CQ_MAX_VALENCE];              /* beyond the ring edge from this vertex to the next */
+    uint8_t valence[CQ_MAX_VALENCE];
+    uint8_t kind[CQ_MAX_VALENCE];                /* valence and state of the vertex */
+    uint8_t length[CQ_MAX_VALENCE];              /* class of the spoke's length */
+    uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke */
+    cqi_vector at[CQ_MAX_VALENCE];               /* offset of the vertex; 0 of a virtual one */
+    int32_t square[CQ_MAX_VALENCE];              /* of its length */
+} cqi_ring;
 
-/* Spreads of values on a ring that fast streams tell apart: half bits, and 16 more of exact values; 66 at most. */
-#define CQI_SPREADS 69
+/* Candidates for the pair of common neighbours. */
+typedef struct cqi_choice {
+    int32_t end_p[CQ_MAX_VALENCE];               /* scores: of a ring vertex as p, less those that it and all before it */
+    int32_t end_q[CQ_MAX_VALENCE];               /* have as neighbours of B alone; as q, with those of all before it; */
+    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p */
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* see cqi_find_alternatives */
+    int32_t all[CQI_PAIRS];                      /* scores by number of the pair */
+    int count;                                   /* of those that are listed: */
+    uint8_t p[CQI_LISTED], q[CQI_LISTED];
+    int32_t score[CQI_LISTED];
+} cqi_choice;
+
+/* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
+ * number k lies beyond the edge from k to k + 1, the last one beyond that back to A. */
+#define CQI_FEATURES 4
+#define CQI_RIVALS 16
+typedef struct cqi_fan {
+    int size;
+    int boundary;                                /* one of B's neighbours is virtual */
+    cq_index vertex[CQ_MAX_VALENCE + 1];
+    cq_index beyond[CQ_MAX_VALENCE + 1];         /* CQ_NONE: a virtual one, or unknown */
+    int axis[3];                                 /* components of a channel that are x, y, z here */
+    int32_t slope_x, slope_y;                    /* of the plane, in 1/256 */
+    cqi_vector at[CQ_MAX_VALENCE + 1];           /* offsets of the vertices, */
+    cqi_vector outer[CQ_MAX_VALENCE + 1];        /* and of those beyond */
+    int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, of the function that runs */
+    cqi_vector mean;                             /* of the vertices */
+    int32_t extent;                              /* their mean distance from it */
+    cqi_vector feature[CQI_FEATURES];            /* other predictions, less the mean; */
+    int32_t height[CQI_FEATURES];                /* above the plane */
+    cqi_vector linear;                           /* the linear prediction, */
+    int32_t rise;                                /* and its height above the plane through the mean */
+    int expected[3];                             /* half bits of residuals, by what the fan looks like */
+    int num_rivals;
+    cqi_vector rival[CQI_RIVALS];                /* predictions that compete */
+    int32_t radius;                              /* within which they agree */
+    uint8_t vote[CQI_RIVALS];                    /* how many agree with each, twice if closely */
+    int votes;                                   /* for the one that is most agreed upon */
+    cqi_vector agreed;                           /* mean of those that agree with it */
+    int same;                                    /* it is asked whether components are those of neighbours */
+    int gain_same;                               /* by that, in 1/64 bit */
+} cqi_fan;
+
+/* Weights of the split model: natural logarithms of odds, in units of 1 / CQI_NAT. Indices of tables in one array. */
+#define CQI_NAT_BITS 12
+#define CQI_NAT ((int32_t)1 << CQI_NAT_BITS)
+enum {
+    CQI_END_LENGTH = 0,                                      /* [p or q][length] */
+    CQI_END_KIND = CQI_END_LENGTH + 2 * 16,                  /* [p or q][kind] */
+    CQI_INNER_LENGTH = CQI_END_KIND + 2 * 32,                /* [length] */
+    CQI_INNER_KIND = CQI_INNER_LENGTH + 16,                  /* [kind] */
+    CQI_JOINT = CQI_INNER_KIND + 32,                         /* [valence][steps, at most 15] */
+    CQI_GAP = CQI_JOINT + 10 * 16,                           /* [rank][score above the next] */
+    CQI_GAP_3 = CQI_GAP + 8 * 32,                            /* [score above the third] */
+    CQI_END_OPPOSITE = CQI_GAP_3 + 32,                       /* [opposite angles] */
+    CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
+    CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [alternatives before p][after q], see cqi_rule */
+    CQI_WEIGHTS = CQI_RULE + 36
+};
+
+/* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
+#define CQI_EXPECTED 12
 
 /* Adaptive bits. Indices of tables in one array. */
 enum {
     CQI_COMPONENT = 0,                        /* base: another component follows */
     CQI_LOOP,                                 /* base: a new vertex is virtual */
     CQI_OTHER_LEVEL,                          /* a level is not of the one known type */
-    CQI_SIDE,                                 /* [2] which of the three cases of a first gate */
-    CQI_KIND_GROW = CQI_SIDE + 2,             /* [faces at u][at w] base: the kind of a gate */
+    CQI_BEGINS,                               /* another component takes part from this level on */
+    CQI_ERROR,                                /* [8] the error of the mesh, less than that before */
+    CQI_SIDE = CQI_ERROR + 8,                 /* [2] which corner of the first gate's triangle is the first centre */
+    CQI_PASSED = CQI_SIDE + 2,                /* a vertex is passed over */
+    CQI_KIND_GROW,                            /* [faces at u][at w] base: the kind of a gate */
     CQI_KIND_TURN = CQI_KIND_GROW + 64,       /* [faces at u] */
     CQI_KIND_CLOSE = CQI_KIND_TURN + 8,       /* [faces at w] */
     CQI_FLAG = CQI_KIND_CLOSE + 8,            /* [available ring vertices][valence] a patch is split */
     CQI_OF_BASE = CQI_FLAG + 4 * 12,          /* residuals of base values */
-    CQI_ALONG = CQI_OF_BASE + 44,             /* of splits, along the predicted displacement, */
-    CQI_ACROSS = CQI_ALONG + 28 + 16 * CQI_EXPECTED,    /* across it, */
-    CQI_NORMAL = CQI_ACROSS + 28 + 16 * CQI_EXPECTED,   /* along the normal, */
-    CQI_FAST = CQI_NORMAL + 28 + 16 * CQI_EXPECTED,     /* [fraction of mean_bits][8] of fast streams: more bits */
-    CQI_PRIORS = CQI_FAST + 4 * 8,
-    CQI_PLAIN = CQI_PRIORS,                             /* of one component alone; these begin as CQI_ALONG */
-    CQI_FACE = CQI_PLAIN + 28 + 16 * CQI_EXPECTED,      /* [values refused][faces with it] value of a face: this one */
+    CQI_RESIDUAL_MODELS = 25 + 16 * CQI_EXPECTED,
+    CQI_FIRST = CQI_OF_BASE + 41,             /* residuals of positions: first tangential component, */
+    CQI_SECOND = CQI_FIRST + CQI_RESIDUAL_MODELS,
+    CQI_NORMAL = CQI_SECOND + CQI_RESIDUAL_MODELS,
+    CQI_AGREED = CQI_NORMAL + CQI_RESIDUAL_MODELS, /* [many] where predictions agree: along the surface, */
+    CQI_AGREED_NORMAL = CQI_AGREED + 2 * CQI_RESIDUAL_MODELS, /* and above it */
+    CQI_SIGN_SMALL = CQI_AGREED_NORMAL + CQI_RESIDUAL_MODELS, /* [bits][fraction of the prediction] sign */
+    CQI_PRIORS = CQI_SIGN_SMALL + 3 * 4,
+    CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
+    CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_MODELS = CQI_FACE + 12,
-    CQI_SIGN = 0,                             /* tables for each of these: */
-    CQI_TOP = 1,                              /* [bits] the second highest bit */
-    CQI_BITS = 28                             /* [expected][16] number of bits: fewer?, how many more, how many less */
+    CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
+    CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
+};
+
+/* Questions that are asked while they pay. */
+enum {
+    CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
+    CQI_SAME = CQI_HIT + 8 * 8,               /* [place of the component][how many] it is as most of the neighbours' */
+    CQI_QUESTIONS = CQI_SAME + 4 * 8
 };
 
 /* Everything that adapts. */
+#define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
-    int32_t weight[CQI_WEIGHTS];
-    uint16_t mean_bits[CQI_SPREADS];          /* of residuals of fast streams, in 1/256 */
+    int16_t weight[CQI_WEIGHTS];
+    int32_t linear[2 * CQI_FAN_CLASSES * CQI_FEATURES]; /* [along the surface, above it][class of the fan][feature], */
+    int32_t plain[CQ_MAX_CHANNELS][CQI_FEATURES];       /* and of other channels; in 1/65536 */
+    cq_bit_model yes[CQI_QUESTIONS];
+    int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
+    int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
 } cqi_model;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -572,39 +578,47 @@ typedef struct cq_decoder {
     cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
                                               CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
+    uint32_t error;                        /* of the mesh when the last level began: estimated distance of the exact
+                                              vertices from it, in 1/16 of the positions' step; 0 at CQ_DONE */
     uint32_t num_components;               /* of the mesh, once the base is read */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
 
     /* private */
     cq_result status;                      /* CQ_OK, or the permanent result */
     int phase;
-    cq_mesh draft;                         /* the mesh while the base is read */
     uint8_t *memory;
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
-    uint8_t buffer[CQI_BUFFER_BYTES];
-    size_t payload_left, payload_size;     /* bytes not yet in the buffer; of the whole payload */
-    size_t step_bytes;                     /* input that one step may need */
-    size_t dropped;                        /* bytes that have left the buffer */
-    uint32_t crc, expected_crc;            /* of the payload: so far, and in the header */
-    int ended;                             /* the caller has no more input */
+    struct {
+        uint8_t buffer[CQI_BUFFER_BYTES];
+        size_t payload_left, payload_size; /* bytes not yet in the buffer; of the whole payload */
+        size_t step_bytes;                 /* input that one step may need */
+        size_t dropped;                    /* bytes that have left the buffer */
+        uint32_t crc, expected_crc;        /* of the payload: so far, and in the header */
+        int ended;                         /* the caller has no more input */
+    } input;
     cq_range_decoder range;
-    cq_index gate, before, before2;        /* base: the border halfedge to grow at, and the two before it */
-    cq_index scan, virtual_scan;           /* base: all halfedges before these are closed */
-    cq_index value;                        /* base: next vertex, then next face, to get its values */
-    cq_index base_vertices;
-    int32_t delta[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the split being read: B - A */
+    struct {
+        cq_mesh draft;                     /* the mesh while the base is read */
+        cq_index gate, before, before2;    /* the border halfedge to grow at, and the two before it */
+        cq_index scan, virtual_scan;       /* all halfedges before these are closed */
+        cq_index value;                    /* next vertex, then next face, to get its values */
+        cq_index vertices;                 /* of the base */
+        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
+    } base;
+    int located;                           /* channel of positions that the connectivity is coded with, or -1 */
     int rate;                              /* of adaptation of the bit models */
-    cq_index *patch;                       /* entry spokes of the level's patches */
+    uint32_t error_code;                   /* what the stream says of it */
     cq_index splits;                       /* patches of this level that are split */
-    uint32_t level_end;                    /* vertices when the level is complete */
+    cq_index active;                       /* base vertices of the components that take part */
+    cq_index seed;                         /* base vertices before it: their components had their first patch */
+    cq_index cleared;                      /* vertices that are ready for the level */
     cqi_walk walk;
-    cq_index ahead[CQI_AHEAD];             /* spokes of the patches that come next, see cqi_look_ahead */
     cqi_ring ring;
-    int32_t score[CQI_CANDIDATES];         /* of the candidates, by q, then p; then their shares, then what they lose */
-    uint8_t rule[CQI_CANDIDATES];          /* their entries in the table of that name */
-    cqi_located located[CQI_LOCATED + 1];  /* the last one is scratch */
-    int num_located;
+    union {
+        cqi_choice choice;                 /* while the pair is coded; */
+        cqi_fan fan;                       /* then, while values are */
+    } now;
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
 } cq_decoder;
@@ -618,7 +632,8 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
  *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
- *          gets 1024 vertices ready for a level. Budget 1 stops after every split.
+ *          gets 1024 vertices ready for a level. Budget 1 stops after every split. A step takes bounded time, but for
+ *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
  * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is
@@ -628,20 +643,15 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
-/* What a collapse is chosen for; without positions that move to midpoints, all are CQ_LEAST_CONNECTIVITY. The stream is
- * of the same format, and decodes as fast. Of streams that stop early CQ_BALANCED shows two to three times as much as
- * CQ_LEAST_CONNECTIVITY (in distance from the exact mesh), CQ_BEST_LOOKING three times; for 1 and 3 % more bytes, and
- * encoding takes about 1.4 and 1.5 times as long. */
+/* What a collapse is chosen for; without positions, both are CQ_LEAST_CONNECTIVITY. */
 typedef enum cq_goal {
     CQ_BALANCED = 0,      /* features of the surface go last; of what may go the smallest valence, then the nearest */
-    CQ_SMALLEST,          /* the smallest valence, then the nearest: positions cost least, and mostly the stream */
-    CQ_BEST_LOOKING,      /* as CQ_BALANCED, but finer features count, too */
     CQ_LEAST_CONNECTIVITY /* by valences alone */
 } cq_goal;
 
 /* What to encode, and how. Zero-initialise, then set what you need. */
 typedef struct cq_input {
-    cq_shape shape;                        /* num_vertices, num_faces, fast, num_channels, channel[]; the rest is
+    cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is
                                               found */
     const cq_index *indices;               /* cq_index[3 * num_faces] */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
@@ -676,8 +686,8 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * Floats to values and back, for those who have no integers of their own: the one part that uses floating point. It
  * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
  *
- * -ffast-math may change what this part does, and nothing else: it may not notice a NaN or an infinity, and the last bit
- * of what it computes may differ from other builds. The bytes of a stream depend on the values alone.
+ * -ffast-math may change what this part does, and nothing else: it may not notice a NaN or an infinity, and the last
+ * bit of what it computes may differ from other builds. The bytes of a stream depend on the values alone.
  *
  * A grid is what a channel says its numbers mean: value q of component k is origin[k] + step * q. */
 
@@ -720,7 +730,7 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
 }
 #endif
 
-/* -- Mesh: circulators, around the face of a halfedge and around its origin ------------------------------------------ */
+/* -- Mesh: circulators, around the face of a halfedge and around its origin ---------------------------------------- */
 
 static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
 static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
@@ -742,10 +752,17 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
+/* A function that keeps its variables off the stack of its callers' other callees. */
+#ifdef __GNUC__
+#define CQI_APART __attribute__((noinline))
+#else
+#define CQI_APART
+#endif
+
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* Modulo 2^32, for exact values and hostile residuals of fast streams; of all others no sum is that large. */
+/* Modulo 2^32, for exact values; of all others no sum is that large. */
 static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
@@ -764,10 +781,17 @@ static int cqi_bit_length(uint32_t x)
 #endif
 }
 
-/* x / 2^bits rounded down, bits > 0. */
-static int32_t cqi_floor_shift(int32_t x, int bits)
+/* x / 2^bits, rounded down: what >> does of negative numbers wherever it is an arithmetic shift, which C leaves open.
+ * */
+#define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
+static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
-    return x < 0 ? ~(~x >> bits) : x >> bits;
+    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits);
+}
+
+static inline int64_t cqi_floor_shift_wide(int64_t x, int bits)
+{
+    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits);
 }
 
 const char *cq_result_string(cq_result result)
@@ -823,26 +847,26 @@ static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
-/* The first channel of positions that move, or -1. */
-static int cqi_position_channel(const cq_shape *s)
+/* The channel of positions that the connectivity is coded with, or -1. */
+static int cqi_context_channel(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge == CQ_MIDPOINT) return (int)k;
+        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge == CQ_AVERAGE && s->channel[k].bits <= 24)
+            return (int)k;
     return -1;
 }
 
-/* The channel of positions that the connectivity is coded with, or -1. */
-static int cqi_context_channel(const cq_shape *s) { return s->fast ? -1 : cqi_position_channel(s); }
-
-/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the compiler
- * sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that reads 8
- * elements and can never run, and infer from it that the elements read by the other copy are undefined (llvm-project,
- * issue 107996). */
+#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_QUANTISER)
+/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the
+ * compiler sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that
+ * reads 8 elements and can never run, and infer from it that the elements read by the other copy are undefined
+ * (llvm-project, issue 107996). */
 static uint32_t cqi_components(const cq_channel *c)
 {
     return c->components < CQ_MAX_COMPONENTS ? c->components : CQ_MAX_COMPONENTS;
 }
+#endif
 
 /* Numbers per vertex or, that is all channels of them, per face. */
 static uint32_t cqi_all_components(const cq_shape *s, int per_face)
@@ -1397,26 +1421,25 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: what changed is around new
- * vertices. So is the centre that was split: its edge to B too only ever passes on to newer vertices. */
-static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces, uint8_t *vertices)
+/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
+ * those around new vertices. */
+static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces)
 {
     cq_index h = m->out[v];
     do {
-        cq_index f = (cq_index)(h / 3), w = cq_target(m, h);
-        if (faces && f < m->first_virtual_face) faces[f >> shift] = 1;
-        if (vertices && !cq_is_virtual(m, w)) vertices[w >> shift] = 1;
+        cq_index f = (cq_index)(h / 3);
+        if (f < m->first_virtual_face) faces[f >> shift] = 1;
         h = cq_clockwise(m, h);
     } while (h != m->out[v]);
-    if (vertices) vertices[v >> shift] = 1;
 }
 
-void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces, uint8_t *vertices)
+void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces)
 {
     CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
     CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
+    CQ_ASSERT(faces);
     cq_index v;
-    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces, vertices);
+    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -1494,9 +1517,9 @@ void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size
 }
 
 /* The part of the range that a 1 gets: never 0 and never all, since 32 <= model <= 65504 and range >= 2^24. */
-static uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
+static inline uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
 
-static void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
+static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const int32_t p = *model, least = 31 + ((int32_t)1 << rate), goal = least + ((65504 - least) & -(int32_t)bit);
     *model = (cq_bit_model)(p + cqi_floor_shift(goal - p, rate));
@@ -1511,15 +1534,35 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
     cqi_adapt_bit(model, rate, bit != 0);
 }
 
-int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
+static inline int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    CQ_ASSERT(d->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
-    CQ_ASSERT(rate >= 1 && rate <= 8);
     const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
     const int bit = d->code < one;
     const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
     cqi_decode_interval(d, one & if_zero, (rest & if_zero) | (one & ~if_zero));
     cqi_adapt_bit(model, rate, bit);
+    return bit;
+}
+
+int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
+{
+    CQ_ASSERT(d->range >= CQI_MIN_RANGE && *model >= 32 && *model <= 65504);
+    CQ_ASSERT(rate >= 1 && rate <= 8);
+    return cqi_decode_adaptive(d, model, rate);
+}
+
+/* A bit whose probability of a 1 is p / 65536, 0 < p < 65536. */
+static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
+{
+    const uint32_t one = (e->range >> 16) * p;
+    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+}
+
+static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
+{
+    const uint32_t one = (d->range >> 16) * p;
+    const int bit = d->code < one;
+    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
     return bit;
 }
 
@@ -1674,7 +1717,7 @@ static int cqi_channel_is_valid(const cq_channel *c)
     static const uint8_t components[CQ_GROUP + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2 }; /* bit n: n are allowed */
     return c->kind <= CQ_GROUP && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
-           (c->bits <= 24 || (c->bits == CQ_EXACT_BITS && c->merge != CQ_MIDPOINT));
+           (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
 
 /* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
@@ -1702,8 +1745,6 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     uint32_t k, payload_size;
     if (result != CQ_OK) return result;
     s->num_channels = cqi_read_uint(r, 1);
-    s->fast = s->num_channels >> 7;
-    s->num_channels &= 0x7f;
     if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
     for (k = 0; k < s->num_channels; k++) {
         cqi_read_channel(r, &s->channel[k]);
@@ -1783,73 +1824,54 @@ size_t cq_decoder_bytes(const cq_shape *s)
 #define CQI_REPORTING(d) ((d)->report != NULL)
 #endif
 
-/* What the encoder notes of a collapse, for the split that takes it back. */
+/* A collapse of B into A as the encoder notes it, for the split that takes it back. Vertices and faces by their numbers
+ * in the input. */
 typedef struct cqi_collapse {
-    cq_index removed;     /* B, by its input number */
-    cq_index patch;       /* number of its patch in the level */
-    uint8_t p, q;         /* its two common neighbours, as positions on the patch's ring */
-    uint8_t side;         /* of a first gate, see cqi_first_spoke */
-    uint8_t level;        /* that collapsed it, 1 is the finest */
+    cq_index kept, removed;   /* A, B */
+    cq_index face[2];         /* removed too: at p, at q */
+    uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
+    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0 */
+    uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
 } cqi_collapse;
+
+/* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
+typedef struct cqi_seed {
+    cq_index l, r, notes;
+} cqi_seed;
 
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
     cq_mesh mesh;                       /* simplified step by step, in the end the base */
-    const cq_value *positions;          /* those in value, if they decide what is collapsed; or NULL */
+    cqi_walk walk;
+    cqi_ring ring;
+    const cq_value *positions;          /* those that decide what is collapsed; or NULL */
+    const cq_value *measured;           /* those that the levels' errors are measured with; or NULL */
     uint32_t most_loss;                 /* of a collapse at this level; CQI_ANY_LOSS: whatever it is */
     uint32_t level_loss;                /* how much it grows from level to level */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
-    cq_value *value[CQ_MAX_CHANNELS];   /* of input vertices; after the collapse of B into A, B's slot holds B - A,
-                                           with CQ_KEEP still B */
-    const cq_value *const *input;       /* values as handed in: those of faces */
-    cqi_collapse *collapse;             /* in order; the replay takes the last level first */
-    cq_index next_collapse;             /* where the next one is put, or is taken from */
+    int tries;                          /* of this level with other first patches */
+    const cq_value *const *input;       /* values as handed in */
+    cqi_collapse *note;                 /* component after component, each from its finest level on */
+    cq_index num_notes;
+    cq_index next;                      /* of the component and level that is replayed */
+    uint32_t *error;                    /* of each vertex: how far what it stands for is from the mesh, 1/16 step */
+    uint8_t *passed;                    /* last level that passed over the vertex */
     cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
-                                           not yet there */
+                                           not yet there. Before: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cq_index *patch;                    /* of the conquest, as in the decoder */
-    cq_index *seed;                     /* components: cq_index[components][2], L and R of the first gate */
-    cq_index num_seeds, next_seed;
+    cqi_seed *seed;                     /* components, those with the most levels first */
+    cq_index num_seeds, next_seed, num_active;
     cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
                                              split makes may be turned */
     int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
     uint32_t num_levels;
-    uint32_t current;                   /* level being made or replayed */
+    uint32_t level;                     /* being made or replayed; 1 is the finest */
+    uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
 } cqi_plan;
 
-/* Speed of adaptation: of bit models (higher is slower), and of weights, where the wrong candidate was certain; after
- * how many splits they learn from one. And how far under the best candidate positions are not asked about another. */
-#define CQI_RATE(num_vertices) ((num_vertices) < 1024 ? 5 : (num_vertices) < 8192 ? 6 : 7)
-#define CQI_STEP 110000
-#define CQI_LEARN_EVERY 8
-#define CQI_SETTLED ((int32_t)5 << CQI_UNIT)
-
-/* The trainer has its own: it learns slowly, and asks about all. */
-#ifndef CQ_TRAINING
-#define CQI_TUNED(name, usual) (usual)
-#endif
-
-/* -- What is asked for before it is read --
- *
- * Neighbours are far apart in a large mesh, so that most time would go into waiting for memory. CQI_FETCH is a hint,
- * which changes nothing, and may ask for what is never read. (It is a macro as GCC drops calls of functions that do
- * nothing else.) */
-
-/* The faces of a level lie in the order of its splits, which is that of its patches, reversed: a conquest reads the
- * faces of each level backwards, so it will read these. The encoder's lie as they came, mostly forwards. Both are
- * halfedges of the mesh. */
-static inline cq_index cqi_before(cq_index h) { return (cq_index)(h > CQI_APART ? h - CQI_APART : 0); }
-static inline cq_index cqi_behind(const cq_mesh *m, cq_index h)
-{
-    return (cq_index)(h + CQI_APART < 3 * m->first_virtual_face ? h + CQI_APART : h);
-}
-
-/* Do vertices have values of the first channel, which are asked for too? */
-static inline int cqi_has_first_values(const cq_shape *s)
-{
-    return s->num_channels && s->channel[0].merge != CQ_PER_FACE;
-}
+/* Speed of adaptation of bit models (higher is slower). */
+#define CQI_RATE(num_vertices) ((num_vertices) < 512 ? 4 : (num_vertices) < 4096 ? 5 : 6)
 
 /* -- The plan: what the encoder looks up while it replays -- */
 
@@ -1867,8 +1889,8 @@ static cq_index cqi_corner(cq_index h, int k) { return k == 0 ? h : k == 1 ? cq_
 /* First gate of the next component, as an input halfedge. */
 static cq_index cqi_plan_seed(cqi_plan *p)
 {
-    const cq_index *gate = p->seed + 2 * (size_t)p->next_seed++;
-    return cqi_find_spoke(&p->mesh, gate[0], gate[1]);
+    const cqi_seed *s = &p->seed[p->next_seed++];
+    return cqi_find_spoke(&p->mesh, s->l, s->r);
 }
 
 static void cqi_plan_vertex(cqi_plan *p, cq_index input, cq_index decoded)
@@ -1882,12 +1904,6 @@ static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
 {
     p->face_input[f] = h;
     p->face_decoded[h / 3] = (cq_index)(3 * f + (3 - h % 3) % 3);
-}
-
-/* Decoded faces first .. end - 1 are new: those that the collapse removed, as slots are reused last in, first out. */
-static void cqi_plan_new_faces(cqi_plan *p, cq_index first, cq_index end)
-{
-    for (; first < end; first++) cqi_plan_face(p, (cq_index)(3 * cqi_new_face(&p->mesh, 0)), first);
 }
 
 static cq_index cqi_plan_to_input(const cqi_plan *p, cq_index decoded)
@@ -1911,25 +1927,41 @@ static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
     return cqi_plan_to_decoded(p, t);
 }
 
-/* The collapses of a level are replayed twice: forth when its patches are conquered, then back as they are split. */
-static void cqi_plan_rewind(cqi_plan *p, uint32_t level)
+/* Does the next component take part in the level that begins? */
+static int cqi_plan_begins(const cqi_plan *p)
 {
-    p->current = level;
-    while (p->next_collapse && p->collapse[p->next_collapse - 1].level == level) p->next_collapse--;
+    return p->num_active < p->num_seeds && p->note[p->seed[p->num_active].notes - 1].level >= p->level;
 }
 
-/* The next collapse, if it is that of a patch of this level; or NULL. */
-static const cqi_collapse *cqi_plan_patch(const cqi_plan *p, cq_index patch)
+/* Turns to the collapses of a component at this level: the last ones that are not yet replayed. */
+static void cqi_plan_component(cqi_plan *p)
 {
-    const cqi_collapse *c = &p->collapse[p->next_collapse];
-    return c->level == p->current && c->patch == patch ? c : NULL;
+    cqi_seed *s = &p->seed[p->next_seed++];
+    while (p->note[s->notes - 1].level == p->level) s->notes--;
+    p->next = s->notes;
 }
+
+/* The next collapse, if it was that of this patch; or NULL. */
+static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
+{
+    const cqi_collapse *c = &p->note[p->next];
+    return c->level == p->level && p->decoded[c->kept] == centre ? c : NULL;
+}
+
+/* Which case of a first gate the next collapse is. */
+static int cqi_plan_side(const cqi_plan *p)
+{
+    const cqi_collapse *c = &p->note[p->next];
+    return c->level == p->level && c->first ? c->first - 1 : 0;
+}
+
+/* -- Symbols -- */
 
 /* Bit with model number `index`. */
-static int cqi_code_bit(cq_decoder *d, int index, int bit)
+static inline int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
     cq_bit_model *model = &d->model.bit[index];
-    if (!CQI_ENCODING(d)) return cq_decode_bit(&d->range, model, d->rate);
+    if (!CQI_ENCODING(d)) return cqi_decode_adaptive(&d->range, model, d->rate);
     cq_encode_bit(&d->plan->range, model, d->rate, bit);
     return bit;
 }
@@ -1941,8 +1973,20 @@ static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
     return value;
 }
 
+/* One of `count` equally likely numbers. */
+static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
+{
+    if (CQI_ENCODING(d)) {
+        cq_encode_freq(&d->plan->range, value, 1, count);
+    } else {
+        value = cq_decode_slot(&d->range, count);
+        cq_decode_freq(&d->range, value, 1, count);
+    }
+    return value;
+}
+
 /* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
-static int cqi_starved(const cq_decoder *d) { return d->payload_left && d->range.count > d->range.size; }
+static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
 /* log2(x) in 1/65536, rounded down, x > 0. */
 static uint32_t cqi_log2(uint32_t x)
@@ -1961,7 +2005,7 @@ static uint32_t cqi_log2(uint32_t x)
 /* Adds what was coded since the last call to two entries of the report, in 1/65536 bit. */
 static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
 {
-    uint64_t bytes = d->dropped + d->range.count, now;
+    uint64_t bytes = d->input.dropped + d->range.count, now;
     uint32_t range = d->range.range;
     if (CQI_ENCODING(d)) {
         bytes = d->plan->range.count + d->plan->range.pending + (d->plan->range.cache >= 0 ? 5 : 4);
@@ -1983,154 +2027,196 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
                d->level ? &cqi_level_report(d)->values : NULL);
 }
 
+#ifndef CQ_TRAINING
+#define CQI_TUNED(name, usual) (usual)
+#endif
+
 /* -- Priors: what the models know before the first symbol --
  *
  * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written
- * by it between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 octave, for bare connectivity and
+ * by it between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 nat, for bare connectivity and
  * with positions. They are part of the format: another table is another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
-    120, 76, 0, 109, 114, 128, 128, 128, 128, 128, 128, 128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128,
-    93, 135, 129, 93, 112, 62, 95, 128, 144, 117, 88, 88, 54, 77, 42, 128, 143, 112, 76, 65, 81, 47,
-    44, 128, 135, 55, 45, 15, 55, 26, 15, 128, 141, 89, 64, 42, 42, 65, 36, 128, 127, 56, 54, 27,
-    30, 31, 21, 128, 128, 130, 102, 130, 145, 140, 145, 128, 0, 66, 124, 130, 144, 137, 148, 128, 128, 128,
-    49, 16, 43, 124, 191, 238, 229, 226, 141, 128, 128, 128, 255, 242, 243, 249, 251, 251, 248, 249, 228, 128,
-    128, 128, 89, 255, 252, 253, 253, 253, 252, 252, 239, 128, 128, 128, 123, 246, 254, 254, 254, 254, 254, 254,
-    252, 128, 128, 128, 157, 115, 122, 111, 123, 113, 104, 96, 82, 72, 79, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 142, 150, 110, 114, 165, 212, 239, 248, 138, 133, 124, 130, 116, 117, 106,
-    128, 121, 128, 128, 115, 108, 101, 93, 84, 82, 78, 67, 64, 79, 62, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 118, 84, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 163, 92, 90, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 178, 96, 50, 99, 128,
-    128, 128, 128, 16, 128, 128, 128, 128, 128, 128, 128, 183, 141, 72, 17, 115, 128, 128, 128, 0, 128, 128,
-    128, 128, 128, 128, 128, 120, 87, 27, 37, 128, 128, 128, 128, 111, 0, 128, 128, 128, 128, 128, 128, 162,
-    117, 42, 8, 94, 128, 128, 128, 97, 0, 128, 128, 128, 128, 128, 128, 86, 58, 7, 34, 128, 128, 128,
-    128, 134, 93, 0, 128, 128, 128, 128, 128, 115, 83, 28, 45, 15, 128, 128, 128, 128, 89, 0, 128, 128,
-    128, 128, 128, 65, 46, 18, 4, 128, 128, 128, 128, 155, 125, 88, 0, 128, 128, 128, 128, 87, 67, 14,
-    13, 47, 128, 128, 128, 160, 141, 95, 0, 128, 128, 128, 128, 57, 36, 14, 8, 104, 128, 128, 128, 175,
-    150, 138, 102, 0, 128, 128, 128, 94, 70, 23, 9, 44, 128, 128, 128, 144, 129, 111, 89, 0, 128, 128,
-    128, 61, 55, 17, 13, 77, 128, 128, 128, 168, 152, 139, 127, 105, 0, 128, 128, 98, 95, 39, 15, 14,
-    128, 128, 128, 158, 149, 150, 144, 119, 0, 128, 128, 88, 90, 57, 3, 57, 128, 128, 128, 161, 142, 141,
-    130, 122, 115, 14, 128, 123, 125, 73, 22, 2, 115, 128, 128, 144, 134, 128, 121, 112, 96, 30, 128, 145,
-    128, 128, 107, 115, 106, 90, 81, 78, 80, 70, 63, 62, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 100, 81, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    135, 76, 42, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 179, 105, 42, 71, 115, 128, 128,
-    128, 1, 128, 128, 128, 128, 128, 128, 128, 183, 151, 66, 11, 87, 128, 128, 128, 0, 128, 128, 128, 128,
-    128, 128, 128, 121, 94, 23, 1, 126, 128, 128, 128, 101, 0, 128, 128, 128, 128, 128, 128, 150, 106, 45,
-    6, 62, 128, 128, 128, 96, 0, 128, 128, 128, 128, 128, 128, 90, 81, 27, 7, 63, 128, 128, 128, 153,
-    129, 0, 128, 128, 128, 128, 128, 111, 124, 47, 14, 5, 104, 128, 128, 149, 114, 0, 128, 128, 128, 128,
-    128, 78, 67, 21, 7, 62, 115, 128, 128, 164, 137, 101, 0, 128, 128, 128, 128, 98, 109, 46, 13, 6,
-    104, 128, 128, 165, 145, 106, 0, 128, 128, 128, 128, 73, 72, 27, 12, 17, 128, 128, 128, 166, 151, 135,
-    102, 0, 128, 128, 128, 110, 111, 47, 24, 24, 59, 128, 128, 150, 139, 127, 92, 0, 128, 128, 128, 84,
-    76, 39, 22, 43, 106, 115, 128, 155, 144, 139, 120, 99, 0, 128, 128, 124, 116, 60, 30, 11, 83, 128,
-    128, 146, 137, 123, 127, 87, 0, 128, 128, 93, 91, 43, 18, 5, 128, 128, 128, 156, 143, 131, 130, 124,
-    91, 48, 128, 129, 127, 66, 18, 14, 94, 128, 128, 154, 137, 127, 129, 109, 97, 15, 128, 99, 128, 128,
-    92, 87, 84, 86, 85, 91, 79, 73, 61, 22, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 120, 67, 3, 79, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 151, 89,
-    10, 19, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 167, 109, 28, 16, 70, 97, 115, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 189, 117, 53, 22, 32, 101, 77, 128, 0, 128, 128, 128, 128, 128, 128,
-    128, 99, 59, 26, 9, 73, 115, 104, 128, 97, 0, 128, 128, 128, 128, 128, 128, 117, 81, 35, 12, 29,
-    111, 128, 116, 91, 0, 128, 128, 128, 128, 128, 128, 58, 55, 19, 22, 77, 109, 114, 128, 146, 93, 0,
-    128, 128, 128, 128, 128, 83, 80, 45, 20, 13, 129, 114, 128, 135, 88, 0, 128, 128, 128, 128, 128, 48,
-    75, 19, 4, 98, 128, 128, 128, 168, 125, 87, 0, 128, 128, 128, 128, 78, 93, 33, 15, 35, 144, 139,
-    113, 153, 115, 89, 0, 128, 128, 128, 128, 55, 55, 18, 25, 106, 140, 115, 128, 166, 139, 117, 85, 0,
-    128, 128, 128, 94, 87, 42, 30, 26, 115, 128, 128, 149, 129, 111, 87, 0, 128, 128, 128, 68, 73, 33,
-    23, 94, 115, 128, 128, 158, 136, 122, 111, 76, 0, 128, 128, 108, 110, 67, 15, 42, 116, 127, 128, 149,
-    135, 130, 111, 89, 0, 128, 128, 90, 93, 30, 9, 96, 115, 128, 128, 158, 144, 136, 134, 129, 91, 41,
-    128, 122, 117, 56, 16, 18, 128, 128, 128, 149, 131, 143, 115, 108, 99, 37, 128, 32, 36, 32, 51, 44,
-    76, 111, 128, 46, 39, 16, 29, 86, 109, 107, 128, 64, 55, 26, 53, 55, 91, 41, 128, 76, 62, 21,
-    24, 36, 44, 126, 128,
+    110, 82, 0, 173, 137, 194, 180, 181, 181, 173, 175, 128, 143, 112, 5, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 55, 111, 138, 88, 54, 45, 51, 128, 170, 119, 105, 77,
+    53, 90, 31, 128, 165, 85, 96, 69, 47, 55, 45, 128, 123, 94, 92, 53, 46, 37, 45, 128, 134, 87,
+    63, 24, 27, 78, 17, 128, 113, 59, 54, 46, 28, 22, 17, 128, 128, 155, 67, 116, 137, 142, 150, 128,
+    0, 74, 88, 107, 118, 121, 142, 128, 128, 128, 26, 17, 39, 100, 183, 212, 224, 197, 179, 128, 128, 128,
+    113, 55, 86, 150, 213, 237, 240, 234, 223, 128, 128, 128, 254, 111, 118, 167, 221, 242, 245, 241, 224, 128,
+    128, 128, 128, 254, 170, 193, 231, 247, 246, 248, 242, 112, 112, 134, 113, 117, 116, 109, 97, 83, 93, 51,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 130, 150, 113, 112, 174, 228, 246, 246,
+    153, 142, 145, 148, 150, 157, 144, 128, 111, 102, 95, 85, 79, 75, 77, 77, 67, 59, 28, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 75, 96, 165, 189, 205, 196, 109, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 122, 76, 50, 184, 176, 152, 86, 128, 128, 128, 128, 128, 128, 128, 128, 126,
+    79, 46, 87, 164, 109, 134, 140, 0, 128, 128, 128, 128, 128, 128, 128, 154, 101, 42, 37, 115, 145, 128,
+    110, 0, 128, 128, 128, 128, 128, 128, 128, 95, 79, 32, 98, 143, 83, 114, 128, 115, 0, 128, 128, 128,
+    128, 128, 128, 107, 95, 34, 70, 134, 119, 92, 108, 112, 0, 128, 128, 128, 128, 128, 128, 72, 47, 32,
+    81, 58, 109, 122, 126, 151, 95, 0, 128, 128, 128, 128, 128, 100, 67, 23, 40, 61, 108, 128, 145, 133,
+    88, 0, 128, 128, 128, 128, 128, 60, 40, 19, 40, 77, 118, 131, 140, 162, 131, 88, 0, 128, 128, 128,
+    128, 86, 65, 24, 31, 64, 67, 113, 122, 157, 133, 97, 0, 128, 128, 128, 128, 66, 48, 18, 26, 49,
+    81, 119, 115, 162, 143, 125, 101, 58, 48, 38, 128, 109, 87, 28, 21, 27, 55, 109, 126, 145, 131, 119,
+    102, 53, 48, 35, 128, 113, 107, 97, 88, 77, 77, 76, 73, 74, 55, 20, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 109, 52, 116, 154, 158, 163, 141, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 140, 73, 28, 123, 152, 152, 110, 128, 128, 128, 128, 128, 128, 128, 128, 176, 101, 36, 74,
+    165, 123, 104, 128, 0, 128, 128, 128, 128, 128, 128, 128, 177, 122, 54, 41, 152, 108, 133, 115, 0, 128,
+    128, 128, 128, 128, 128, 128, 108, 66, 33, 35, 178, 116, 94, 112, 99, 0, 128, 128, 128, 128, 128, 128,
+    152, 105, 39, 18, 99, 90, 86, 121, 93, 0, 128, 128, 128, 128, 128, 128, 85, 72, 30, 23, 55, 111,
+    130, 107, 150, 102, 0, 128, 128, 128, 128, 128, 121, 113, 51, 26, 27, 23, 103, 123, 133, 91, 0, 128,
+    128, 128, 128, 128, 99, 81, 30, 16, 42, 97, 147, 124, 144, 117, 90, 0, 128, 128, 128, 128, 138, 125,
+    55, 22, 15, 38, 117, 120, 135, 117, 88, 0, 128, 128, 128, 128, 117, 96, 38, 24, 22, 51, 99, 121,
+    137, 125, 117, 99, 51, 49, 30, 128, 156, 140, 65, 30, 22, 36, 55, 128, 132, 123, 116, 93, 50, 43,
+    23, 128, 88, 80, 79, 81, 85, 84, 87, 81, 60, 65, 73, 108, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 93, 39, 51, 77, 101, 142, 98, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    125, 51, 44, 51, 70, 125, 112, 128, 128, 128, 128, 128, 128, 128, 128, 138, 75, 75, 60, 55, 86, 99,
+    120, 0, 128, 128, 128, 128, 128, 128, 128, 150, 83, 67, 60, 58, 46, 86, 131, 0, 128, 128, 128, 128,
+    128, 128, 128, 74, 67, 56, 52, 54, 54, 106, 124, 127, 0, 128, 128, 128, 128, 128, 128, 90, 77, 61,
+    57, 58, 55, 82, 113, 121, 0, 128, 128, 128, 128, 128, 128, 52, 72, 62, 64, 53, 50, 108, 119, 184,
+    119, 0, 128, 128, 128, 128, 128, 64, 81, 69, 67, 60, 67, 79, 125, 179, 110, 0, 128, 128, 128, 128,
+    128, 39, 80, 69, 64, 80, 83, 88, 111, 204, 166, 105, 0, 128, 128, 128, 128, 52, 89, 70, 66, 86,
+    90, 86, 78, 194, 151, 97, 0, 128, 128, 128, 128, 41, 83, 65, 74, 88, 48, 50, 111, 200, 175, 140,
+    110, 59, 56, 46, 128, 63, 102, 74, 64, 76, 79, 36, 89, 183, 156, 129, 107, 60, 51, 40, 128, 97,
+    90, 74, 89, 66, 47, 113, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 105, 17, 103,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 104, 72, 19, 34, 128, 128, 128, 128, 0, 128,
+    128, 128, 128, 128, 128, 128, 142, 94, 57, 12, 67, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128,
+    79, 89, 37, 10, 100, 128, 128, 128, 136, 0, 128, 128, 128, 128, 128, 128, 106, 127, 42, 60, 26, 75,
+    128, 128, 137, 0, 128, 128, 128, 128, 128, 128, 67, 79, 44, 48, 60, 107, 128, 128, 178, 134, 0, 128,
+    128, 128, 128, 128, 88, 100, 34, 28, 98, 99, 128, 128, 174, 132, 0, 128, 128, 128, 128, 128, 48, 63,
+    39, 13, 124, 127, 128, 128, 191, 170, 148, 0, 128, 128, 128, 128, 53, 97, 19, 29, 107, 128, 128, 128,
+    196, 176, 150, 0, 128, 128, 128, 128, 37, 65, 8, 83, 128, 128, 128, 128, 207, 179, 161, 160, 45, 39,
+    30, 128, 67, 89, 5, 100, 128, 128, 128, 128, 193, 189, 163, 171, 27, 35, 91, 128, 71, 73, 113, 151,
+    115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 120, 121, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 2, 52, 128, 128, 128, 128, 128, 128, 0, 128, 128, 128, 128,
+    128, 128, 128, 53, 8, 115, 128, 128, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 9, 7, 128,
+    128, 128, 128, 128, 128, 191, 0, 128, 128, 128, 128, 128, 128, 21, 127, 41, 122, 128, 128, 128, 128, 175,
+    0, 128, 128, 128, 128, 128, 128, 14, 86, 115, 128, 128, 128, 128, 128, 222, 158, 0, 128, 128, 128, 128,
+    128, 3, 103, 115, 128, 128, 128, 128, 128, 233, 145, 0, 128, 128, 128, 128, 128, 1, 136, 115, 128, 128,
+    128, 128, 128, 252, 244, 198, 0, 128, 128, 128, 128, 1, 128, 128, 128, 128, 128, 128, 128, 240, 237, 168,
+    11, 128, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 243, 226, 211, 83, 25, 115, 128, 128, 15,
+    104, 128, 128, 128, 128, 128, 128, 215, 216, 192, 172, 22, 128, 128, 128, 89, 90, 94, 125, 115, 71, 47,
+    26, 68, 126, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 123, 78, 67,
+    22, 95, 130, 125, 128, 128, 128, 128, 128, 128, 128, 128, 128, 156, 81, 57, 35, 73, 115, 138, 128, 128,
+    128, 128, 128, 128, 128, 128, 174, 119, 69, 46, 56, 89, 135, 127, 0, 128, 128, 128, 128, 128, 128, 128,
+    190, 133, 81, 60, 61, 120, 121, 111, 0, 128, 128, 128, 128, 128, 128, 128, 137, 124, 115, 165, 228, 199,
+    36, 91, 99, 0, 128, 128, 128, 128, 128, 128, 175, 164, 134, 160, 191, 194, 77, 29, 93, 0, 128, 128,
+    128, 128, 128, 128, 143, 160, 140, 207, 160, 68, 41, 85, 140, 87, 0, 128, 128, 128, 128, 128, 184, 181,
+    168, 183, 145, 87, 38, 80, 118, 85, 4, 128, 128, 128, 128, 128, 184, 205, 185, 125, 95, 29, 66, 118,
+    131, 114, 93, 29, 128, 128, 128, 128, 204, 223, 197, 140, 71, 25, 74, 128, 155, 146, 106, 31, 128, 128,
+    128, 128, 166, 171, 123, 68, 35, 76, 122, 128, 146, 138, 121, 132, 51, 95, 128, 128, 171, 166, 142, 92,
+    47, 70, 116, 128, 156, 131, 142, 87, 73, 115, 127, 128, 159, 139, 117, 97, 145, 132, 123, 108, 141, 132,
+    124, 117,
 };
-static const int8_t cqi_prior_bare[CQI_BARE_WEIGHTS] = {
-    0, -70, 0, 27, 45, 29, 6, -13, -17, -6, -2, 1, 0, 1, 0, -1, 0, -70, 7, 29, 36, 19,
-    17, -8, -22, -8, -1, -1, 1, 0, 1, 0, 0, -99, -12, 17, 31, 31, 32, 24, 12, -2, -5, -9,
-    -4, -2, -7, -8, 0, -64, 7, 35, 50, 32, 8, -18, -27, -18, -4, -1, -1, -2, 1, 3, 0, -68,
-    11, 37, 44, 23, 19, -11, -31, -21, -3, -3, 1, -2, 3, 0, 0, -89, -4, 25, 37, 33, 31, 20,
-    13, -1, -7, -10, -7, -11, -13, -18, 29, 35, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 1,
-    3, 5, 21, 17, 0, 0, 0, 0, 9, 19, -1, -6, 1, 1, 2, 1, 0, 0, 0, 0, 13, 23,
-    -9, -11, -5, -7, -5, -6, -3, -3, -5, -9, 7, 10, -6, -8, -7, -3, -9, -9, -6, -8, -9, -10,
-    21, 15, -6, -10, -12, -15, -12, -14, -11, -14, -14, -13, 16, 23, 0, -4, -15, -16, -6, -7, -11, -16,
-    -11, -14, 12, 23, 2, -1, -14, -16, 0, -2, -11, -11, -14, -11, 17, 20, 0, 0, -13, -18, 7, 6,
-    -4, 1, -3, -7, 15, 12, 3, 0, -10, -13, 5, 4, -2, 1, -3, -3, 9, 11, -1, 0, -4, -8,
-    7, -1, 9, -2, -1, 2, 6, 14, 0, 0, -2, -8, 2, 0, 2, 13, -1, 1, 10, 8, 0, 0,
-    -5, -1, -1, 0, 4, -3, 3, 0, 9, 7, -1, 0, -9, 4, 0, 1, -2, 8, 5, 4, 14, 16,
-    5, 16, 18, 17, 12, 13, -11, -14, -19, -25, -19, -26, -14, -17, -4, -5, 3, 2, 1, 0, 9, 0,
-    -2, 5, 8, 0, 12, 34, 6, 3, 11, 17, 2, 5, -6, -7, 5, 8, -14, -10, -9, -8, -9, -11,
-    2, -5, 3, 0, 4, 1, 9, 3, -2, 1, -4, 4, 19, 17, 5, 8, 1, 1, -4, -4, -3, -6,
-    -7, -6, -8, -8, -6, -5, -4, -3, -1, 1, 3, 2, 3, 6, 4, 2, -1, -6, 0, 0, 0, 0,
+static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
+    -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 6, 0, 1, 3, 5, 7, 3, 0, 4, 0, 2,
+    -3, -3, -4, 3, -3, -1, -3, 4, -5, -4, -5, 3, -4, -4, -5, 5, -3, -2, -2, 0, 11, 16,
+    0, 1, 3, 5, 1, 5, 0, 1, 2, 5, -3, -3, -5, -3, -3, -3, -3, 3, -5, -5, -5, 2,
+    -5, -4, -5, 3, -4, -3, -3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 2, 0, 0, -6, 0, -2, 0, -8, 0, -1, 0, -2, 1, 2, 2, -2, 1, 1, 1, -1,
+    3, 3, 3, -5, 3, 3, 2, 0, 2, 2, 0, -2, 0, 28, 33, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 21, 31, 25, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 6, 21, 23, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 12, 16, 14, -6,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -20, 1, 11, 13, 7, -20, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -36, -3, 6, 15, 10, 5, -23, 0, 0, 0, 0, 0, 0, 0, 0, 0, -34,
+    -7, 4, 9, 12, 10, 3, -18, 0, 0, 0, 0, 0, 0, 0, 0, -36, -13, 0, 7, 8, 13, 10,
+    -7, -13, 0, 0, 0, 0, 0, 0, 0, -35, -23, -6, 3, 4, 8, 14, 3, -4, -7, 0, 0, 0,
+    0, 0, 0, -42, -27, -12, -3, -5, -2, 2, 4, 2, -5, -6, -5, -4, -2, -5, -8, -3, 0, -1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -21, -28, -21, -10, -11, -52, -28, -33, -21, -22, -22, -58, -31, -39, -24, -27,
-    -22, -53, -20, -25, 70, 63, 60, 57, -9, -28, 69, 61, 57, 54, -56, -60, 64, 57, 56, 53,
+    0, 0, 0, 0, 0, 3, -13, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, -12, -4, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -7, -11, -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -10, 1, 1, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 4, -7, 2, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -5, 5, 7, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1,
+    1, 18, 32, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 13, -8, -2, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, -8, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -20, -12, -6, -6, -2, -17, -17, -18, -14, -10, -9, -16, -12, -1,
+    9, 6, 5, 4, -8, 9, 17, 14, 12, 11, -3, 7, 15, 11, 10, 10, -26, 8, 13, 10, 11, 10,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    0, -39, -4, 22, 36, 22, 3, -19, -14, -5, -2, 0, 0, 1, 0, 0, 0, -40, 3, 24, 26, 9,
-    11, -12, -18, -4, -1, -1, 1, 0, 1, 0, 0, -66, -14, 15, 23, 22, 23, 17, 6, -5, -7, -7,
-    0, 1, -4, -4, 0, -43, -1, 17, 32, 21, 8, -9, -11, -9, -5, -1, 0, -2, 0, 2, 0, -46,
-    6, 19, 27, 12, 17, -4, -16, -13, -1, -3, 1, -2, 3, 0, 0, -60, -6, 11, 21, 22, 26, 20,
-    15, 3, -2, -6, -5, -9, -11, -18, 17, 20, 0, 0, 0, 0, 0, 0, 0, 0, -6, -6, -2, -4,
-    -3, -4, 13, 11, 0, 0, 0, 0, 5, 12, -5, -8, -4, -4, -2, -2, 0, 0, 0, 0, 11, 18,
-    -9, -10, -8, -9, -6, -5, -5, -5, -5, -6, 1, -1, -3, -5, -4, -1, -8, -5, -5, -6, -7, -6,
-    12, 5, 0, -4, -9, -11, -10, -9, -9, -10, -11, -8, 9, 10, 0, -1, -8, -8, 1, 0, -6, -11,
-    -4, -8, -1, 9, 2, 0, -8, -7, 5, 2, -5, -2, -4, -4, 5, 6, 0, 0, -13, -11, 10, 7,
-    0, 4, 3, 1, 6, 0, 3, 0, -9, -6, 6, 4, 3, 5, 4, 7, 1, -3, -1, -1, 2, -4,
-    6, 0, 13, 2, 3, 9, -1, 3, 0, 0, 0, -5, 1, 1, 5, 15, 5, 9, 4, -5, 0, 0,
-    -2, 3, -1, 0, 5, 1, 9, 6, -1, -2, -1, 0, -5, 10, 1, 1, 5, 15, 16, 14, -2, -3,
-    -3, 1, 10, 3, 6, 7, -17, -20, -17, -23, -12, -18, -7, -8, 3, 8, 4, 6, 3, 2, 9, 3,
-    -1, 3, 8, 2, 14, 35, -1, -6, 4, 10, -2, 0, -8, -9, 8, 11, -11, -8, -2, -4, -3, -7,
-    3, -2, 3, 1, 7, 2, 10, 3, -3, 3, -2, 6, 16, 18, -1, 3, -4, -3, -7, -7, -5, -6,
-    -6, -5, -8, -7, -5, -6, -1, -2, 2, 3, 5, 3, 6, 8, 6, 3, 2, -3, 27, 28, 10, 11,
-    9, 7, -2, -4, -4, -3, -8, -9, -3, -5, -8, -6, -9, -11, -8, -6, -9, -7, -9, -8, -11, -12,
-    0, -1, -18, -18, 44, 43, -17, -22, -19, -11, -12, -53, -26, -29, -17, -21, -25, -62, -27, -38, -5, -8,
-    -11, -21, -20, -29, 59, 55, 54, 49, -11, -34, 58, 55, 53, 48, -55, -65, 56, 51, 51, 48, 29, 16,
-    6, -7, -11, -13, -11, -4, 13, 5, -1, -9, -10, -14, -6, -10, 5, 2, 5, -4, 1, -6, -4, -4,
-    -6, -4, -3, 0, 2, -2, -2, 0, -10, -7, -3, -2, 2, 2, 1, 5, -11, -9, -5, 1, -1, 13,
-    -2, 2, -11, -10, -9, 2, -2, 6, 7, 6, -4, -11, -3, 3, 7, 4, 7, 35, 16, 21, 19, 14,
-    13, 10, 5, -2, 22, 17, 17, 14, 11, 5, -5, -16, 19, 17, 14, 14, 7, -1, -13, -24, 14, 13,
-    13, 13, 2, -12, -22, -16, 14, 9, 9, 2, -1, -12, -23, -9, 11, 4, -5, -8, -13, -16, -18, -12,
-    6, -5, -14, -15, -17, -23, -21, -12, -1, -11, -8, -7, -14, -15, -10, -15, 0, 0, 0, 0, 0, 0,
-    0, 0, -5, -7, -9, -15, -6, -22, -30, -37, 37, 28, 18, 13, 5, 2, 2, 3, 22, 8, 3, -2,
-    -5, -5, -6, -8, 14, 3, 3, 0, 8, 5, 6, 0, -5, -9, -1, -6, -10, -33, -42, -40, 22, 19,
-    10, 3, -4, -5, -4, 4, 21, 8, 4, 2, 1, 1, -2, -8,
+    -5, -3, -2, -1, -1, -2, -2, -3, -3, -3, -3, -3, -3, -3, -3, 0, -4, -2, -1, -1, -1, -2,
+    -2, -2, -3, -3, -3, -3, -3, -3, -2, -3, 3, 0, 0, -3, 0, 0, 0, -4, -1, 1, -2, -5,
+    -2, -2, -3, -3, -2, 0, 0, -2, -2, -1, -1, -3, -3, -1, 1, -1, -3, 0, 2, -1, 2, 1,
+    0, -3, -1, -2, -1, 0, -1, -1, -3, 0, -3, -3, -4, -2, -2, -2, -1, -1, -3, -2, -1, 0,
+    -3, -1, 0, 0, -4, -1, 1, 2, -10, -8, -7, -6, -3, -1, 1, 1, 1, 2, 2, 1, 2, 1,
+    1, -5, -7, 0, 0, -2, -3, -4, 0, -2, -1, -1, 0, -1, 1, 1, 1, 1, 0, 0, 0, -2,
+    0, 0, 0, -1, 0, 0, 0, 2, -1, -2, -2, -1, 0, 24, 34, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 12, 28, 27, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 1, 20, 25, 18, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -10, 14, 20, 21, 1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -26, 5, 15, 18, 15, -12, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -37, -2, 9, 17, 13, 10, -15, 0, 0, 0, 0, 0, 0, 0, 0, 0, -39,
+    -9, 4, 9, 12, 10, 3, -14, 0, 0, 0, 0, 0, 0, 0, 0, -38, -15, -3, 5, 6, 9, 5,
+    -12, -10, 0, 0, 0, 0, 0, 0, 0, -39, -23, -7, 0, 1, 5, 8, -2, -7, -5, 0, 0, 0,
+    0, 0, 0, -46, -29, -14, -5, -6, -6, -4, -1, -6, -6, -8, -4, -1, -2, -3, -10, -5, 1, 1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 9, -13, -4, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -5, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -4, -12, -3, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -10, -1, 4, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -3, -9, 1, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -7, 3, 9, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
+    -3, 9, 20, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -7, -2, 2, -2, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -9, -8,
+    -7, -7, -7, -7, -6, -5, -4, -4, -4, -3, -3, -3, -3, -3, 3, 2, 2, 2, 1, 1, 0, -2,
+    -3, -3, -4, -5, -5, -5, -5, -5, -8, -7, -5, -5, -5, -7, -8, -6, -3, -3, -4, -3, -6, -3,
+    2, 2, 1, 2, -7, -2, 4, 4, 4, 4, -6, -2, 4, 4, 4, 4, -6, -1, 4, 4, 4, 4,
 };
-static const int8_t cqi_prior_fast[CQI_FAST_WEIGHTS] = {
-    0, -57, 7, 31, 40, 11, -8, -16, -5, -3, -1, 0, 0, 0, 0, 0, 0, -62, 18, 32, 29, 5,
-    0, -10, -8, -2, 0, 0, 0, 0, 0, -1, 0, -52, 19, 31, 25, 9, 1, -10, -4, -11, 1, -2,
-    -3, -1, -1, -3, 0, -40, -2, 25, 38, 21, 0, -20, -16, -4, -1, -1, 0, 0, 0, 0, 0, -42,
-    9, 23, 31, 13, 7, -12, -18, -8, -2, 0, -1, 0, 0, 2, 0, -56, 7, 19, 21, 12, 7, 1,
-    -2, -3, -3, -1, -3, 1, -1, 1, 9, 7, 0, 0, 0, 0, 0, 0, 0, 0, -1, 3, -3, 0,
-    0, -3, 4, 8, 0, 0, 0, 0, -1, 4, -3, -2, -2, 1, -4, -3, 0, 0, 0, 0, 6, 3,
-    -7, -5, -5, -5, -7, -4, -4, -6, -8, -9, -1, 3, 0, 1, -2, -1, -1, -3, -5, -4, -6, -5,
-    -3, 1, 0, 0, -6, -6, -2, -2, -5, -5, -4, -4, 2, -2, 5, -2, -7, -4, 0, 1, -5, 0,
-    5, -1, 3, -1, 0, 1, -6, -2, 2, 0, 6, 1, -4, -3, 1, 0, 1, 0, -4, -1, -1, 0,
-    3, 3, 5, 4, 4, -2, 0, 0, 2, -1, 0, 0, -1, 4, 5, -2, 3, 2, 0, 0, 3, -3,
-    1, 0, 0, 1, 4, 2, 2, 0, 0, 0, -1, -2, 0, 0, 5, -2, 3, 4, 0, 1, 0, 0,
-    -2, 0, 0, 0, 1, -2, 3, 5, -1, 1, 0, 0, 3, 1, 0, 0, -1, 11, 6, 10, 17, 16,
-    0, 2, 10, 9, 7, 9, -14, -13, -14, -11, -4, -10, -4, -6, 3, 0, 1, 2, 0, 1, 2, 0,
-    6, -1, 0, 2, 8, 17, 4, 0, -3, 2, -3, -4, -10, -8, 3, 3, -6, -9, 7, 2, -4, -1,
-    4, 0, 4, -1, -1, 1, 1, 1, 0, 2, 6, 12, 5, 8, -6, -2, -6, -6, -8, -6, -5, -3,
-    -5, -2, -2, -2, -1, -2, 2, 2, 4, 3, 8, -2, 1, 1, 2, 0, 11, 10, 41, 38, 25, 24,
-    8, 7, -5, -4, -11, -11, -13, -15, -15, -15, -12, -14, -12, -12, -11, -9, -11, -9, -13, -6, -4, -4,
-    -2, -1, 5, 4, 29, 27,
+static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
+    68, 71, 30, 8, 3, 0, 78, 78, 123, 98, 49, 27, 14, 8, 78, 78, 152, 121, 74, 42, 22, 12,
+    78, 78, 204, 163, 119, 88, 70, 7, 78, 78, 235, 199, 184, 156, 124, 45, 78, 78, 253, 241, 226, 200,
+    120, 54, 78, 78, 255, 252, 250, 223, 138, 99, 78, 78, 255, 254, 253, 184, 19, 78, 78, 78, 78, 21,
+    62, 73, 163, 104, 80, 70, 78, 22, 61, 80, 205, 138, 167, 125, 78, 28, 69, 134, 210, 227, 241, 234,
+    78, 22, 84, 169, 245, 254, 254, 252,
+};
+static const int8_t cqi_prior_gain[CQI_QUESTIONS] = {
+    -61, -46, -26, -15, -15, -9, 0, 0, -66, -41, -17, -8, -2, -15, 0, 0, -53, -23, 3, 17, 16, -9,
+    0, 0, -17, 3, 43, 81, 83, -3, 0, 0, 13, 81, 127, 127, 127, 47, 0, 0, 53, 127, 127, 127,
+    127, 46, 0, 0, 95, 127, 127, 127, 127, 29, 0, 0, 51, 127, 127, 127, 2, 0, 0, 0, 0, -2,
+    66, 114, 127, 127, 56, 11, 0, 2, 68, 119, 127, 127, 127, 34, 0, -8, 35, 127, 127, 127, 127, 127,
+    0, -12, 62, 127, 127, 127, 127, 127,
+};
+static const int8_t cqi_prior_linear[2 * CQI_FAN_CLASSES * CQI_FEATURES] = {
+    0, 17, 0, -127, 0, 0, -4, 60, -2, 0, -20, -18, -13, 7, -15, 1, -15, 13, -20, 10, -11, 22,
+    -22, 0, -7, 30, -18, 7, -13, 39, -17, 10, 0, 20, 0, 127, -36, -1, -27, -127, -29, 8, -6, 120,
+    -24, 5, -14, 127, -23, 10, -17, 105, -19, 19, -16, 105, -15, 33, -19, 53, -10, 47, -16, 19,
 };
 /* priors end */
 
 static void cqi_model_init(cqi_model *m, const cq_shape *s)
 {
-    const int located = cqi_context_channel(s) >= 0;
-    const int8_t *prior = s->fast ? cqi_prior_fast : located ? cqi_prior_located : cqi_prior_bare;
-    const int num_weights = s->fast ? CQI_FAST_WEIGHTS : located ? CQI_WEIGHTS : CQI_BARE_WEIGHTS;
-    int k;
+    const int8_t *prior = cqi_context_channel(s) >= 0 ? cqi_prior_located : cqi_prior_bare;
+    int k, j;
     for (k = 0; k < CQI_FACE; k++) {
-        int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_ALONG);
+        int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_FIRST);
         m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
     for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
-    memset(m->weight, 0, sizeof m->weight);
-    for (k = 0; k < num_weights; k++) m->weight[k] = prior[k] * ((int32_t)1 << (CQI_UNIT - 4));
+    for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
+    for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
+    m->worth_rivals = m->worth_same = 16 * 64 * 4;
+    for (k = 0; k < CQI_QUESTIONS; k++) {
+        m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
+        m->gain[k] = (int16_t)(cqi_prior_gain[k] * 16);
+    }
+    for (k = 0; k < CQ_MAX_CHANNELS; k++)
+        for (j = 0; j < 3; j++) m->plain[k][j] = m->linear[5 * CQI_FEATURES + j];
 }
 #else
 static void cqi_model_init(cqi_model *m, const cq_shape *s); /* the trainer's: both */
 static void cqi_model_keep(const cqi_model *m);
+static void cqi_model_omit(cqi_model *m);                     /* takes out what it is to do without */
 #endif
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
@@ -2163,7 +2249,7 @@ static cq_index cqi_new_virtual(cq_mesh *m)
 /* A new vertex, virtual ones only where allowed. CQ_NONE if there is no room. */
 static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_virtual)
 {
-    cq_mesh *m = &d->draft;
+    cq_mesh *m = &d->base.draft;
     cq_index v;
     may_be_virtual = may_be_virtual && m->num_virtual < m->max_virtual;
     is_virtual = may_be_virtual && cqi_code_bit(d, CQI_LOOP, is_virtual);
@@ -2183,7 +2269,7 @@ static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index 
 /* Adds face a, b, c with its halfedges unlinked; `input` is where the encoder finds it. CQ_NONE if there is no room. */
 static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
 {
-    cq_mesh *m = &d->draft;
+    cq_mesh *m = &d->base.draft;
     cq_index f = cqi_new_face(m, cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c));
     if (f == CQ_NONE) return CQ_NONE;
     cqi_set_face(m, f, a, b, c);
@@ -2202,7 +2288,7 @@ static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, 
 /* The first triangle L, R, X of a component. The first gate to be grown at is L -> R. */
 static cq_result cqi_start_component(cq_decoder *d)
 {
-    cq_mesh *m = &d->draft;
+    cq_mesh *m = &d->base.draft;
     cq_index v[3] = { CQ_NONE, CQ_NONE, CQ_NONE }, input = 0, corner = 0, f, h;
     int k;
     if (CQI_ENCODING(d)) input = cqi_plan_seed(d->plan);
@@ -2218,9 +2304,9 @@ static cq_result cqi_start_component(cq_decoder *d)
     m->twin[h] = (cq_index)(h + 1);
     m->twin[h + 1] = (cq_index)(h + 2);
     m->twin[h + 2] = h;
-    d->gate = h;
-    d->before = (cq_index)(h + 2);
-    d->before2 = (cq_index)(h + 1);
+    d->base.gate = h;
+    d->base.before = (cq_index)(h + 2);
+    d->base.before2 = (cq_index)(h + 1);
     d->num_components++;
     return CQ_OK;
 }
@@ -2241,8 +2327,8 @@ static cq_index cqi_halfedge_number(const cq_mesh *m, cq_index h)
 /* The kind of the gate, and for a join the border halfedge. In an encoder *border is the right one already. */
 static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
 {
-    const cq_mesh *m = &d->draft;
-    cq_index u = m->valence[m->origin[d->gate]], w = m->valence[cq_target(m, d->gate)], n;
+    const cq_mesh *m = &d->base.draft;
+    cq_index u = m->valence[m->origin[d->base.gate]], w = m->valence[cq_target(m, d->base.gate)], n;
     u = u < 7 ? u : 7;
     w = w < 7 ? w : 7;
     if (cqi_code_bit(d, CQI_KIND_GROW + (int)(8 * u + w), kind == CQI_GROW)) return CQI_GROW;
@@ -2250,7 +2336,7 @@ static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
     if (cqi_code_bit(d, CQI_KIND_CLOSE + (int)w, kind == CQI_CLOSE)) return CQI_CLOSE;
     n = CQI_ENCODING(d) ? cqi_halfedge_number(m, *border) : 0;
     n = (cq_index)cqi_code_raw(d, n, cqi_bit_length((uint32_t)cqi_num_halfedges(m) - 1));
-    *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->gate;
+    *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->base.gate;
     return CQI_JOIN;
 }
 
@@ -2260,58 +2346,59 @@ static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, c
     const cqi_plan *p = d->plan;
     *apex = p->mesh.origin[cq_prev(behind)];
     if (p->decoded[*apex] == CQ_NONE) return CQI_GROW;
-    if (cqi_plan_to_decoded(p, p->mesh.twin[cq_next(behind)]) == d->before) return CQI_TURN;
+    if (cqi_plan_to_decoded(p, p->mesh.twin[cq_next(behind)]) == d->base.before) return CQI_TURN;
     *border = cqi_plan_border(p, cq_prev(behind));
-    return *border == d->draft.twin[d->gate] ? CQI_CLOSE : CQI_JOIN;
+    return *border == d->base.draft.twin[d->base.gate] ? CQI_CLOSE : CQI_JOIN;
 }
 
 /* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border`
  * the one that ends at x, or CQ_NONE if x is new. */
 static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
 {
-    cq_mesh *m = &d->draft;
-    cq_index u_to_x = (cq_index)(k + 1), x_to_w = (cq_index)(k + 2), after = m->twin[d->gate];
+    cq_mesh *m = &d->base.draft;
+    cq_index u_to_x = (cq_index)(k + 1), x_to_w = (cq_index)(k + 2), after = m->twin[d->base.gate];
     m->twin[u_to_x] = border == CQ_NONE ? x_to_w : m->twin[border];
-    m->twin[d->before] = u_to_x;
+    m->twin[d->base.before] = u_to_x;
     if (border != CQ_NONE) m->twin[border] = x_to_w;
     m->twin[x_to_w] = after;
-    cqi_pair(m, d->gate, k);
+    cqi_pair(m, d->base.gate, k);
 }
 
 /* The first open halfedge from *scan on becomes the gate's second predecessor. Halfedges never open again, so all scans
  * together take linear time. */
 static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 {
-    const cq_mesh *m = &d->draft;
+    const cq_mesh *m = &d->base.draft;
     while (*scan < end && !cqi_is_open(m, *scan)) ++*scan;
     if (*scan == end) return 0;
-    d->before2 = *scan;
-    d->before = m->twin[d->before2];
-    d->gate = m->twin[d->before];
+    d->base.before2 = *scan;
+    d->base.before = m->twin[d->base.before2];
+    d->base.gate = m->twin[d->base.before];
     return 1;
 }
 
 /* Another gate for a loop that is used up. 0 if there is none: the component is complete. */
 static int cqi_find_gate(cq_decoder *d)
 {
-    cq_index virtual_end = (cq_index)(3 * (d->draft.first_virtual_face + d->draft.num_virtual_faces));
-    return cqi_scan_gate(d, &d->scan, (cq_index)(3 * d->draft.num_faces)) ||
-           cqi_scan_gate(d, &d->virtual_scan, virtual_end);
+    cq_index virtual_end = (cq_index)(3 * (d->base.draft.first_virtual_face + d->base.draft.num_virtual_faces));
+    return cqi_scan_gate(d, &d->base.scan, (cq_index)(3 * d->base.draft.num_faces)) ||
+           cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
 }
 
 /* One face behind the gate, then the next gate: at u again, or past w once u is closed. */
 static cq_result cqi_grow_base(cq_decoder *d)
 {
-    cq_mesh *m = &d->draft;
-    cq_index u = m->origin[d->gate], w = cq_target(m, d->gate), x, border = CQ_NONE, behind = 0, apex = 0, f, k;
+    cq_mesh *m = &d->base.draft;
+    cq_index u = m->origin[d->base.gate], w = cq_target(m, d->base.gate), x, border = CQ_NONE;
+    cq_index behind = 0, apex = 0, f, k;
     int kind = CQI_GROW;
     if (CQI_ENCODING(d)) {
-        behind = d->plan->mesh.twin[cqi_plan_to_input(d->plan, d->gate)];
+        behind = d->plan->mesh.twin[cqi_plan_to_input(d->plan, d->base.gate)];
         kind = cqi_plan_gate(d, behind, &apex, &border);
     }
     kind = cqi_code_gate(d, kind, &border);
-    if (kind == CQI_TURN) border = d->before2;
-    if (kind == CQI_CLOSE) border = m->twin[d->gate];
+    if (kind == CQI_TURN) border = d->base.before2;
+    if (kind == CQI_CLOSE) border = m->twin[d->base.gate];
     if (kind == CQI_GROW) {
         border = CQ_NONE;
         x = cqi_code_new_vertex(d, !cq_is_virtual(m, u) && !cq_is_virtual(m, w), apex);
@@ -2325,11 +2412,11 @@ static cq_result cqi_grow_base(cq_decoder *d)
     k = (cq_index)(3 * f);
     cqi_link_face(d, k, border);
     if (kind == CQI_TURN) {
-        d->before2 = border;
-        d->before = (cq_index)(k + 2);
-        d->gate = m->twin[d->before];
+        d->base.before2 = border;
+        d->base.before = (cq_index)(k + 2);
+        d->base.gate = m->twin[d->base.before];
     } else {
-        d->gate = (cq_index)(k + 1);
+        d->base.gate = (cq_index)(k + 1);
     }
     return CQ_OK;
 }
@@ -2337,7 +2424,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
 /* The base is complete: it must be a mesh with the header's boundary loops and Euler characteristic. */
 static cq_result cqi_finish_base(cq_decoder *d)
 {
-    const cq_mesh *m = &d->draft;
+    const cq_mesh *m = &d->base.draft;
     const cq_shape *s = &d->shape;
     int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
     int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
@@ -2347,15 +2434,9 @@ static cq_result cqi_finish_base(cq_decoder *d)
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
  *
- * A collapse merges values a, b to floor((a + b) / 2), or keeps a, and leaves delta = b - a, from which the split gets
- * both back. */
+ * A collapse of B into A leaves the values of A as they are, so a split has those of B to code: all but B is final. */
 
 #define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
-
-static int32_t cqi_floor_half(int32_t x) { return (x - (x & 1)) / 2; }
-
-/* What a collapse adds to the value of A. */
-static int32_t cqi_moved(const cq_channel *c, int32_t delta) { return c->merge == CQ_KEEP ? 0 : cqi_floor_half(delta); }
 
 /* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
  * predictions the upper 24 bits take part. */
@@ -2393,33 +2474,40 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 /* Bits that a residual of the channel may have; and no more than 26 have a model for the second highest one. */
 static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
 
-/* The bits of a magnitude below the highest one, by the models of a kind for the second highest bit and the sign. */
-static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative)
+/* The bits of a magnitude below the highest one, and the sign. The second highest one has a model of its kind, as has
+ * the sign of small ones whose prediction had a fraction (in quarters, else -1); the others are equally likely. */
+static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
-    uint32_t x = 1;
+    const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
+    uint32_t x = 1, raw = magnitude & (((uint32_t)1 << low) - 1);
     if (bits > 1) {
-        const int top = kind + CQI_TOP + cqi_at_most(bits, 26);
-        x = 2 | (uint32_t)cqi_code_bit(d, top, (int)(magnitude >> (bits - 2) & 1));
-        x = x << (bits - 2) | cqi_code_raw(d, magnitude & (((uint32_t)1 << (bits - 2)) - 1), bits - 2);
+        const int top = kind + CQI_TOP + cqi_at_most(bits, 26) - 2;
+        x = 2 | (uint32_t)cqi_code_bit(d, top, (int)(magnitude >> low & 1));
     }
-    return (int32_t)(cqi_code_bit(d, kind + CQI_SIGN, negative) ? (uint32_t)0 - x : x);
+    if (modelled) negative = cqi_code_bit(d, CQI_SIGN_SMALL + 4 * (bits - 1) + fraction, negative);
+    else raw |= (uint32_t)negative << low;
+    if (low || !modelled) raw = cqi_code_raw(d, raw, low + !modelled);
+    if (!modelled) negative = (int)(raw >> low);
+    x = x << low | (raw & (((uint32_t)1 << low) - 1));
+    return (int32_t)(negative ? (uint32_t)0 - x : x);
 }
 
 /* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
-static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int32_t residual)
+static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int fraction,
+                                 int32_t residual)
 {
     const uint32_t magnitude = cqi_abs(residual);
     const int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
     if (bits > most) return CQI_WILD;
-    return cqi_code_low_bits(d, kind, bits, magnitude, residual < 0);
+    return cqi_code_low_bits(d, kind, bits, magnitude, residual < 0, fraction);
 }
 
 /* The residual of a split, of which half_bits / 2 bits are expected. */
-static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int32_t residual)
+static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
-    return cqi_code_residual(d, kind, row, half_bits / 2, most, residual);
+    return cqi_code_residual(d, kind, row, half_bits / 2, most, fraction, residual);
 }
 
 /* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
@@ -2430,10 +2518,17 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
+/* Value of the plan: component c of channel k of an input vertex, as a number. */
+static int32_t cqi_plan_value(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    return cqi_number(channel, d->plan->input[k][(size_t)input * channel->components + c]);
+}
+
 /* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
 static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
-    const cq_mesh *m = &d->draft;
+    const cq_mesh *m = &d->base.draft;
     const uint32_t stride = channel->components;
     cq_index h = m->out[v];
     int32_t sum = 0, n = 0;
@@ -2457,9 +2552,8 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     const uint32_t stride = channel->components;
     cq_value *values = d->channel[k] + c;
     int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
-    if (CQI_ENCODING(d))
-        x = cqi_difference(cqi_number(channel, d->plan->value[k][(size_t)d->plan->to_input[v] * stride + c]), p);
-    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), x);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->to_input[v]), p);
+    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
     *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
     x = cqi_number(channel, cqi_sum(p, x));
     values[(size_t)v * stride] = (cq_value)x;
@@ -2468,8 +2562,8 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 
 /* -- Values of faces: mostly that of a face nearby -- */
 
-/* The value of a face of channel k, given those of faces near it. */
-static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
+/* A value, given those of what is near it. */
+static int32_t cqi_code_copy(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
     for (i = 0; i < n; i++) {
@@ -2479,7 +2573,8 @@ static int32_t cqi_code_face(cq_decoder *d, uint32_t k, const int32_t *beside, i
             asked += j < i && beside[j] == beside[i];
         }
         if (asked) continue;
-        if (cqi_code_bit(d, CQI_FACE + 4 * refused + same, value == beside[i])) return beside[i];
+        if (cqi_code_bit(d, CQI_FACE + 4 * cqi_at_most(refused, 2) + cqi_at_most(same, 3), value == beside[i]))
+            return beside[i];
         refused++;
     }
     return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
@@ -2491,17 +2586,17 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
     cq_value *values = d->channel[k];
     int32_t before = f ? values[f - 1] : 0, x = 0;
     if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
-    values[f] = (cq_value)cqi_code_face(d, k, &before, 1, x);
+    values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
 }
 
 /* All channels of vertices or of faces, of the next base vertex or face. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
-    const int of_face = d->value >= d->draft.num_vertices;
-    const cq_index v = (cq_index)(of_face ? d->value - d->draft.num_vertices : d->value);
-    int32_t *size = d->delta;
+    const int of_face = d->base.value >= d->base.draft.num_vertices;
+    const cq_index v = (cq_index)(of_face ? d->base.value - d->base.draft.num_vertices : d->base.value);
+    int32_t *size = d->base.size;
     uint32_t k, c;
-    d->value++;
+    d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
         if ((d->shape.channel[k].merge == CQ_PER_FACE) != of_face) continue;
         if (of_face) cqi_code_base_face(d, k, v);
@@ -2514,11 +2609,11 @@ static cq_result cqi_code_base_values(cq_decoder *d)
 
 /* Values of the faces of channel k that a split at p, q is going to make, the one at p first, given those of the faces
  * that they will share an edge with. Virtual ones have none. */
-static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
+static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
 {
     const cq_mesh *m = &d->mesh;
     cq_value *values = d->channel[k];
-    cq_index f = m->num_faces, input = CQI_ENCODING(d) ? d->plan->mesh.free_face : 0; /* see cqi_plan_new_faces */
+    cq_index f = m->num_faces;
     int32_t x = 0, beside[3];
     int end, side, n;
     for (end = 0; end < 2; end++) {
@@ -2528,99 +2623,32 @@ static void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
             if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
-        if (CQI_ENCODING(d)) {
-            x = d->plan->input[k][input];
-            input = d->plan->mesh.origin[3 * input + 1];
-        }
-        x = cqi_code_face(d, k, beside, n, x);
+        if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->note[d->plan->next].face[end]];
+        x = cqi_code_copy(d, k, beside, n, x);
         if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
     }
 }
 
-/* The values that a split's fans predict those of A and B from, relative to that of the centre. */
-typedef struct cqi_fans {
-    int32_t sum_a, sum_b;            /* over the neighbours of A and of B but for each other */
-    int32_t n_a, n_b;                /* their number, and 1 */
-} cqi_fans;
+/* -- Vectors and other arithmetic -- */
 
-static void cqi_count_fans(const cqi_ring *r, int p, int q, cqi_fans *fans)
+static inline cqi_vector cqi_plus(cqi_vector a, cqi_vector b)
 {
-    int32_t all = r->real[r->size], between = r->real[q] - r->real[p + 1];
-    fans->n_b = r->real[q + 1] - r->real[p] + 1;
-    fans->n_a = all - between + 1;
-}
-
-/* What the values of channel k on the ring are relative to the centre, and sums of that. */
-static void cqi_read_offsets(cq_decoder *d, uint32_t k)
-{
-    cqi_ring *r = &d->ring;
-    const cq_channel *channel = &d->shape.channel[k];
-    const size_t stride = cqi_components(channel);
-    const int size = r->size;
-    size_t c;
-    r->offset_channel = k;
-    for (c = 0; c < stride; c++) {
-        const cq_value *const values = d->channel[k] + c;
-        const int32_t centre = cqi_rough(channel, values[d->mesh.origin[r->spoke[0]] * stride]);
-        int32_t *before = r->before + c, sum = 0;
-        uint32_t spread = 0;
-        int n;
-        for (n = 0; n < size; n++, before += stride) {
-            const int32_t x = cqi_rough(channel, values[r->seen[n] * stride]) - centre;
-            *before = sum;
-            sum += x;
-            spread += cqi_abs(x);
-        }
-        *before = sum;
-        r->spread[c] = spread;
-    }
-}
-
-/* Sums of component c of the offsets in the ring, of so many components. */
-static void cqi_sum_fans(const cqi_ring *r, uint32_t c, uint32_t components, int p, int q, cqi_fans *fans)
-{
-    const int32_t *before = r->before + c, *at_p = before + components * (uint32_t)p;
-    const int32_t *at_q = before + components * (uint32_t)q;
-    fans->sum_b = at_q[components] - at_p[0];
-    fans->sum_a = before[components * (uint32_t)r->size] - (at_q[0] - at_p[components]);
-}
-
-/* B - A if both were the mean of their neighbours and the centre their midpoint; if the centre is A, no difference, or
- * that of exact values if B is the mean of its neighbours. With 18-bit values no product exceeds
- * 2 * 24 * 24 * 2^18 < 2^29; wider ones are shifted down to that first, which costs precision, not correctness. */
-static int32_t cqi_predict_delta(const cqi_fans *f, const cq_channel *channel)
-{
-    int shift = channel->bits > 18 ? channel->bits - 18 : 0;
-    int32_t b, a;
-    if (channel->merge == CQ_KEEP) return cqi_is_exact(channel) ? cqi_unrough(channel, f->sum_b / f->n_b) : 0;
-    b = cqi_floor_shift(f->sum_b, shift);
-    a = cqi_floor_shift(f->sum_a, shift);
-    return 2 * (f->n_a * b - f->n_b * a) / (2 * f->n_a * f->n_b + f->n_a + f->n_b) * ((int32_t)1 << shift);
-}
-
-static int32_t cqi_plan_delta(const cq_decoder *d, cq_index v, uint32_t k, uint32_t component)
-{
-    const cq_channel *channel = &d->shape.channel[k];
-    const cq_index b = d->plan->collapse[d->plan->next_collapse].removed;
-    const int32_t x = d->plan->value[k][(size_t)b * channel->components + component];
-    if (channel->merge == CQ_MIDPOINT) return x;
-    return cqi_difference(cqi_number(channel, x),
-                          cqi_number(channel, d->channel[k][(size_t)v * channel->components + component]));
-}
-
-/* -- Vectors of up to 26 bits -- */
-
-static inline cqi_vector cqi_at(const int32_t *components, int k)
-{
-    cqi_vector a;
-    a.x = components[3 * k];
-    a.y = components[3 * k + 1];
-    a.z = components[3 * k + 2];
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
     return a;
 }
 
-static cqi_vector cqi_scale(cqi_vector a, int32_t factor)
+static inline cqi_vector cqi_minus(cqi_vector a, cqi_vector b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+static inline cqi_vector cqi_scale(cqi_vector a, int32_t factor)
 {
     a.x *= factor;
     a.y *= factor;
@@ -2636,7 +2664,7 @@ static inline cqi_vector cqi_shift(cqi_vector a, int bits)
     return a;
 }
 
-static cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
+static inline cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
 {
     cqi_vector n;
     n.x = a.y * b.z - a.z * b.y;
@@ -2645,999 +2673,1118 @@ static cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
     return n;
 }
 
-/* Scaled by the power of two that gives the largest component so many bits. */
-static cqi_vector cqi_fit(cqi_vector a, int bits)
-{
-    int shift = bits - cqi_bit_length(cqi_abs(a.x) | cqi_abs(a.y) | cqi_abs(a.z));
-    return shift < 0 ? cqi_shift(a, -shift) : cqi_scale(a, (int32_t)1 << shift);
-}
+static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /* Length within 10 %, of tiny vectors less: no square root, and no overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
-    int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
+    const int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
     int32_t largest = x > y ? x : y;
     largest = largest > z ? largest : z;
     return (int32_t)((uint32_t)(11 * largest + 5 * (x + y + z)) >> 4);
 }
 
-/* -- Axes: residuals of positions, turned so that the normal of the patch and the predicted displacement are axes --
+static inline int32_t cqi_clamp(int32_t x, int32_t low, int32_t high) { return x < low ? low : x > high ? high : x; }
+
+/* a b / 2^shift, rounded down */
+static inline int32_t cqi_product(int32_t a, int32_t b, int shift)
+{
+    return (int32_t)cqi_floor_shift_wide((int64_t)a * b, shift);
+}
+
+static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
+{
+    a.x = cqi_product(a.x, b, shift);
+    a.y = cqi_product(a.y, b, shift);
+    a.z = cqi_product(a.z, b, shift);
+    return a;
+}
+
+/* 65536 / n */
+static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
+    0, 65535, 32768, 21845, 16384, 13107, 10923, 9362, 8192, 7282, 6554, 5958, 5461, 5041, 4681, 4369, 4096, 3855,
+    3641, 3449, 3277, 3121, 2979, 2849, 2731, 2621
+};
+
+/* 2^14 / (1 + (k + 1/2) / 64) */
+static const uint16_t cqi_inverse[64] = {
+    16257, 16009, 15768, 15534, 15308, 15087, 14873, 14665, 14463, 14266, 14075, 13888, 13707, 13530, 13358, 13190,
+    13026, 12866, 12710, 12558, 12409, 12264, 12122, 11984, 11848, 11716, 11586, 11460, 11336, 11215, 11096, 10980,
+    10866, 10755, 10645, 10538, 10434, 10331, 10230, 10131, 10034, 9939, 9846, 9754, 9664, 9576, 9489, 9404,
+    9321, 9239, 9158, 9079, 9001, 8924, 8849, 8775, 8702, 8630, 8560, 8490, 8422, 8355, 8289, 8224
+};
+
+/* x / y within 1 %, y > 0. */
+static inline int32_t cqi_quotient(int32_t x, uint32_t y)
+{
+    const int n = cqi_bit_length(y) - 1;
+    const uint32_t mantissa = (n > 6 ? y >> (n - 6) : y << (6 - n)) & 63;
+    return cqi_product(x, cqi_inverse[mantissa], 14 + n);
+}
+
+/* Logarithm of a number above 0, in 1/8 octave. */
+static inline int cqi_logarithm(uint32_t x)
+{
+    const int n = cqi_bit_length(x) - 1;
+    return 8 * n + (int)((n > 2 ? x >> (n - 3) : x << (3 - n)) & 7);
+}
+
+/* A number times 2^shift, and back to the nearest: the scale of a ring. */
+static inline int32_t cqi_scaled(int32_t x, int shift)
+{
+    return shift >= 0 ? x * ((int32_t)1 << shift) : cqi_floor_shift(x, -shift);
+}
+
+static inline int32_t cqi_unscaled(int32_t x, int shift)
+{
+    if (shift <= 0) return x * ((int32_t)1 << -shift);
+    return cqi_floor_shift(x + ((int32_t)1 << (shift - 1)), shift);
+}
+
+/* A weight follows the sign of the product of the error and what it was given (sign-sign LMS). */
+#define CQI_LINEAR_STEP 200
+static inline void cqi_follow(int32_t *weight, int64_t product)
+{
+    const int32_t step = CQI_TUNED(linear, CQI_LINEAR_STEP), most = 0x40000;
+    *weight = cqi_clamp(*weight + (product > 0 ? step : product < 0 ? -step : 0), -most, most);
+}
+
+/* -- Positions: what the ring of B tells --
  *
- * A turn in a plane is three shears, each rounded, so it can be taken back exactly, whatever the factors are. */
+ * Once the pair is known, B's neighbours are: A, and those from p to q. All are relative to A, in the scale of A's
+ * ring, and with their components in another order: z is nearest to the normal of the fan, is coded last, and is predicted
+ * above the fan's plane at the x and y that are known by then (shears, no rotation, so that all is exact). */
 
-enum { CQI_TURNED_BITS = 18, CQI_TURN_BITS = 9 };
-
-/* The length of (x, y) within 0.2 %: an estimate and one step of Newton's method. 0 <= x, y < 2^15. */
-static int32_t cqi_hypotenuse(int32_t x, int32_t y)
+/* Lists B's neighbours and what is beyond. A boundary leaves a gap in the ring, over which nothing is known. */
+static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
 {
-    int32_t estimate = x > y ? x + 3 * y / 8 : y + 3 * x / 8;
-    return estimate ? (int32_t)((x * x + y * y) / estimate + estimate) / 2 : 0;
-}
-
-/* The turn that takes (x, y) to (its length or minus that, 0), and *x there. */
-static cqi_turn cqi_find_turn(int32_t *x, int32_t y)
-{
-    cqi_turn t;
-    int32_t side = (int32_t)cqi_abs(*x), length = cqi_hypotenuse(side, (int32_t)cqi_abs(y));
-    t.tangent = t.sine = 0;
-    if (length) {
-        t.sine = -y * ((int32_t)1 << CQI_TURN_BITS) / length;
-        t.tangent = -y * ((int32_t)1 << CQI_TURN_BITS) / (length + side);
+    const cqi_ring *r = &d->ring;
+    cqi_fan *f = &d->now.fan;
+    int k, n = 1;
+    f->boundary = r->boundary >= p && r->boundary <= q;
+    f->vertex[0] = d->mesh.origin[r->spoke[0]];
+    f->beyond[0] = r->vertex[p ? p - 1 : r->size - 1];
+    for (k = p; k <= q; k++) {
+        f->vertex[n] = r->vertex[k];
+        f->beyond[n] = r->front[k];
+        n += k != r->boundary;
     }
-    if (*x < 0) {
-        t.sine = -t.sine;
-        t.tangent = -t.tangent;
-        length = -length;
+    f->size = n;
+    f->beyond[n - 1] = r->vertex[q + 1 < r->size ? q + 1 : 0];
+    for (k = 0; k < n; k++)
+        if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
+}
+
+/* The plane: normal to the sum of the areas of the triangles that A has between p and q; and the order of the axes. */
+static void cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
+{
+    cqi_vector normal = { 0, 0, 0 }, a = cqi_shift(r->at[p], 4);
+    int32_t n[3], nearest;
+    int k, shift;
+    for (k = p + 1; k <= q; k++) {
+        const cqi_vector b = cqi_shift(r->at[k], 4);
+        normal = cqi_plus(normal, cqi_cross(a, b));
+        if (k != r->boundary) a = b;
     }
-    *x = length;
-    return t;
+    shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
+    n[0] = cqi_floor_shift(normal.x, shift);
+    n[1] = cqi_floor_shift(normal.y, shift);
+    n[2] = cqi_floor_shift(normal.z, shift);
+    k = cqi_abs(n[1]) > cqi_abs(n[0]);
+    if (cqi_abs(n[2]) > cqi_abs(n[k])) k = 2;
+    nearest = n[k];
+    f->axis[2] = k;
+    f->axis[0] = k < 2 ? k + 1 : 0;
+    f->axis[1] = 3 - k - f->axis[0];
+    f->slope_x = nearest ? -(n[f->axis[0]] * 256 / nearest) : 0;
+    f->slope_y = nearest ? -(n[f->axis[1]] * 256 / nearest) : 0;
 }
 
-static int32_t cqi_shear(int32_t by, int32_t factor) { return cqi_floor_shift(by * factor, CQI_TURN_BITS); }
-
-static void cqi_turn_forth(const cqi_turn *t, int32_t *x, int32_t *y)
+/* Height above the plane through A. */
+static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
 {
-    *x -= cqi_shear(*y, t->tangent);
-    *y += cqi_shear(*x, t->sine);
-    *x -= cqi_shear(*y, t->tangent);
+    return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-static void cqi_turn_back(const cqi_turn *t, int32_t *x, int32_t *y)
+/* Offset of a vertex from A. */
+static inline cqi_vector cqi_locate(const cqi_fan *f, const cq_value *a, const cq_value *b, int shift)
 {
-    *x += cqi_shear(*y, t->tangent);
-    *y -= cqi_shear(*x, t->sine);
-    *x += cqi_shear(*y, t->tangent);
+    cqi_vector x;
+    x.x = cqi_scaled((int32_t)b[f->axis[0]] - a[f->axis[0]], shift);
+    x.y = cqi_scaled((int32_t)b[f->axis[1]] - a[f->axis[1]], shift);
+    x.z = cqi_scaled((int32_t)b[f->axis[2]] - a[f->axis[2]], shift);
+    return x;
 }
 
-/* The turn that makes the predicted displacement, as seen along the normal of the patch, the x axis. And what to expect
- * of a residual along the surface and along the normal, in half bits. */
-typedef struct cqi_axes {
-    cqi_turn turn;
-    int along, normal;
-} cqi_axes;
-
-/* Bits to expect of a length that is an eighth of `x` in the scale of the ring, in half bits. */
-static int cqi_expect(const cqi_ring *r, int32_t x)
+/* The same for a vertex beyond the ring, at most twice as far off as those of the ring. */
+static inline cqi_vector cqi_locate_beyond(const cqi_fan *f, const cq_value *a, const cq_value *b, int shift)
 {
-    int half_bits = cqi_half_bits((uint32_t)x) - 2 * (3 + r->shift);
-    return half_bits < 0 ? 0 : half_bits;
+    const int32_t limit = (int32_t)2 << CQI_RING_BITS;
+    cqi_vector x = cqi_locate(f, a, b, shift);
+    x.x = cqi_clamp(x.x, -limit, limit);
+    x.y = cqi_clamp(x.y, -limit, limit);
+    x.z = cqi_clamp(x.z, -limit, limit);
+    return x;
 }
 
-static void cqi_find_axes(const cqi_ring *r, const int32_t *predicted, cqi_axes *axes)
+/* Offsets of B's neighbours and of what is beyond, and the mean of the neighbours. */
+static void cqi_locate_fan(cqi_fan *f, const cq_value *values, int shift)
 {
-    cqi_vector along = cqi_at(predicted, 0);
-    cqi_turn_forth(&r->turn[0], &along.x, &along.y);
-    cqi_turn_forth(&r->turn[1], &along.z, &along.x);
-    along.z = 0;
-    along = cqi_fit(along, 14);
-    axes->turn = cqi_find_turn(&along.x, along.y);
-    axes->along = cqi_expect(r, 3 * r->mean_length);
-    axes->normal = cqi_expect(r, 8 * r->height / r->size);
+    const cq_value *const a = values + 3 * (size_t)f->vertex[0];
+    cqi_vector sum = { 0, 0, 0 };
+    int k;
+    for (k = 0; k < f->size; k++) {
+        f->at[k] = cqi_locate(f, a, values + 3 * (size_t)f->vertex[k], shift);
+        sum = cqi_plus(sum, f->at[k]);
+        if (f->beyond[k] != CQ_NONE) f->outer[k] = cqi_locate_beyond(f, a, values + 3 * (size_t)f->beyond[k], shift);
+    }
+    f->mean = cqi_product_of(sum, cqi_reciprocal[f->size], 16);
 }
 
-/* Codes the residual of a position along the axes of the patch. False if it is beyond any difference of values. */
-static int cqi_code_turned(cq_decoder *d, const int32_t *predicted, int32_t *residual)
+/* -- Positions: a linear prediction --
+ *
+ * The mean of B's neighbours, and weighted differences of other predictions from it; along the surface and above it the
+ * weights are not the same. */
+
+/* Mean of the vertices beyond the edges, each less what the edge's ends would have it be. */
+static cqi_vector cqi_feature_outer(const cqi_fan *f)
 {
-    const int32_t limit = (int32_t)1 << (CQI_TURNED_BITS + 2);
-    int32_t x = residual[0], y = residual[1], z = residual[2];
-    const cqi_turn *const turn = d->ring.turn;
-    cqi_axes axes;
-    cqi_find_axes(&d->ring, predicted, &axes);
-    cqi_turn_forth(&turn[0], &x, &y);
-    cqi_turn_forth(&turn[1], &z, &x);
-    cqi_turn_forth(&axes.turn, &x, &y);
-    x = cqi_code_expected(d, CQI_ALONG, axes.along, 26, x);
-    y = cqi_code_expected(d, CQI_ACROSS, (3 * axes.along + cqi_half_bits(cqi_abs(x))) / 4, 26, y);
-    z = cqi_code_expected(d, CQI_NORMAL, (3 * axes.normal + cqi_half_bits(cqi_abs(x) + cqi_abs(y))) / 4, 26, z);
-    if (x > limit || x < -limit || y > limit || y < -limit || z > limit || z < -limit) return 0;
-    cqi_turn_back(&axes.turn, &x, &y);
-    cqi_turn_back(&turn[1], &z, &x);
-    cqi_turn_back(&turn[0], &x, &y);
-    residual[0] = x;
-    residual[1] = y;
-    residual[2] = z;
+    cqi_vector sum = { 0, 0, 0 };
+    int k, n = 0;
+    for (k = 0; k < f->size; k++) {
+        const cqi_vector next = f->at[k + 1 < f->size ? k + 1 : 0], outer = f->outer[k];
+        if (f->beyond[k] == CQ_NONE) continue;
+        n++;
+        sum.x += 2 * outer.x - f->at[k].x - next.x;
+        sum.y += 2 * outer.y - f->at[k].y - next.y;
+        sum.z += 2 * outer.z - f->at[k].z - next.z;
+    }
+    return cqi_product_of(sum, n ? cqi_reciprocal[n] : 0, 17);
+}
+
+/* Mean of the neighbours, the nearer the more; less their mean. And what residuals to expect, from how far they are
+ * from their mean along each axis. */
+#define CQI_LESS 4        /* half bits of a residual less than of three times the mean offset */
+#define CQI_LESS_ABOVE 2  /* of the sum of heights */
+static cqi_vector cqi_feature_near(cqi_fan *f, int shift)
+{
+    cqi_vector sum = { 0, 0, 0 }, extent = { 0, 0, 0 };
+    int32_t *const size = f->scratch, weights = 0, height = 0;
+    int k;
+    for (k = 0; k < f->size; k++) {
+        const cqi_vector x = cqi_minus(f->at[k], f->mean);
+        const int32_t ax = (int32_t)cqi_abs(x.x), ay = (int32_t)cqi_abs(x.y), az = (int32_t)cqi_abs(x.z);
+        size[k] = ax + ay + az;
+        extent.x += ax;
+        extent.y += ay;
+        extent.z += az;
+        height += (int32_t)cqi_abs(cqi_height(f, x));
+    }
+    f->extent = cqi_product(extent.x + extent.y + extent.z, cqi_reciprocal[f->size], 16);
+    extent.x = cqi_product(3 * extent.x, cqi_reciprocal[f->size], 16);
+    extent.y = cqi_product(3 * extent.y, cqi_reciprocal[f->size], 16);
+    f->expected[0] = cqi_half_bits((uint32_t)extent.x) - 2 * shift - CQI_LESS;
+    f->expected[1] = cqi_half_bits((uint32_t)extent.y) - 2 * shift - CQI_LESS;
+    f->expected[2] = cqi_half_bits((uint32_t)height) - 2 * shift - CQI_LESS_ABOVE;
+    for (k = 0; k < f->size; k++) {
+        const int32_t weight = cqi_quotient(f->extent * 64, (uint32_t)(size[k] + f->extent * 5 / 16 + 1));
+        weights += weight;
+        sum = cqi_plus(sum, cqi_scale(cqi_minus(f->at[k], f->mean), weight));
+    }
+    return cqi_product_of(sum, cqi_quotient((int32_t)1 << 24, (uint32_t)weights + 1), 24);
+}
+
+static void cqi_find_features(cqi_fan *f, int shift)
+{
+    const cqi_vector none = { 0, 0, 0 };
+    f->feature[0] = cqi_feature_outer(f);
+    f->feature[1] = cqi_minus(none, f->mean);
+    f->feature[2] = f->boundary ? none : cqi_minus(cqi_shift(cqi_plus(f->at[1], f->at[f->size - 1]), 1), f->mean);
+    f->feature[3] = cqi_feature_near(f, shift);
+}
+
+static int cqi_fan_class(const cqi_fan *f) { return f->boundary || f->size < 3 ? 0 : cqi_at_most(f->size, 9) - 2; }
+
+/* The linear prediction, and its height above the plane through the mean. */
+static void cqi_predict_linear(const cqi_model *m, cqi_fan *f)
+{
+    const int32_t *const along = m->linear + CQI_FEATURES * cqi_fan_class(f);
+    const int32_t *const above = along + CQI_FEATURES * CQI_FAN_CLASSES;
+    cqi_vector x = { 0, 0, 0 };
+    int64_t sum_x = 0, sum_y = 0, rise = 0;
+    int k;
+    for (k = 0; k < CQI_FEATURES; k++) {
+        const cqi_vector v = f->feature[k];
+        f->height[k] = cqi_height(f, v);
+        sum_x += (int64_t)along[k] * v.x;
+        sum_y += (int64_t)along[k] * v.y;
+        rise += (int64_t)above[k] * f->height[k];
+    }
+    x.x = (int32_t)cqi_floor_shift_wide(sum_x, 16);
+    x.y = (int32_t)cqi_floor_shift_wide(sum_y, 16);
+    f->rise = (int32_t)cqi_floor_shift_wide(rise, 16);
+    f->linear = cqi_plus(f->mean, x);
+}
+
+/* What the weights learn from B's place and its height above the plane through the mean. */
+static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, int32_t rise)
+{
+    int32_t *const along = m->linear + CQI_FEATURES * cqi_fan_class(f);
+    int32_t *const above = along + CQI_FEATURES * CQI_FAN_CLASSES;
+    const cqi_vector error = cqi_minus(place, f->linear);
+    int k;
+    for (k = 0; k < CQI_FEATURES; k++) {
+        const cqi_vector v = f->feature[k];
+        cqi_follow(&along[k], (int64_t)error.x * v.x + (int64_t)error.y * v.y);
+        cqi_follow(&above[k], (int64_t)(rise - f->rise) * f->height[k]);
+    }
+}
+
+/* -- Positions: predictions that compete --
+ *
+ * On surfaces that were made by rules one of a few simple predictions is often exact, and then several agree. */
+
+static void cqi_add_rival(cqi_fan *f, cqi_vector a)
+{
+    if (f->num_rivals < CQI_RIVALS) f->rival[f->num_rivals++] = a;
+}
+
+static cqi_vector cqi_parallelogram(cqi_vector a, cqi_vector b, cqi_vector opposite)
+{
+    return cqi_minus(cqi_plus(a, b), opposite);
+}
+
+/* Parallelograms across the edges of the fan and inside it, and the middles between its vertices. */
+static void cqi_list_rivals(cqi_fan *f)
+{
+    const cqi_vector *const at = f->at;
+    const int n = f->size;
+    int k, j;
+    f->num_rivals = 0;
+    if (f->boundary || n < 4) return;
+    for (k = 0; k < n; k++)
+        if (f->beyond[k] != CQ_NONE)
+            cqi_add_rival(f, cqi_parallelogram(at[k], at[k + 1 < n ? k + 1 : 0], f->outer[k]));
+    for (k = 0; k < n; k++)
+        cqi_add_rival(f, cqi_parallelogram(at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0], at[k]));
+    for (k = 0; k < n - 2; k++)
+        for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
+}
+
+/* Distance along the surface. */
+static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
+{
+    const int32_t x = (int32_t)cqi_abs(a.x - b.x), y = (int32_t)cqi_abs(a.y - b.y);
+    return x > y ? x : y;
+}
+
+/* The place that most predictions agree upon: within a radius, and those within half of it count twice. */
+static void cqi_vote(cqi_fan *f, int shift)
+{
+    const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0), half = radius / 2;
+    uint8_t *const votes = f->vote;
+    int k, j, best = 0, n = 0;
+    cqi_vector sum = { 0, 0, 0 };
+    memset(votes, 0, CQI_RIVALS);
+    for (k = 1; k < f->num_rivals; k++) {
+        const cqi_vector a = f->rival[k];
+        for (j = 0; j < k; j++) {
+            const int32_t x = cqi_apart(a, f->rival[j]);
+            const int vote = (x < radius) + (x < half);
+            votes[k] = (uint8_t)(votes[k] + vote);
+            votes[j] = (uint8_t)(votes[j] + vote);
+        }
+    }
+    for (k = 1; k < f->num_rivals; k++)
+        if (votes[k] > votes[best]) best = k;
+    for (k = 0; k < f->num_rivals; k++) {
+        if (k != best && cqi_apart(f->rival[k], f->rival[best]) >= radius) continue;
+        sum = cqi_plus(sum, f->rival[k]);
+        n++;
+    }
+    f->radius = radius;
+    f->votes = votes[best];
+    f->agreed = cqi_product_of(sum, cqi_reciprocal[n], 16);
+}
+
+/* Classes of agreement: 0, 1, 2, 3 .. 4, 5 .. 7, 8 .. 11, 12 .. 17 votes, and more. */
+static int cqi_vote_class(int votes)
+{
+    return votes < 3 ? votes : votes < 5 ? 3 : votes < 8 ? 4 : votes < 12 ? 5 : votes < 18 ? 6 : 7;
+}
+
+/* The question whether B is where predictions agree: by how many do, and how far that is from the linear one. */
+static int cqi_hit_question(const cqi_fan *f)
+{
+    const int32_t x = cqi_apart(f->agreed, f->linear);
+    int apart = 0;
+    while (apart < 5 && x >= f->radius << apart) apart++;
+    return CQI_HIT + 8 * cqi_vote_class(f->votes) + apart;
+}
+
+static int cqi_is_hit(const cqi_fan *f, cqi_vector place) { return cqi_apart(place, f->agreed) < f->radius * 3 / 2; }
+
+/* -- Questions that are asked while they pay -- */
+
+/* -log2(p / 65536), in 1/64 bit */
+static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
+
+/* Asks, if that has paid so far. */
+static int cqi_code_question(cq_decoder *d, int index, int yes)
+{
+    if (d->model.gain[index] < 0) return 0;
+    if (!CQI_ENCODING(d)) return cqi_decode_part(&d->range, d->model.yes[index]);
+    cqi_encode_part(&d->plan->range, d->model.yes[index], yes);
+    return yes;
+}
+
+/* What asking has gained, or would have, given what a yes saves, in 1/64 bit. Returns the gain if it was asked. */
+static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
+{
+    const uint32_t p = m->yes[index];
+    const int asked = m->gain[index] >= 0;
+    const int gain = yes ? (int)cqi_clamp(saved, -1024, 1024) - cqi_cost(p) : -cqi_cost(65536 - p);
+    m->gain[index] = (int16_t)(m->gain[index] + cqi_floor_shift((int32_t)16 * gain - m->gain[index], 7));
+    cqi_adapt_bit(&m->yes[index], 5, yes);
+    return asked ? gain : 0;
+}
+
+/* Bits that a residual takes, about, in 1/64; given in the scale of the ring. */
+static int cqi_residual_cost(int32_t x, int shift)
+{
+    const int32_t least = shift > 0 ? (int32_t)3 << shift >> 2 : 1;
+    return 32 * (cqi_half_bits(cqi_abs(x) + (uint32_t)least) - 2 * shift);
+}
+
+/* -- Positions: coding -- */
+
+/* Residual against a prediction in the scale of the ring. */
+static int32_t cqi_code_coordinate(cq_decoder *d, int kind, int half_bits, int32_t predicted, int32_t value,
+                                   int *halves)
+{
+    const int shift = d->ring.shift;
+    const int32_t near = cqi_clamp(predicted, -CQI_FAR, CQI_FAR), p = cqi_unscaled(near, shift);
+    const int fraction = shift >= 2 ? cqi_floor_shift(near + (1 << (shift - 1)), shift - 2) & 3 : -1;
+    const int32_t x = cqi_code_expected(d, kind, half_bits < 0 ? 0 : half_bits, 26, fraction, value - p);
+    *halves = cqi_half_bits(cqi_abs(x));
+    return p + x;
+}
+
+/* Component c that most of the fan's vertices have, of equal ones that nearest to a prediction; returns how many. */
+static int cqi_most_common(cqi_fan *f, int c, int32_t near, int32_t *value)
+{
+    int32_t *const x = f->scratch, off = 0;
+    int k, j, most = 0;
+    for (k = 0; k < f->size; k++) {
+        const int32_t here = c == 0 ? f->at[k].x : c == 1 ? f->at[k].y : f->at[k].z;
+        const int32_t apart = (int32_t)cqi_abs(here - near);
+        int many = 1;
+        x[k] = here;
+        for (j = 0; j < k; j++) many += x[j] == here;
+        if (many > most || (many == most && apart < off)) {
+            most = many;
+            off = apart;
+            *value = here;
+        }
+    }
+    return most;
+}
+
+/* Component c of B: as most of its neighbours have it, or by a residual. Questions are told apart by `place`. */
+#define CQI_EXACT_SAVES 192 /* what a hit saves beside the residual, in 1/64 bit */
+static int32_t cqi_code_component(cq_decoder *d, int place, int c, int kind, int half_bits, int32_t predicted,
+                                  int32_t value, int *halves)
+{
+    const int shift = d->ring.shift;
+    int32_t common = 0, same;
+    int question, saved;
+    if (!d->now.fan.same || shift < 0) return cqi_code_coordinate(d, kind, half_bits, predicted, value, halves);
+    question = CQI_SAME + 8 * place + cqi_at_most(cqi_most_common(&d->now.fan, c, predicted, &common), 7);
+    same = cqi_floor_shift(common, shift);
+    if (cqi_code_question(d, question, value == same)) {
+        *halves = half_bits < 0 ? 0 : half_bits;
+        value = same;
+    } else {
+        value = cqi_code_coordinate(d, kind, half_bits, predicted, value, halves);
+    }
+    saved = cqi_residual_cost(common - predicted, shift) + CQI_EXACT_SAVES;
+    d->now.fan.gain_same += cqi_learn_question(&d->model, question, value == same, saved);
+    return value;
+}
+
+/* Does a coordinate relative to A have a place in the scale of the ring? No value is that far off. */
+static int cqi_is_wild(cqi_vector value)
+{
+    const int32_t most = (int32_t)1 << 25;
+    return cqi_clamp(value.x, -most, most - 1) != value.x || cqi_clamp(value.y, -most, most - 1) != value.y ||
+           cqi_clamp(value.z, -most, most - 1) != value.z;
+}
+
+/* x and y of B, given that predictions agree about it, or not. */
+static void cqi_code_along(cq_decoder *d, int hit, cqi_vector *value, int *halves_x, int *halves_y)
+{
+    cqi_fan *f = &d->now.fan;
+    const int32_t shift = d->ring.shift;
+    if (hit) {
+        const int kind = CQI_AGREED + (cqi_vote_class(f->votes) > 6) * CQI_RESIDUAL_MODELS;
+        const int half_bits = cqi_half_bits((uint32_t)f->radius) - 2 * shift;
+        value->x = cqi_code_coordinate(d, kind, half_bits, f->agreed.x, value->x, halves_x);
+        value->y = cqi_code_coordinate(d, kind, (half_bits + *halves_x + 1) / 2, f->agreed.y, value->y, halves_y);
+    } else {
+        value->x = cqi_code_component(d, 0, 0, CQI_FIRST, f->expected[0], f->linear.x, value->x, halves_x);
+        value->y = cqi_code_component(d, 1, 1, CQI_SECOND, (3 * f->expected[1] + *halves_x) / 4, f->linear.y, value->y,
+                                      halves_y);
+    }
+}
+
+/* z of B, above the plane at x and y. */
+static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, int32_t *value)
+{
+    const cqi_fan *f = &d->now.fan;
+    const int half_bits = (f->expected[2] + 3 * halves) / 4;
+    const int32_t rise = hit ? cqi_height(f, cqi_minus(f->agreed, f->mean)) : f->rise;
+    const int kind = !hit ? CQI_NORMAL : CQI_AGREED_NORMAL;
+    int halves_z;
+    *value = cqi_code_component(d, 2 + hit, 2, kind, half_bits, plane + rise, *value, &halves_z);
+}
+
+/* Competing predictions and common components take time, and only some surfaces gain by them. So they are looked at while
+ * a vertex gains more than a little, on a running mean; else at one vertex of CQI_PROBE, to see whether they would. */
+#define CQI_WORTH_IT 24    /* that little: in 1/1024 bit */
+#define CQI_PROBE 16
+
+/* Do predictions agree about B? Asks, if there are any; *question is the one that was asked. */
+static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
+{
+    cqi_fan *f = &d->now.fan;
+    const int shift = d->ring.shift;
+    if (!f->num_rivals) return 0;
+    cqi_vote(f, shift);
+    *question = cqi_hit_question(f);
+    value.x = cqi_scaled(value.x, shift);
+    value.y = cqi_scaled(value.y, shift);
+    return cqi_code_question(d, *question, CQI_ENCODING(d) && cqi_is_hit(f, value));
+}
+
+/* What the questions have gained, now that the place is known. */
+static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
+{
+    const cqi_fan *f = &d->now.fan;
+    const int shift = d->ring.shift;
+    if (f->num_rivals) {
+        int saved = cqi_residual_cost(place.x - f->linear.x, shift) - cqi_residual_cost(place.x - f->agreed.x, shift);
+        saved += cqi_residual_cost(place.y - f->linear.y, shift) - cqi_residual_cost(place.y - f->agreed.y, shift);
+        saved = cqi_learn_question(&d->model, question, cqi_is_hit(f, place), saved);
+        d->model.worth_rivals += cqi_floor_shift((int32_t)16 * saved - d->model.worth_rivals, 6);
+    }
+    if (f->same) d->model.worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - d->model.worth_same, 6);
+}
+
+/* Codes B relative to A; false if that is no position. */
+static int cqi_code_place(cq_decoder *d, cqi_vector *value)
+{
+    cqi_fan *f = &d->now.fan;
+    const int probe = d->mesh.num_vertices % CQI_PROBE == 0, shift = d->ring.shift;
+    int halves_x, halves_y, hit, question = 0;
+    cqi_vector place, above = { 0, 0, 0 };
+    int32_t plane;
+    f->same = probe || d->model.worth_same > CQI_WORTH_IT;
+    f->gain_same = f->num_rivals = 0;
+    if (probe || d->model.worth_rivals > CQI_WORTH_IT) cqi_list_rivals(f);
+    hit = cqi_code_hit(d, *value, &question);
+    cqi_code_along(d, hit, value, &halves_x, &halves_y);
+    if (cqi_is_wild(*value)) return 0;
+    place.x = cqi_scaled(value->x, shift);
+    place.y = cqi_scaled(value->y, shift);
+    above.x = cqi_clamp(place.x - f->mean.x, -CQI_FAR, CQI_FAR);
+    above.y = cqi_clamp(place.y - f->mean.y, -CQI_FAR, CQI_FAR);
+    plane = f->mean.z - cqi_height(f, above);
+    cqi_code_above(d, hit, plane, halves_x > halves_y ? halves_x : halves_y, &value->z);
+    if (cqi_is_wild(*value)) return 0;
+    place.z = cqi_scaled(value->z, shift);
+    cqi_learn_linear(&d->model, f, place, place.z - plane);
+    cqi_learn_worth(d, place, question);
     return 1;
 }
 
-/* A residual of a fast stream, with its sign as the lowest bit. Its lower bits are coded without models: one more than
- * residuals had in the mean where as many half bits were expected. */
-static int32_t cqi_code_fast(cq_decoder *d, int half_bits, int32_t residual)
+/* Codes the position of B; false if it is no position. */
+static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_index input, cq_value *to)
 {
-    uint16_t *mean = &d->model.mean_bits[half_bits];
-    uint32_t x = ((uint32_t)residual << 1) ^ ((uint32_t)0 - (residual < 0)), high;
-    const int low = cqi_at_most(*mean / 256 + 1, 32), bits = cqi_bit_length(x);
-    const int more = cqi_code_count(d, CQI_FAST + 8 * (*mean / 64 % 4), bits > low ? bits - low : 0);
-    if (low + more > 32) return CQI_WILD;
-    high = more ? (uint32_t)1 << (low + more - 1) : 0;
-    x = high | cqi_code_raw(d, x - high, low + more - (more > 0));
-    *mean = (uint16_t)(*mean - *mean / 64 + 4 * cqi_bit_length(x));
-    return (int32_t)((x >> 1) ^ ((uint32_t)0 - (x & 1)));
+    cqi_fan *f = &d->now.fan;
+    const cq_value *const a = d->channel[channel] + 3 * (size_t)f->vertex[0];
+    int32_t value[3] = { 0, 0, 0 };
+    cqi_vector x;
+    int c;
+    cqi_find_plane(&d->ring, f, p, q);
+    cqi_locate_fan(f, d->channel[channel], d->ring.shift);
+    cqi_find_features(f, d->ring.shift);
+    cqi_predict_linear(&d->model, f);
+    for (c = 0; c < 3 && CQI_ENCODING(d); c++) value[c] = cqi_plan_value(d, channel, (uint32_t)c, input) - a[c];
+    x.x = value[f->axis[0]];
+    x.y = value[f->axis[1]];
+    x.z = value[f->axis[2]];
+    if (!cqi_code_place(d, &x)) return 0;
+    value[f->axis[0]] = x.x;
+    value[f->axis[1]] = x.y;
+    value[f->axis[2]] = x.z;
+    for (c = 0; c < 3; c++) {
+        if (!cqi_value_fits(&d->shape.channel[channel], value[c] + a[c])) return 0;
+        to[c] = (cq_value)(value[c] + a[c]);
+    }
+    return 1;
 }
 
-/* The residual of one component alone: the wider its values are spread, the larger. */
-static int32_t cqi_code_plain(cq_decoder *d, const cq_channel *channel, uint32_t spread, int32_t residual)
+/* -- Other channels -- */
+
+/* Predictions of component c from the fan: the mean, and three others less that, as numbers times 2^fraction. */
+static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t *feature, uint32_t *spread)
 {
-    const int exact = cqi_is_exact(channel) ? 2 * 8 : 0;
-    const int half_bits = cqi_half_bits(d->shape.fast ? spread / 16 : spread / (uint32_t)d->ring.size) + exact;
-    if (d->shape.fast) return cqi_code_fast(d, half_bits, residual);
-    return cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), residual);
+    cqi_fan *f = &d->now.fan;
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_value *values = d->channel[k] + c;
+    const uint32_t stride = channel->components;
+    const int32_t a = cqi_rough(channel, values[f->vertex[0] * (size_t)stride]);
+    int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
+    int n, beyond = 0;
+    x[0] = 0;
+    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, values[f->vertex[n] * (size_t)stride]) - a;
+    mean = cqi_product(sum, cqi_reciprocal[f->size], 16);
+    *spread = 0;
+    for (n = 0; n < f->size; n++) {
+        const int next = n + 1 < f->size ? n + 1 : 0;
+        *spread += cqi_abs(x[n] - mean);
+        if (f->beyond[n] == CQ_NONE) continue;
+        o = cqi_rough(channel, values[f->beyond[n] * (size_t)stride]) - a;
+        outer += cqi_floor_shift(2 * o - x[n] - x[next], 2);
+        beyond++;
+    }
+    feature[0] = beyond ? cqi_product(outer, cqi_reciprocal[beyond], 15) : 0;
+    feature[1] = -mean;
+    feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
+    return a + mean;
 }
 
-/* delta[] of channel k for a split of v at ring positions p, q. */
-static int cqi_code_channel(cq_decoder *d, uint32_t k, cq_index v, int p, int q, cqi_fans *fans, int32_t *delta)
+/* One component of B by the linear prediction. */
+static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const uint32_t stride = cqi_components(channel);
-    const cq_value *values = d->channel[k] + (size_t)v * stride;
-    const int turned = (int)k == cqi_context_channel(&d->shape) && channel->bits <= CQI_TURNED_BITS;
-    int32_t residual[CQ_MAX_COMPONENTS], predicted[CQ_MAX_COMPONENTS];
+    int32_t *weight = d->model.plain[k], feature[3], p, x = 0;
+    uint32_t spread;
+    int n, half_bits;
+    p = cqi_predict_plain(d, k, c, feature, &spread);
+    for (n = 0; n < 3; n++) p += cqi_product(feature[n], weight[n], 16);
+    p = cqi_unrough(channel, p);
+    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), p);
+    x = cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), -1, x);
+    for (n = 0; n < 3; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
+    x = cqi_number(channel, cqi_sum(p, x));
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* One component of B as a copy of a neighbour's: A's, then those of the common neighbours, of the others. */
+static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+{
+    enum { ASKED = 6 };
+    const cqi_fan *f = &d->now.fan;
+    const uint32_t stride = d->shape.channel[k].components;
+    const cq_value *values = d->channel[k] + c;
+    int32_t beside[ASKED], x = 0;
+    const int n = cqi_at_most(f->size, ASKED);
+    int j;
+    for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
+    if (CQI_ENCODING(d)) x = d->plan->input[k][(size_t)input * stride + c];
+    x = cqi_code_copy(d, k, beside, n, x);
+    if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* All components of channel k of B, which is going to be vertex b. */
+static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index input, cq_index b)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *to = d->channel[k] + (size_t)b * channel->components;
     uint32_t c;
-    if (d->ring.offset_channel != k) cqi_read_offsets(d, k);
-    for (c = 0; c < stride; c++) {
-        cqi_sum_fans(&d->ring, c, stride, p, q, fans);
-        predicted[c] = cqi_predict_delta(fans, channel);
-        residual[c] = CQI_ENCODING(d) ? cqi_difference(cqi_plan_delta(d, v, k, c), predicted[c]) : 0;
-        if (!turned) residual[c] = cqi_code_plain(d, channel, d->ring.spread[c], residual[c]);
-    }
-    if (turned && !cqi_code_turned(d, predicted, residual)) return 0;
-    for (c = 0; c < stride; c++) {
-        int32_t low;
-        delta[c] = cqi_sum(predicted[c], residual[c]);
-        low = cqi_difference(values[c], cqi_moved(channel, delta[c]));
-        if (!cqi_value_fits(channel, low) || !cqi_value_fits(channel, cqi_sum(low, delta[c]))) return 0;
+    if ((int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
+    for (c = 0; c < channel->components; c++) {
+        const int ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
+                                                 : cqi_code_plain(d, k, c, input, to + c);
+        if (!ok) return 0;
     }
     return 1;
 }
 
-/* d->delta, and the values of the new faces. */
-static int cqi_code_deltas(cq_decoder *d, cq_index v, int p, int q)
+/* All values of B, and of the new faces. */
+static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index b)
 {
-    int32_t *delta = d->delta;
     uint32_t k;
-    cqi_fans fans;
-    cqi_count_fans(&d->ring, p, q, &fans);
+    cqi_list_fan_of_b(d, p, q);
     for (k = 0; k < d->shape.num_channels; k++) {
         if (d->shape.channel[k].merge == CQ_PER_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (!cqi_code_channel(d, k, v, p, q, &fans, delta)) return 0;
-        delta += d->shape.channel[k].components;
+        else if (!cqi_code_channel(d, k, p, q, input, b)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
 }
 
-static void cqi_apply_deltas(cq_decoder *d, cq_index a, cq_index b)
+/* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
+ *
+ * A patch is split as soon as it is conquered; then the vertices in front of its gates are queued, each with the first
+ * gate that finds it. A vertex that is still free when its turn comes is the centre of the next patch: nothing around
+ * it has changed since. */
+
+static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
+
+static void cqi_take_vertex(cq_mesh *m, cq_index v) { m->mark[v] |= CQI_TAKEN; }
+
+/* Virtual vertices are never the centre of a patch. */
+static void cqi_take_virtual(cq_mesh *m) { memset(m->mark + m->first_virtual, CQI_TAKEN, m->num_virtual); }
+
+/* Classes of valences, times 4: 3 and less, 4 .. 9, 10 and more. */
+static const uint8_t cqi_valence_class[CQI_LARGE_VALENCE + 1] = {
+    0, 0, 0, 0, 4, 8, 12, 16, 20, 24, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28, 28,
+    28, 28
+};
+
+/* Takes the ring of the spoke's origin, of at most CQ_MAX_VALENCE vertices. Returns how many of it were free. */
+static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
 {
-    const int32_t *delta = d->delta;
-    uint32_t k, c;
-    for (k = 0; k < d->shape.num_channels; delta += d->shape.channel[k++].components) {
-        const cq_channel *channel = &d->shape.channel[k];
-        if (channel->merge == CQ_PER_FACE) continue;
-        for (c = 0; c < channel->components; c++) {
-            cq_value *at = d->channel[k] + (size_t)a * channel->components + c;
-            *at = (cq_value)(*at - cqi_moved(channel, delta[c]));
-            d->channel[k][(size_t)b * channel->components + c] =
-                (cq_value)cqi_number(channel, cqi_sum(cqi_number(channel, *at), delta[c]));
-        }
+    const cq_index *const origin = m->origin, *const twin = m->twin;
+    cq_index h = spoke;
+    int n = 0, available = 0;
+    r->boundary = CQ_MAX_VALENCE;
+    do {
+        const cq_index in = twin[h], v = origin[in];
+        const int state = m->mark[v] & CQI_STATE;
+        const cq_index valence = m->valence[v] < CQI_LARGE_VALENCE ? m->valence[v] : (cq_index)CQI_LARGE_VALENCE;
+        r->spoke[n] = h;
+        r->vertex[n] = v;
+        r->valence[n] = (uint8_t)valence;
+        r->kind[n] = (uint8_t)(cqi_valence_class[valence] + state);
+        m->mark[v] = (uint8_t)(m->mark[v] + (state < CQI_HELD_OFTEN));
+        available += state == CQI_FREE;
+        if (cq_is_virtual(m, v)) r->boundary = n;
+        n++;
+        h = cq_next(in);
+    } while (h != spoke);
+    r->size = n;
+    return available;
+}
+
+/* Gives the ring back: the patch is not conquered. */
+static void cqi_release_ring(cq_mesh *m, const cqi_ring *r)
+{
+    int k;
+    for (k = 0; k < r->size; k++)
+        if ((r->kind[k] & CQI_STATE) < CQI_HELD_OFTEN) m->mark[r->vertex[k]]--;
+}
+
+/* Queues a vertex that is free and does not wait yet, with its spoke to the L of the gate. The encoder gives up a level
+ * for which there is no room, a decoder the stream. */
+static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
+{
+    if (m->mark[v] & (CQI_STATE | CQI_QUEUED)) return;
+    if (w->count == w->capacity) {
+        w->full = 1;
+        return;
+    }
+    w->queue[w->head < w->capacity - w->count ? w->head + w->count : w->head - (w->capacity - w->count)] = v;
+    w->count++;
+    m->mark[v] |= CQI_QUEUED;
+    m->out[v] = spoke;
+}
+
+/* Queues the vertices in front of the patch's gates: first the entry edge, then on from R to L, which costs fewer bits
+ * than from L to R. */
+static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
+{
+    int k;
+    for (k = r->size - 1; k >= 0; k--) {
+        const cq_index beyond = cq_prev(m->twin[cq_prev(m->twin[r->spoke[k]])]), v = m->origin[beyond];
+        r->front[k] = v;
+        cqi_enqueue(m, w, v, beyond);
     }
 }
 
-/* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
- *
- * mark[v] during a level: how many patches hold v on their ring, exact below CQI_MANY, and flags. In the second
- * phase of a level, when patches are left in reverse order, the number counts the patches that are still waiting. */
-enum {
-    CQI_MANY = 15,        /* this number of patches or more; never counted down again */
-    CQI_LEFT = 0x10,      /* a patch that holds v has been left */
-    CQI_CENTRE = 0x20     /* v is the centre of a patch; its number says instead whether it is split */
-    /* CQI_SEED = 0x40, CQI_SCRATCH = 0x80 */
-};
-
-static int cqi_is_conquered(const cq_mesh *m, cq_index v) { return (m->mark[v] & (CQI_MANY | CQI_CENTRE)) != 0; }
-
-#define CQI_CLEAR_AT_ONCE 1024 /* vertices: what bounds the time of a step */
-
-static void cqi_walk_begin(cqi_walk *w)
+/* Queues the neighbours of a vertex that is passed over, each with its spoke to it, clockwise from the entry spoke
+ * on. A neighbour that is removed later, before its turn, makes no difference: what it is collapsed into is in the
+ * queue before it. Takes as long as the vertex has neighbours. */
+static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
 {
-    w->seed = w->head = w->tail = 0;
-    w->spoke = CQ_NONE;
-}
-
-/* Virtual vertices are conquered from the start: they are never the centre of a patch. */
-static void cqi_conquer_virtual(cq_mesh *m) { memset(m->mark + m->first_virtual, CQI_MANY, m->num_virtual); }
-
-/* Takes the marks of the level before from the next vertices; 0 when that was done for all. */
-static int cqi_walk_clear(cq_mesh *m, cqi_walk *w)
-{
-    cq_index k;
-    for (k = 0; k < CQI_CLEAR_AT_ONCE && w->seed < m->num_vertices; k++) m->mark[w->seed++] &= CQI_SEED;
-    if (w->seed < m->num_vertices) return 1;
-    cqi_conquer_virtual(m);
-    w->seed = 0;
-    return 0;
-}
-
-/* Takes a vertex of a ring; returns whether it was available. */
-static inline int cqi_conquer_vertex(uint8_t *mark)
-{
-    const int available = (*mark & (CQI_MANY | CQI_CENTRE)) == 0;
-    *mark = (uint8_t)(*mark + ((*mark & CQI_MANY) < CQI_MANY));
-    return available;
-}
-
-/* Takes the ring of the spoke's origin; returns how many of its vertices were available. From both sides at once: in a
- * large mesh each spoke has to wait for the one before. */
-static int cqi_conquer_ring(cq_mesh *m, cq_index spoke)
-{
-    const cq_index *const origin = m->origin, *const twin = m->twin;
-    uint8_t *const marks = m->mark;
-    cq_index h = spoke, g = spoke;
-    int available = 0;
+    cq_index h = spoke;
     do {
-        const cq_index in = twin[h], before = cq_prev(g);
-        CQI_FETCH_HALFEDGE(m, cqi_before(in));
-        CQI_FETCH_HALFEDGE(m, cqi_before(before));
-        available += cqi_conquer_vertex(&marks[origin[in]]);
+        const cq_index in = m->twin[h];
+        cqi_enqueue(m, w, m->origin[in], in);
         h = cq_next(in);
-        if (h == g) break;
-        available += cqi_conquer_vertex(&marks[origin[before]]);
-        g = twin[before];
-    } while (h != g);
-    return available;
+    } while (h != spoke);
 }
 
-/* Takes the patch of the spoke's origin. */
-static void cqi_conquer(cq_mesh *m, cqi_walk *w, cq_index *patch, cq_index spoke, int split)
+/* Keeps a vertex from becoming a centre or from being removed. */
+static void cqi_hold(cq_mesh *m, cq_index v)
 {
-    cq_index centre = m->origin[spoke];
-    m->mark[centre] = (uint8_t)(m->mark[centre] | CQI_CENTRE | split);
-    patch[w->tail++] = spoke;
+    if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The next gate of the patches found so far whose front vertex is available, as the spoke front -> L; or CQ_NONE.
- *
- * Ring edges of a patch are tried counter-clockwise from its entry spoke, the entry edge itself first, then on from R
- * to L: that costs fewer bits than from L to R (tests/train). */
-static cq_index cqi_next_gate(const cq_mesh *m, cqi_walk *w, const cq_index *patch)
+/* The next vertex of the queue that is free; CQ_NONE if there is none. */
+static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
 {
-    for (; w->head < w->tail; w->head++, w->spoke = CQ_NONE) {
-        if (w->spoke == CQ_NONE) w->spoke = patch[w->head];
-        do {
-            cq_index gate = m->twin[cq_next(w->spoke)];
-            if (!cqi_is_conquered(m, m->origin[cq_prev(gate)])) return cq_prev(gate);
-            w->spoke = cq_counterclockwise(m, w->spoke);
-        } while (w->spoke != patch[w->head]);
+    while (w->count) {
+        const cq_index v = w->queue[w->head];
+        w->head = (cq_index)(w->head + 1 < w->capacity ? w->head + 1 : 0);
+        w->count--;
+        if (cqi_state(m, v) == CQI_FREE) return v;
     }
     return CQ_NONE;
 }
 
-/* The first gate of a component (section 2.4), given its halfedge L -> R: the side whose front vertex is real. */
-static cq_index cqi_first_gate(const cq_mesh *m, cq_index h)
-{
-    return cq_is_virtual(m, m->origin[cq_prev(h)]) ? m->twin[h] : h;
-}
-
-/* Entry spoke of the first patch of a component. Case 0: the front vertex is the centre. 1: the front vertex was
- * collapsed into L, the centre is L, its ring ends at R. 2: into R, the centre is R, its ring begins at L. */
+/* Entry spoke of the first patch of a component (section 2.4), given its first gate L -> R. The centre is, 0: the front
+ * vertex, on the side where that is real; 1: L, and its ring ends at R; 2: R, and its ring begins at L. */
 static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
 {
     if (side == 1) return cq_clockwise(m, gate);
-    return side == 2 ? m->twin[gate] : cq_prev(gate);
+    if (side == 2) return m->twin[gate];
+    return cq_prev(cq_is_virtual(m, m->origin[cq_prev(gate)]) ? m->twin[gate] : gate);
 }
 
-/* A component of two triangles is passed over: nothing collapses to it, so it has no patch. All other patches have
- * three triangles or more of their own, which is why a list of faces / 3 patches is long enough. */
-static int cqi_is_pillow(const cq_mesh *m, cq_index v) { return m->valence[v] == 2; }
-
-static cq_index cqi_next_seed(const cq_mesh *m, cqi_walk *w, cq_index end)
-{
-    while (w->seed < end && (!(m->mark[w->seed] & CQI_SEED) || cqi_is_pillow(m, w->seed))) w->seed++;
-    return w->seed < end ? w->seed++ : CQ_NONE;
-}
-
-/* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
-static int cqi_code_flag(cq_decoder *d, cq_index spoke, int available, int split)
-{
-    int valence = (int)d->mesh.valence[d->mesh.origin[spoke]];
-    if (valence > CQ_MAX_VALENCE) return 0;
-    return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(valence, 11), split);
-}
-
-/* Which of the three cases of a first gate; only asked where one of L, R, front is split. */
-static int cqi_plan_side(const cq_decoder *d)
-{
-    const cqi_collapse *c = cqi_plan_patch(d->plan, d->walk.tail);
-    return c ? c->side : 0;
-}
-
-static cq_index cqi_code_first_patch(cq_decoder *d, cq_index seed)
-{
-    cq_index gate = cqi_first_gate(&d->mesh, cqi_find_spoke(&d->mesh, seed, (cq_index)(seed + 1)));
-    int side = CQI_ENCODING(d) ? cqi_plan_side(d) : 0;
-    if (cqi_code_bit(d, CQI_SIDE, side != 0)) side = 1 + cqi_code_bit(d, CQI_SIDE + 1, side == 2);
-    else side = 0;
-    return cqi_first_spoke(&d->mesh, gate, side);
-}
-
-/* Conquers one patch. CQ_DONE when the conquest is complete. */
-static cq_result cqi_code_patch(cq_decoder *d)
-{
-    cq_index spoke = cqi_next_gate(&d->mesh, &d->walk, d->patch);
-    int split;
-    if (spoke == CQ_NONE) {
-        cq_index seed = cqi_next_seed(&d->mesh, &d->walk, d->base_vertices);
-        if (seed == CQ_NONE) return CQ_DONE;
-        spoke = cqi_code_first_patch(d, seed);
-    }
-    split = CQI_ENCODING(d) && cqi_plan_patch(d->plan, d->walk.tail);
-    split = cqi_code_flag(d, spoke, cqi_conquer_ring(&d->mesh, spoke), split);
-    if (cqi_starved(d)) return CQ_TRUNCATED;
-    cqi_conquer(&d->mesh, &d->walk, d->patch, spoke, split);
-    d->splits = (cq_index)(d->splits + (cq_index)split);
-    if (CQI_ENCODING(d)) d->plan->next_collapse = (cq_index)(d->plan->next_collapse + (cq_index)split);
-    return CQ_OK;
-}
-
-/* -- Splits: which candidate -----------------------------------------------------------------------------------------
+/* -- The pair: which two neighbours of A are those of B, too --
  *
- * One symbol says which pair of ring vertices p < q the split's common neighbours are: D (D - 1) / 2 candidates for
- * a centre of valence D. The paper's indices are i = p and j = D - 1 - q. The probabilities are those of a
- * log-linear model (multinomial logit): a candidate's score is the sum of one weight for each of its features, its
- * share of the range is 2^score, and after each split every weight moves along the gradient of the log-likelihood,
- * by CQI_STEP times (1 if the split had the feature, minus the probability that the model had given to that). All in
- * integers, so all alike. Fast streams have two such symbols, and learn from one of CQI_LEARN_EVERY splits. */
+ * D (D - 1) / 2 pairs p < q for a centre of valence D; the paper's indices are i = p and j = D - 1 - q. Each pair has a
+ * score: the sum of weights of its features. Then pairs are asked about, the best first: "is it this one?", each time
+ * by a logistic model of the score and of how much better it is than the next ones; all weights follow the gradient.
+ *
+ * Without positions lengths and angles are of one class, and say nothing. */
 
-enum {
-    CQI_HEAVIEST = 13,    /* share 2^13 for the best candidate, at least 1 for all others: in all less than 2^22 */
-    CQI_SHARES = 16 * (CQI_HEAVIEST + 1)
+#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely */
+#define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
+#define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
+
+/* 65536 / (1 + exp(-(k - 63.5) / 8)) for k = 24 .. 103 */
+static const uint16_t cqi_logistic[80] = {
+    467, 528, 598, 677, 766, 867, 980, 1109, 1253, 1417, 1601, 1808, 2041, 2303, 2598, 2928,
+    3298, 3713, 4176, 4692, 5266, 5904, 6611, 7392, 8252, 9197, 10230, 11357, 12579, 13898, 15316, 16832,
+    18442, 20143, 21928, 23788, 25712, 27689, 29705, 31744, 33792, 35831, 37847, 39824, 41748, 43608, 45393, 47094,
+    48704, 50220, 51638, 52957, 54179, 55306, 56339, 57284, 58144, 58925, 59632, 60270, 60844, 61360, 61823, 62238,
+    62608, 62938, 63233, 63495, 63728, 63935, 64119, 64283, 64427, 64556, 64669, 64770, 64859, 64938, 65008, 65069
 };
 
-enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
-
-/* 1 + 2^(-(k + 1/2) / 16) * 2^CQI_HEAVIEST */
-static const uint16_t cqi_shares[CQI_SHARES] = {
-    8017, 7677, 7352, 7040, 6742, 6456, 6182, 5920, 5669, 5429, 5199, 4978, 4767, 4565, 4372, 4186, 4009, 3839, 3676,
-    3520, 3371, 3228, 3091, 2960, 2835, 2715, 2600, 2489, 2384, 2283, 2186, 2093, 2005, 1920, 1838, 1760, 1686, 1614,
-    1546, 1480, 1418, 1358, 1300, 1245, 1192, 1142, 1093, 1047, 1003, 960, 919, 880, 843, 807, 773, 740, 709, 679,
-    650, 623, 596, 571, 547, 524, 502, 480, 460, 440, 422, 404, 387, 370, 355, 340, 325, 312, 298, 286, 274, 262, 251,
-    240, 230, 220, 211, 202, 194, 185, 178, 170, 163, 156, 149, 143, 137, 131, 126, 120, 115, 110, 106, 101, 97, 93,
-    89, 85, 82, 78, 75, 72, 69, 66, 63, 60, 58, 55, 53, 51, 49, 47, 45, 43, 41, 39, 38, 36, 35, 33, 32, 30, 29, 28,
-    27, 26, 25, 24, 23, 22, 21, 20, 19, 18, 18, 17, 16, 15, 15, 14, 14, 13, 13, 12, 12, 11, 11, 10, 10, 9, 9, 9, 8, 8,
-    8, 7, 7, 7, 7, 6, 6, 6, 6, 5, 5, 5, 5, 5, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2,
-    2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1
-};
-
-/* Share of a candidate whose score is `below` under the best one. */
-static inline uint32_t cqi_share(uint32_t below)
+/* Codes a decision of that score; *error: what the weights learn. */
+static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32_t *error)
 {
-    const uint32_t k = below >> (CQI_UNIT - 4);
-    return cqi_shares[k < CQI_SHARES ? k : CQI_SHARES - 1];
+    const int shift = 16 - CQI_NAT_BITS + CQI_TUNED(learn, CQI_LEARN(d->located >= 0));
+    int32_t k = cqi_floor_shift(score, CQI_NAT_BITS - 3) + 40;
+    uint32_t p;
+    k = k < 0 ? 0 : k > 79 ? 79 : k;
+    p = cqi_logistic[k];
+    if (CQI_ENCODING(d)) cqi_encode_part(&d->plan->range, p, yes);
+    else yes = cqi_decode_part(&d->range, p);
+    *error = cqi_floor_shift((yes ? 65536 : 0) - (int32_t)p + (1 << (shift - 1)), shift);
+    return yes;
 }
 
-static inline void cqi_learn(cqi_model *m, int index, int32_t gradient)
+/* Offsets of the ring, in its own scale. */
+static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *r)
 {
-#ifdef CQ_TRAINING
-    if (CQI_OMITTED(index)) return;
-#endif
-    m->weight[index] += gradient;
-}
-
-static void cqi_limit_weights(cqi_model *m)
-{
-    int k;
-    for (k = 0; k < CQI_WEIGHTS; k++) {
-        if (m->weight[k] > CQI_MOST) m->weight[k] = CQI_MOST;
-        if (m->weight[k] < -CQI_MOST) m->weight[k] = -CQI_MOST;
+    const cq_value *const a = values + 3 * (size_t)m->origin[r->spoke[0]];
+    const int32_t ax = a[0], ay = a[1], az = a[2];
+    cqi_vector *const at = r->at;
+    int32_t scale;
+    uint32_t all = 0;
+    int k, down;
+    for (k = 0; k < r->size; k++) {
+        const cq_value *const b = k == r->boundary ? a : values + 3 * (size_t)r->vertex[k];
+        at[k].x = b[0] - ax;
+        at[k].y = b[1] - ay;
+        at[k].z = b[2] - az;
+        all |= cqi_abs(at[k].x) | cqi_abs(at[k].y) | cqi_abs(at[k].z);
+    }
+    r->shift = cqi_at_most(CQI_RING_BITS - cqi_bit_length(all), CQI_FRACTION);
+    down = r->shift < 0 ? -r->shift : 0;
+    scale = (int32_t)1 << (r->shift + down);
+    for (k = 0; k < r->size; k++) {
+        at[k] = cqi_shift(cqi_scale(at[k], scale), down);
+        r->square[k] = cqi_dot(at[k], at[k]);
     }
 }
 
-/* -- The patch -- */
-
-static uint8_t cqi_ring_state(int mark)
+/* Classes of the spokes' lengths, by their ratio to the mean of the two shortest. Logarithms are of squares. */
+static void cqi_classify_lengths(cqi_ring *r)
 {
-    const int holders = mark & CQI_MANY, left = (mark & CQI_LEFT) != 0;
-    return (uint8_t)(holders > 1 ? CQI_HELD_OFTEN : 2 * holders + left);
-}
-
-/* A ring vertex has three neighbours or more: with two, its component were a pillow. */
-static int cqi_valence_class(int valence) { return valence < 16 ? valence - 3 : 13; }
-
-/* At a first gate the centre may be L or R; then the other one is a common neighbour. */
-static int cqi_side_of_patch(const cq_decoder *d, cq_index centre, cq_index first)
-{
-    const cq_mesh *m = &d->mesh;
-    cq_index other = CQ_NONE;
-    if (m->mark[centre] & CQI_SEED) other = (cq_index)(centre + 1);
-    else if (centre && centre < d->base_vertices && m->mark[centre - 1] & CQI_SEED) other = (cq_index)(centre - 1);
-    if (other == CQ_NONE) return 0;
-    return first == other ? 2 : 1;
-}
-
-/* The finest level is the input's own and often the most regular; how far is this one from it? */
-static int cqi_level_class(const cq_decoder *d)
-{
-    uint32_t after = d->level_end, all = d->shape.num_vertices;
-    return after == all ? 0 : after >= all - all / 5 ? 1 : 2;
-}
-
-/* Leaves the patch, in the reverse order of conquest, and keeps what its ring was then. */
-static void cqi_leave(cq_decoder *d, cq_index spoke)
-{
-    cq_mesh *m = &d->mesh;
-    cqi_ring *r = &d->ring;
-    const cq_index centre = m->origin[spoke];
-    const cq_index *const origin = m->origin, *const twin = m->twin;
-    cq_index h = spoke;
-    int n = 0;
-    r->real[0] = 0;
-    do {
-        cq_index in = twin[h], v = origin[in];
-        int mark = m->mark[v];
-        mark -= (unsigned)(mark & CQI_MANY) - 1 < CQI_MANY - 1;
-        m->mark[v] = (uint8_t)(mark | CQI_LEFT);
-        if (n < CQ_MAX_VALENCE) {
-            const int is_real = !cq_is_virtual(m, v);
-            r->spoke[n] = h;
-            r->vertex[n] = v;
-            r->seen[n] = is_real ? v : centre;
-            r->real[n + 1] = (uint8_t)(r->real[n] + is_real);
-            r->valence[n] = (uint8_t)(m->valence[v] < CQI_LARGE_VALENCE ? (int)m->valence[v] : CQI_LARGE_VALENCE);
-            r->state[n] = is_real ? cqi_ring_state(mark) : (uint8_t)CQI_NEVER;
-            n++;
-        }
-        h = cq_next(in);
-    } while (h != spoke);
-    r->size = n;
-}
-
-/* What else is to know about the patch that was left. */
-static void cqi_read_ring(cq_decoder *d)
-{
-    cqi_ring *r = &d->ring;
-    r->located = cqi_context_channel(&d->shape) >= 0;
-    r->offset_channel = CQ_MAX_CHANNELS; /* of none yet */
-    r->side = cqi_side_of_patch(d, d->mesh.origin[r->spoke[0]], r->vertex[0]);
-    r->level_class = cqi_level_class(d);
-}
-
-/* -- Geometry of the patch: what the positions say about where it was split -- */
-
-/* Class of each spoke's length: quarters of the mean of the two shortest. Virtual ones have CQI_WILD. */
-static void cqi_classify_edges(cqi_ring *r)
-{
-    const int size = r->size;
-    int32_t shortest = CQI_WILD, second = CQI_WILD, sum, scale;
-    int k, shift;
-    for (k = 0; k < size; k++) {
-        const int32_t x = r->of_p[k], larger = x > shortest ? x : shortest;
+    int shortest = 255, second = 255, base, k;
+    for (k = 0; k < r->size; k++) {
+        const int x = k == r->boundary ? 255 : cqi_logarithm((uint32_t)r->square[k] + 1);
+        const int larger = x > shortest ? x : shortest;
+        r->length[k] = (uint8_t)x;
         second = larger < second ? larger : second;
         shortest = x < shortest ? x : shortest;
     }
-    sum = shortest + second;
-    shift = cqi_bit_length((uint32_t)sum >> 14);
-    scale = ((int32_t)1 << 26) / (sum >> shift);
-    for (k = 0; k < size; k++) {
-        const int32_t length = r->of_p[k];
-        const int32_t x = length > 2 * sum ? 14 : ((length >> shift) * scale >> 23) - 3;
-        r->edge[k] = (uint8_t)(length == CQI_WILD ? 15 : x < 0 ? 0 : x);
-    }
+    base = (shortest + second) / 2 - 8;
+    for (k = 0; k < r->size; k++) r->length[k] = (uint8_t)cqi_clamp(3 * (r->length[k] - base) / 8, 0, 14);
+    if (r->boundary < CQ_MAX_VALENCE) r->length[r->boundary] = 15;
 }
 
-/* What is the same for all pairs of q - p = b steps. The class of the shorter side: 1 .. 4 through B's neighbours, 5
- * .. 7: 1 .. 3 through A's. And 2^22 over the denominator of cqi_predict_delta times the mean length of the spokes. */
-static void cqi_prepare_steps(cqi_ring *r)
+/* Classes of the sum of the two angles opposite to each spoke, by their cotangents: what a Delaunay triangulation would
+ * ask. The triangle of spokes a and b has, opposite to a, the cotangent (b b - a b) / |a x b|. */
+static uint8_t cqi_angle_class(int32_t cotangents)
 {
-    int b, a;
-    for (b = 1, a = r->size - 1; b <= a; b++, a--) {
-        const int n_a = a + 2, n_b = b + 2;
-        r->apart[a] = (uint8_t)(8 * (4 + cqi_at_most(b, 3)));
-        r->apart[b] = (uint8_t)(8 * (b < a ? cqi_at_most(b, 4) : 4 + cqi_at_most(a, 3)));
-        r->displacement[a] = ((int32_t)1 << 22) / ((2 * n_a * n_b + n_a + n_b) * r->mean_length);
-        r->displacement[b] = r->displacement[a];
-    }
+    return (uint8_t)cqi_clamp(cqi_floor_shift(cotangents + 26, 2), 0, 15);
 }
 
-/* The offsets of positions, as they are; returns the magnitudes of all, or-ed together. */
-static uint32_t cqi_find_offsets(cqi_ring *r)
+static void cqi_classify_angles(cqi_ring *r)
 {
-    uint32_t largest = 0;
-    int k;
-    for (k = 0; k < 3 * r->size; k++) {
-        r->now.scaled[k] = r->before[k + 3] - r->before[k];
-        largest |= cqi_abs(r->now.scaled[k]);
-    }
-    return largest;
-}
-
-/* In the scale of the ring: times the power of two that gives the largest component 8 bits. */
-static void cqi_scale_ring(cqi_ring *r)
-{
-    int32_t up;
-    int k, down;
-    r->shift = 8 - cqi_bit_length(cqi_find_offsets(r));
-    down = r->shift < 0 ? -r->shift : 0;
-    up = (int32_t)1 << (r->shift + down);
-    for (k = 0; k < 3 * r->size; k++) r->now.scaled[k] = cqi_floor_shift(r->now.scaled[k] * up, down);
-}
-
-/* The normal of the patch, by the areas of its triangles, with 14 bits. */
-static cqi_vector cqi_normal(const cqi_ring *r)
-{
-    cqi_vector n = { 0, 0, 0 }, a = cqi_at(r->now.scaled, r->size - 1);
+    int32_t first = 0, before = 0;
     int k;
     for (k = 0; k < r->size; k++) {
-        const cqi_vector b = cqi_at(r->now.scaled, k), area = cqi_cross(a, b);
-        n.x += area.x;
-        n.y += area.y;
-        n.z += area.z;
-        a = b;
+        const int next = k + 1 < r->size ? k + 1 : 0;
+        const cqi_vector cross = cqi_cross(r->at[k], r->at[next]);
+        const int32_t dot = cqi_dot(r->at[k], r->at[next]);
+        const uint32_t area = (uint32_t)cqi_norm(cqi_shift(cross, 4)) + 1;
+        const int32_t here = cqi_clamp(cqi_quotient(r->square[next] - dot, area), -64, 64);
+        if (k) r->opposite[k] = cqi_angle_class(here + before);
+        else first = here;
+        before = cqi_clamp(cqi_quotient(r->square[k] - dot, area), -64, 64);
     }
-    return cqi_fit(n, 14);
+    r->opposite[0] = cqi_angle_class(first + before);
 }
 
-/* The ring as seen along its normal. */
-static void cqi_flatten_ring(cqi_ring *r)
+/* What positions say about the ring's vertices. */
+static void cqi_classify_ring(cq_decoder *d)
 {
-    cqi_vector normal = cqi_normal(r);
-    const cqi_turn around_z = cqi_find_turn(&normal.x, normal.y), around_y = cqi_find_turn(&normal.z, normal.x);
-    cqi_point sum = { 0, 0 };
-    int32_t sum_of_lengths = 0, height = 0;
+    const int channel = d->located;
+    cqi_ring *r = &d->ring;
+    if (channel < 0) {
+        memset(r->length, 0, sizeof r->length);
+        memset(r->opposite, 0, sizeof r->opposite);
+        return;
+    }
+    cqi_locate_ring(&d->mesh, d->channel[channel], r);
+    cqi_classify_lengths(r);
+    cqi_classify_angles(r);
+}
+
+static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
+{
+    const int16_t *const of_length = w + CQI_END_LENGTH, *const of_kind = w + CQI_END_KIND;
+    int32_t inner = 0;
     int k;
     for (k = 0; k < r->size; k++) {
-        cqi_vector x = cqi_at(r->now.scaled, k);
-        const int32_t norm = cqi_norm(x) + 1, scale = ((int32_t)1 << 16) / norm;
-        r->of_p[k] = r->state[k] == CQI_NEVER ? CQI_WILD : norm;
-        sum_of_lengths += norm;
-        cqi_turn_forth(&around_z, &x.x, &x.y);
-        cqi_turn_forth(&around_y, &x.z, &x.x);
-        height += (int32_t)cqi_abs(x.z);
-        r->sum[k] = sum;
-        sum.x += x.x;
-        sum.y += x.y;
-        r->direction[k + 1].x = cqi_floor_shift(x.x * scale, 10);
-        r->direction[k + 1].y = cqi_floor_shift(x.y * scale, 10);
+        const int length = r->length[k], kind = r->kind[k], opposite = r->opposite[k];
+        const int32_t of_both = w[CQI_END_OPPOSITE + opposite];
+        c->end_q[k] = of_length[16 + length] + of_kind[32 + kind] + of_both + inner;
+        inner += w[CQI_INNER_LENGTH + length] + w[CQI_INNER_KIND + kind] + w[CQI_INNER_OPPOSITE + opposite];
+        c->end_p[k] = of_length[length] + of_kind[kind] + of_both - inner;
     }
-    r->sum[k] = sum;
-    r->direction[0] = r->direction[k];
-    r->direction[k + 1] = r->direction[1];
-    r->turn[0] = around_z;
-    r->turn[1] = around_y;
-    r->height = height;
-    r->mean_length = sum_of_lengths / k + 1;
 }
 
-static void cqi_locate_ring(cqi_ring *r)
-{
-    cqi_scale_ring(r);
-    cqi_flatten_ring(r);
-    cqi_prepare_steps(r);
-}
-
-/* Of fast streams only how long the spokes are. */
-static void cqi_measure_ring(cqi_ring *r)
-{
-    int k;
-    cqi_find_offsets(r);
-    for (k = 0; k < r->size; k++)
-        r->of_p[k] = r->state[k] == CQI_NEVER ? CQI_WILD : cqi_norm(cqi_at(r->now.scaled, k)) + 1;
-}
-
-static inline int32_t cqi_dot(cqi_point a, cqi_point b) { return a.x * b.x + a.y * b.y; }
-
-/* Eight classes of numbers from -4 to 3, and beyond. */
-static inline int cqi_octant(int32_t x)
-{
-    x = x < -4 ? -4 : x;
-    return 4 + (int)(x > 3 ? 3 : x);
-}
-
-/* How far a displacement goes in a direction, in eighths of the mean length of the spokes. */
-static inline int cqi_advance(cqi_point u, cqi_point displacement)
-{
-    return cqi_octant(cqi_floor_shift(cqi_dot(u, displacement), 9));
-}
-
-/* Features of a candidate. Half the displacement B - A that its fans predict (cqi_predict_delta), in 1/128 of the mean
- * length of the spokes, is less than 7 of them, since no spoke counts more than max(n_a, n_b) / (2 n_a n_b) <= 1/6. */
-static inline void cqi_locate_candidate(const cqi_ring *r, cqi_located *c)
-{
-    const cqi_point *p = r->sum + c->p, *q = r->sum + c->q, all = r->sum[r->size];
-    const cqi_point *u = r->direction + c->p + 1, *v = r->direction + c->q + 1;
-    const int steps = c->q - c->p, n_a = r->size - steps + 2, n_b = steps + 2;
-    const int32_t scale = r->displacement[steps];
-    cqi_point x;
-    x.x = cqi_floor_shift((n_a * (q[1].x - p[0].x) - n_b * (all.x - q[0].x + p[1].x)) * scale, 15);
-    x.y = cqi_floor_shift((n_a * (q[1].y - p[0].y) - n_b * (all.y - q[0].y + p[1].y)) * scale, 15);
-    c->edges = (uint8_t)(r->edge[c->p] / 2 * 8 + r->edge[c->q] / 2);
-    c->outer = (uint8_t)(8 * cqi_advance(u[-1], x) + cqi_advance(v[1], x));
-    c->between = (uint8_t)(r->apart[steps] + cqi_octant(cqi_floor_shift(cqi_dot(*u, *v), 10)));
-}
-
-/* -- The model -- */
-
-/* The valence of vertex k if B could have been that instead, a neighbour of A that no waiting patch holds. */
-static int cqi_alternative(const cqi_ring *r, int k)
-{
-    return r->valence[k] | CQI_LARGE_VALENCE * (r->state[k] > CQI_FREE_LEFT);
-}
-
-/* The smallest valence of an alternative from each end of the ring to k. As a common neighbour, k itself has one more
- * neighbour than now. */
-static void cqi_find_alternatives(cqi_ring *r)
+/* The smallest valence of a free vertex from the start of the ring to p, and from q to its end: what could have been B
+ * instead. As a common neighbour it has one neighbour more now. The first with p added, for cqi_rule_class. */
+static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 {
     int smallest = CQI_LARGE_VALENCE, k;
     for (k = 0; k < r->size; k++) {
-        const int valence = cqi_alternative(r, k);
-        r->best_before[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + k);
+        const int valence = r->kind[k] & CQI_STATE ? (int)CQI_LARGE_VALENCE : r->valence[k];
+        c->before[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + k);
         smallest = cqi_at_most(valence, smallest);
     }
     for (smallest = CQI_LARGE_VALENCE; k--;) {
-        const int valence = cqi_alternative(r, k);
-        r->best_after[k] = (uint8_t)(cqi_at_most(valence + 1, smallest) + CQ_MAX_VALENCE - k);
+        const int valence = r->kind[k] & CQI_STATE ? (int)CQI_LARGE_VALENCE : r->valence[k];
+        c->after[k] = (uint8_t)cqi_at_most(valence + 1, smallest);
         smallest = cqi_at_most(valence, smallest);
     }
 }
 
-/* Would the encoder's rule (the smallest valence, then the first) have preferred the best alternative to B? Classes
- * 0 .. 5 of its valence minus that of B, 0 for less than -2, at [valence - steps from p to q + CQ_MAX_VALENCE]. */
+/* Would the encoder's rule, the smallest valence, have preferred the best alternative to B? Classes 0 .. 5 of its
+ * valence minus that of B, at [valence + CQ_MAX_VALENCE - q + p]. */
 static const uint8_t cqi_rule_class[CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1] = {
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3,
     4, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5, 5
 };
 
-/* Features of the ring vertices as ends of B's part: entries for p, each with that for q behind it; and their scores.
- * (Without positions all edges are of class 0. What all candidates have in common learns nothing, as what some gain
- * the others lose.) */
-static void cqi_score_ends(const cqi_model *m, cqi_ring *r)
+static inline int cqi_rule(const cqi_choice *c, int p, int q)
 {
-    const int size = r->size;
-    int k;
-    for (k = 0; k < size; k++) {
-        const int valence = cqi_valence_class(r->valence[k]);
-        const int by_state = CQI_END_STATE + 2 * (CQI_STATES * valence + r->state[k]);
-        const int by_level = CQI_END_VALENCE + 2 * (14 * r->level_class + valence);
-        const int by_edge = CQI_END_EDGE + 2 * r->edge[k];
-        r->now.gain[0][k] = r->now.gain[1][k] = r->now.gain[2][k] = 0;
-        r->entry[k][0] = (uint16_t)by_state;
-        r->entry[k][1] = (uint16_t)by_level;
-        r->entry[k][2] = (uint16_t)by_edge;
-        r->of_p[k] = m->weight[by_state] + m->weight[by_level] + m->weight[by_edge];
-        r->of_q[k] = m->weight[by_state + 1] + m->weight[by_level + 1] + m->weight[by_edge + 1];
-    }
+    const uint8_t *of = cqi_rule_class + CQ_MAX_VALENCE - q;
+    return CQI_RULE + 6 * of[c->before[p]] + of[c->after[q] + p];
 }
 
-/* Features of the number of neighbours that go to B, and of those that stay. */
-static int cqi_size_b(const cqi_ring *r, int steps)
-{
-    return CQI_SIZE_B + 16 * r->level_class + cqi_at_most(steps, 15);
-}
+static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + 16 * cqi_clamp(r->size - 3, 0, 9); }
 
-static int cqi_size_a(const cqi_ring *r, int steps)
+/* Scores of all pairs, by q, then p; returns the best one. */
+static int32_t cqi_score_pairs(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
-    return CQI_SIZE_A + 16 * r->level_class + cqi_at_most(r->size - steps, 15);
-}
-
-/* Candidates are listed by q, then by p. */
-static int cqi_pair_number(int p, int q) { return q * (q - 1) / 2 + p; }
-
-/* Scores of all candidates by valences. Returns the best one. */
-static int32_t cqi_score_candidates(cq_decoder *d)
-{
-    const cqi_ring *r = &d->ring;
-    const int32_t *weight = d->model.weight + CQI_RULE;
-    int32_t *score = d->score, best = INT32_MIN;
-    uint8_t *rule = d->rule;
+    const int16_t *const of_rule = w + CQI_RULE;
+    int32_t *score = c->all, best = INT32_MIN;
     int p, q;
+    for (q = 1; q < r->size; q++) c->of_steps[q] = w[cqi_joint(r) + cqi_at_most(q, 15)];
     for (q = 1; q < r->size; q++) {
-        const uint8_t *before = cqi_rule_class + CQ_MAX_VALENCE - q, *after = cqi_rule_class + r->best_after[q];
-        const int32_t *of_steps = r->of_steps + q, of_q = r->of_q[q];
+        const uint8_t *const before = cqi_rule_class + CQ_MAX_VALENCE - q, *const after = before + c->after[q];
+        const int32_t *const of_steps = c->of_steps + q, of_q = c->end_q[q];
         for (p = 0; p < q; p++) {
-            const int x = 6 * before[r->best_before[p]] + after[p];
-            const int32_t sum = of_q + r->of_p[p] + of_steps[-p] + weight[x];
-            rule[p] = (uint8_t)x;
-            score[p] = sum;
-            best = sum > best ? sum : best;
+            const int32_t x = of_q + c->end_p[p] + of_steps[-p] + of_rule[6 * before[c->before[p]] + after[p]];
+            score[p] = x;
+            best = x > best ? x : best;
         }
-        rule += q;
         score += q;
     }
     return best;
 }
 
-static int32_t cqi_best(const int32_t *score, int count)
+/* Lists pairs with scores from `low` on, but below `high`. */
+static void cqi_list_pairs(const cqi_ring *r, cqi_choice *c, int32_t low, int32_t high)
 {
-    int32_t best = score[0];
-    int k;
-    for (k = 1; k < count; k++) best = score[k] > best ? score[k] : best;
-    return best;
-}
-
-/* Lists the candidates that valences have not settled. */
-static void cqi_list_located(cq_decoder *d, int32_t enough)
-{
-    const int32_t *score = d->score;
-    cqi_located *c = d->located, *const last = c + CQI_LOCATED;
-    int p, q, number = 0;
-    for (q = 1; q < d->ring.size; q++) {
-        for (p = 0; p < q; p++, number++) {
-            c->number = (uint16_t)number;
-            c->p = (uint8_t)p;
-            c->q = (uint8_t)q;
-            c += (score[number] >= enough) & (c < last);
-        }
-    }
-    d->num_located = (int)(c - d->located);
-}
-
-/* Adds to the scores what the positions say. */
-static void cqi_locate_candidates(cq_decoder *d)
-{
-    const int32_t *weight = d->model.weight;
-    cqi_located *c = d->located, *const end = c + d->num_located;
-    for (; c < end; c++) {
-        cqi_locate_candidate(&d->ring, c);
-        d->score[c->number] +=
-            weight[CQI_EDGES + c->edges] + weight[CQI_OUTER + c->outer] + weight[CQI_BETWEEN + c->between];
-    }
-}
-
-/* Gets the ring's features and their scores ready. */
-static void cqi_score_ring(cq_decoder *d)
-{
-    cqi_ring *r = &d->ring;
-    const int positions = cqi_position_channel(&d->shape);
-    int k;
-    if (positions >= 0) {
-        cqi_read_offsets(d, (uint32_t)positions);
-        if (r->located) cqi_locate_ring(r);
-        else cqi_measure_ring(r);
-        cqi_classify_edges(r);
-    }
-    if (!d->shape.fast) cqi_find_alternatives(r);
-    cqi_score_ends(&d->model, r);
-    for (k = 1; k < r->size; k++)
-        r->of_steps[k] = d->model.weight[cqi_size_b(r, k)] + d->model.weight[cqi_size_a(r, k)];
-}
-
-/* At a first gate that was a centre one end is known: the others get no share. Returns what they had. */
-static uint32_t cqi_forbid(const cqi_ring *r, int32_t *share)
-{
-    uint32_t lost = 0;
-    int p, q;
+    const int32_t *score = c->all;
+    int p, q, n = 0;
     for (q = 1; q < r->size; q++) {
-        for (p = 0; p < q; p++, share++) {
-            if (r->side == 1 ? q == r->size - 1 : p == 0) continue;
-            lost += (uint32_t)*share;
-            *share = 0;
+        for (p = 0; p < q; p++) {
+            const int32_t x = *score++;
+            if (x < low || x >= high || n == CQI_LISTED) continue;
+            c->p[n] = (uint8_t)p;
+            c->q[n] = (uint8_t)q;
+            c->score[n++] = x;
         }
     }
-    return lost;
+    c->count = n;
 }
 
-/* Turns scores into shares; returns their total. */
-static uint32_t cqi_share_range(int32_t *score, int count)
+/* The best listed pair, moved to the end of the list; and the two best scores after it. */
+static void cqi_best_pair(cqi_choice *c, int32_t *second, int32_t *third)
 {
-    const int32_t best = cqi_best(score, count);
-    uint32_t total = 0;
-    int k;
-    for (k = 0; k < count; k++) {
-        uint32_t share = cqi_share((uint32_t)best - (uint32_t)score[k]);
-        score[k] = (int32_t)share;
-        total += share;
-    }
-    return total;
-}
-
-/* Codes one of several numbers that have shares of a total. */
-static int cqi_code_share(cq_decoder *d, const int32_t *share, uint32_t total, int value)
-{
-    uint32_t start = 0, slot;
-    int k = 0;
-    if (CQI_ENCODING(d)) {
-        for (; k < value; k++) start += (uint32_t)share[k];
-        cq_encode_freq(&d->plan->range, start, (uint32_t)share[k], total);
-        return k;
-    }
-    slot = cq_decode_slot(&d->range, total);
-    for (; start + (uint32_t)share[k] <= slot; k++) start += (uint32_t)share[k];
-    cq_decode_freq(&d->range, start, (uint32_t)share[k], total);
-    return k;
-}
-
-/* Turns shares into what weights learn: all lose in proportion, and the chosen one gains what the others lose, so that
- * the sum of all scores does not drift. */
-static void cqi_find_gradients(int32_t *share, int count, uint32_t total, int chosen)
-{
-    const uint32_t scale = ((uint32_t)CQI_TUNED(step, CQI_STEP) << 14) / total;
-    int32_t gained = 0;
-    int k;
-    share[chosen] = 0;
-    for (k = 0; k < count; k++) {
-        const int32_t lost = (int32_t)((uint32_t)share[k] * scale >> 14);
-        share[k] = -lost;
-        gained += lost;
-    }
-    share[chosen] = gained;
-}
-
-/* Codes one of so many numbers by their scores; if it learns, these become what weights learn. */
-static int cqi_code_scored(cq_decoder *d, int count, int value, int learns)
-{
-    uint32_t total = cqi_share_range(d->score, count);
-    if (d->ring.side && !d->shape.fast) total -= cqi_forbid(&d->ring, d->score);
-    value = cqi_code_share(d, d->score, total, value);
-    if (learns) cqi_find_gradients(d->score, count, total, value);
-    return value;
-}
-
-/* -- All candidates at once -- */
-
-/* Keeps what a candidate learns, by what it has in common with others. */
-static inline void cqi_gain(cqi_ring *r, int p, int q, int32_t gradient)
-{
-    r->now.gain[0][p] += gradient;
-    r->now.gain[1][q] += gradient;
-    r->now.gain[2][q - p] += gradient;
-}
-
-static void cqi_gain_all(cq_decoder *d)
-{
-    const uint8_t *rule = d->rule;
-    const int32_t *gradient = d->score;
-    int p, q;
-    for (q = 1; q < d->ring.size; q++) {
-        for (p = 0; p < q; p++, gradient++) {
-            cqi_gain(&d->ring, p, q, *gradient);
-            cqi_learn(&d->model, CQI_RULE + *rule++, *gradient);
-        }
-    }
-}
-
-/* Hands that on to the weights. */
-static void cqi_learn_gains(cqi_model *m, cqi_ring *r)
-{
-    int k, j;
-    for (k = 0; k < r->size; k++) {
-        for (j = 0; j < 3; j++) {
-            cqi_learn(m, r->entry[k][j], r->now.gain[0][k]);
-            cqi_learn(m, r->entry[k][j] + 1, r->now.gain[1][k]);
-        }
-        if (k) {
-            cqi_learn(m, cqi_size_b(r, k), r->now.gain[2][k]);
-            cqi_learn(m, cqi_size_a(r, k), r->now.gain[2][k]);
-        }
-    }
-}
-
-static void cqi_learn_located(cq_decoder *d)
-{
-    const cqi_located *c = d->located, *const end = c + d->num_located;
-    for (; c < end; c++) {
-        const int32_t gradient = d->score[c->number];
-        cqi_learn(&d->model, CQI_EDGES + c->edges, gradient);
-        cqi_learn(&d->model, CQI_OUTER + c->outer, gradient);
-        cqi_learn(&d->model, CQI_BETWEEN + c->between, gradient);
-    }
-}
-
-/* Codes the pair as one of all candidates, and adapts. */
-static void cqi_code_candidate(cq_decoder *d, int *p, int *q)
-{
-    cqi_ring *r = &d->ring;
-    const int count = r->size * (r->size - 1) / 2;
-    const int32_t best = cqi_score_candidates(d);
-    int chosen = 0;
-    if (r->located) {
-        cqi_list_located(d, best - CQI_TUNED(settled, CQI_SETTLED));
-        cqi_locate_candidates(d);
-    }
-    if (CQI_ENCODING(d)) chosen = cqi_pair_number(*p, *q);
-    chosen = cqi_code_scored(d, count, chosen, 1);
-    for (*q = 1; chosen >= cqi_pair_number(0, *q + 1);) ++*q;
-    *p = chosen - cqi_pair_number(0, *q);
-    cqi_gain_all(d);
-    cqi_learn_gains(&d->model, r);
-    if (r->located) cqi_learn_located(d);
-}
-
-/* -- Fast streams: first how far it is from p to q, then where p is --
- *
- * Two symbols with a few candidates each instead of one with D (D - 1) / 2: first the best pair of each number of
- * steps, then all pairs with as many. A pair's score is that of its ends and of the sizes that it makes. */
-
-/* The p of the best pair so many steps apart. */
-static int cqi_best_pair(const cqi_ring *r, int steps)
-{
-    const int32_t *of_p = r->of_p, *of_q = r->of_q + steps;
-    const int count = r->size - steps;
     int32_t best = INT32_MIN;
-    int p, at = 0;
-    for (p = 0; p < count; p++) {
-        const int32_t sum = of_p[p] + of_q[p];
-        at = sum > best ? p : at;
-        best = sum > best ? sum : best;
+    int k, at = 0, last = c->count - 1;
+    *second = *third = INT32_MIN;
+    for (k = 0; k <= last; k++) {
+        const int32_t x = c->score[k];
+        if (x > best) {
+            *third = *second;
+            *second = best;
+            best = x;
+            at = k;
+        } else if (x > *second) {
+            *third = *second;
+            *second = x;
+        } else if (x > *third) {
+            *third = x;
+        }
     }
-    return at;
+    if (at != last) {
+        const uint8_t p = c->p[at], q = c->q[at];
+        c->p[at] = c->p[last];
+        c->q[at] = c->q[last];
+        c->score[at] = c->score[last];
+        c->p[last] = p;
+        c->q[last] = q;
+        c->score[last] = best;
+    }
 }
 
-/* Codes which one it is of the pairs so many steps apart; or, for 0 steps, of the best pair for each number of them. */
-static int cqi_code_listed(cq_decoder *d, int count, int steps, int value, int learns)
+static int cqi_gap(int32_t a, int32_t b)
 {
-    cqi_ring *r = &d->ring;
-    cqi_located *c = d->located;
+    const uint32_t x = ((uint32_t)a - (uint32_t)b) >> (CQI_NAT_BITS - 2);
+    return x > 31 ? 31 : (int)x;
+}
+
+/* Moves a weight, but not beyond 8 nats: so no sum of the at most 80 of a pair overflows. */
+static inline void cqi_nudge(int16_t *weight, int32_t error)
+{
+    const int32_t x = *weight + error;
+    if (x > -8 * CQI_NAT && x < 8 * CQI_NAT) *weight = (int16_t)x;
+}
+
+static void cqi_learn_pair(cqi_model *m, const cqi_choice *ch, const cqi_ring *r, int p, int q, int32_t error)
+{
+    int16_t *w = m->weight;
     int k;
-    for (k = 0; k < count; k++) {
-        const int apart = steps ? steps : k + 1, p = steps ? k : cqi_best_pair(r, apart);
-        c[k].p = (uint8_t)p;
-        c[k].q = (uint8_t)(p + apart);
-        d->score[k] = r->of_p[p] + r->of_q[p + apart] + r->of_steps[apart];
+    cqi_nudge(&w[CQI_END_LENGTH + r->length[p]], error);
+    cqi_nudge(&w[CQI_END_LENGTH + 16 + r->length[q]], error);
+    cqi_nudge(&w[CQI_END_KIND + r->kind[p]], error);
+    cqi_nudge(&w[CQI_END_KIND + 32 + r->kind[q]], error);
+    cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[p]], error);
+    cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[q]], error);
+    cqi_nudge(&w[cqi_joint(r) + cqi_at_most(q - p, 15)], error);
+    cqi_nudge(&w[cqi_rule(ch, p, q)], error);
+    for (k = p + 1; k < q; k++) {
+        cqi_nudge(&w[CQI_INNER_LENGTH + r->length[k]], error);
+        cqi_nudge(&w[CQI_INNER_KIND + r->kind[k]], error);
+        cqi_nudge(&w[CQI_INNER_OPPOSITE + r->opposite[k]], error);
     }
-    value = cqi_code_scored(d, count, value, learns);
-    for (k = 0; k < count && learns; k++) cqi_gain(r, c[k].p, c[k].q, d->score[k]);
-    return value;
 }
 
-/* Codes the pair; adapts after one of CQI_LEARN_EVERY splits. At a first gate that was a centre one end is known, and
- * so where p is. */
-static void cqi_code_steps(cq_decoder *d, int *p, int *q)
+/* Is it the best listed pair? Asks, and learns from the answer. */
+static int cqi_code_try(cq_decoder *d, int rank, int p, int q)
 {
-    const int learns = d->mesh.num_vertices % CQI_LEARN_EVERY == 0;
-    cqi_ring *r = &d->ring;
-    const int steps = 1 + cqi_code_listed(d, r->size - 1, 0, *q - *p - 1, learns), count = r->size - steps;
-    if (r->side) *p = r->side == 1 ? count - 1 : 0;
-    else *p = cqi_code_listed(d, count, steps, *p, learns);
-    *q = *p + steps;
-    if (learns) cqi_learn_gains(&d->model, r);
+    cqi_choice *c = &d->now.choice;
+    const cqi_ring *r = &d->ring;
+    int32_t second, third, error; int16_t *w = d->model.weight, *of_gap, *of_third;
+    int last = c->count - 1, yes;
+    cqi_best_pair(c, &second, &third);
+    rank = cqi_at_most(rank, 7);
+    of_gap = w + CQI_GAP + 32 * rank + cqi_gap(c->score[last], second);
+    of_third = w + CQI_GAP_3 + cqi_gap(c->score[last], third);
+    yes = c->p[last] == p && c->q[last] == q;
+    yes = cqi_code_decision(d, c->score[last] + *of_gap + (rank ? 0 : *of_third), yes, &error);
+    cqi_nudge(of_gap, error);
+    if (!rank) cqi_nudge(of_third, error);
+    cqi_learn_pair(&d->model, c, r, c->p[last], c->q[last], error);
+    return yes;
 }
 
-/* Codes the pair p, q of the patch in d->ring, and adapts. */
-static void cqi_code_pair(cq_decoder *d, int *p, int *q)
+/* Codes the pair as one of all. */
+static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
 {
-    cqi_score_ring(d);
-    if (d->shape.fast) cqi_code_steps(d, p, q);
-    else cqi_code_candidate(d, p, q);
-    if (d->mesh.num_vertices % CQI_LIMIT_EVERY == 0) cqi_limit_weights(&d->model);
+    const uint32_t all = (uint32_t)(d->ring.size * (d->ring.size - 1) / 2);
+    const int number = (int)cqi_code_uniform(d, (uint32_t)(*q * (*q - 1) / 2 + *p), all);
+    for (*q = 1; number >= *q * (*q + 1) / 2;) ++*q;
+    *p = number - *q * (*q - 1) / 2;
 }
 
-/* The pair that the plan has for the next split; what it says about one some splits away is asked for. */
-static void cqi_plan_pair(const cq_decoder *d, int *p, int *q)
+/* Codes the pair p, q of the patch. Pairs are listed by nats of their scores. */
+static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
-    cqi_plan *plan = d->plan;
-    const cqi_collapse *c = &plan->collapse[--plan->next_collapse];
-    if (plan->next_collapse >= CQI_AHEAD) {
-        const cq_index b = c[-CQI_AHEAD].removed;
-        CQI_FETCH(plan->decoded + b);
-        CQI_FETCH_VALUE(&d->shape, plan->value[0], b);
+    cqi_choice *c = &d->now.choice;
+    int rank;
+    int32_t low;
+    cqi_classify_ring(d);
+    cqi_score_ends(d->model.weight, &d->ring, c);
+    cqi_find_alternatives(&d->ring, c);
+    low = cqi_score_pairs(d->model.weight, &d->ring, c) - CQI_NEAR;
+    cqi_list_pairs(&d->ring, c, low, INT32_MAX);
+    for (rank = 0; rank < CQI_TRIES; rank++) {
+        for (; !c->count && rank < CQI_TRIES; rank++) {
+            cqi_list_pairs(&d->ring, c, low - CQI_NEAR, low);
+            low -= CQI_NEAR;
+        }
+        if (!c->count) break;
+        if (cqi_code_try(d, rank, *p, *q)) {
+            *p = c->p[c->count - 1];
+            *q = c->q[c->count - 1];
+            return;
+        }
+        c->count--;
     }
-    *p = c->p;
-    *q = c->q;
+    cqi_code_any_pair(d, p, q);
 }
 
-/* It became vertex b and the faces behind the first num_faces. */
-static void cqi_plan_split(cq_decoder *d, cq_index b, cq_index num_faces)
+/* -- Patches -- */
+
+#define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
+
+#define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that is passed over, see cqi_code_pass */
+
+/* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
+static int cqi_code_flag(cq_decoder *d, int available, int split)
 {
-    cqi_plan *p = d->plan;
-    p->decoded[p->collapse[p->next_collapse].removed] = b;
-    if (p->follows_faces) cqi_plan_new_faces(p, num_faces, d->mesh.num_faces);
+    return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(d->ring.size, 11), split);
+}
+
+/* Looks for the next component that takes part in the level, among some vertices: the L of its first gate, or
+ * CQ_NONE. */
+static cq_index cqi_next_seed(cq_decoder *d)
+{
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && d->seed < d->active; k++, d->seed++)
+        if (d->mesh.mark[d->seed] & CQI_SEED) return d->seed++;
+    return CQ_NONE;
 }
 
 static void cqi_report_split(cq_decoder *d, int p, int q)
@@ -3647,31 +3794,97 @@ static void cqi_report_split(cq_decoder *d, int p, int q)
     level->sum_j += (uint32_t)(d->ring.size - 1 - q);
 }
 
-/* The split of the patch in d->ring: both indices, then the values, then the mesh. */
-static cq_result cqi_code_split(cq_decoder *d, cq_index centre)
+static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, int p, int q)
 {
-    const cq_index num_faces = d->mesh.num_faces;
-    cq_index b;
-    int p = 0, q = 0;
-    cqi_read_ring(d);
-    if (CQI_ENCODING(d)) cqi_plan_pair(d, &p, &q);
+    cqi_plan *plan = d->plan;
+    const cqi_collapse *c = &plan->note[plan->next++];
+    const cqi_ring *r = &d->ring;
+    cqi_plan_vertex(plan, c->removed, b);
+    if (!plan->follows_faces) return;
+    if (p != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[0]), num_faces++);
+    if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), num_faces);
+}
+
+/* The split of the patch: both indices, then the values, then the mesh. */
+static cq_result cqi_code_split(cq_decoder *d)
+{
+    const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
+    const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
+    int p = note ? note->p : 0, q = note ? note->q : 0;
+    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     cqi_code_pair(d, &p, &q);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    if (!cqi_code_deltas(d, centre, p, q)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    b = cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]);
-    if (b == CQ_NONE) return CQ_ERROR_CORRUPT;
-    cqi_apply_deltas(d, centre, b);
+    if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    cqi_take_vertex(&d->mesh, b);
+    d->splits++;
+#ifdef CQ_TRAINING
+    cqi_model_omit(&d->model);
+#endif
     if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
-    if (CQI_ENCODING(d)) cqi_plan_split(d, b, num_faces);
+    if (note) cqi_plan_new_vertex(d, b, num_faces, p, q);
     return CQ_OK;
+}
+
+/* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder does
+ * so with vertices of a larger valence than CQ_MAX_VALENCE, which is then at least CQI_HUB here: of two neighbours one
+ * is left at least, as each is on one side of one collapse. */
+static int cqi_code_pass(cq_decoder *d, cq_index centre)
+{
+    int pass = 0;
+    if (d->ring.size < CQI_HUB) return 0;
+    if (CQI_ENCODING(d)) pass = d->plan->passed[d->plan->to_input[centre]] == d->plan->level;
+    return cqi_code_bit(d, CQI_PASSED, pass);
+}
+
+/* Conquers the patch of the spoke's origin. */
+static cq_result cqi_code_patch(cq_decoder *d, cq_index spoke)
+{
+    const cq_index centre = d->mesh.origin[spoke];
+    int available, split, pass = d->mesh.valence[centre] > CQ_MAX_VALENCE;
+    cqi_take_vertex(&d->mesh, centre);
+    if (!pass) {
+        available = cqi_read_ring(&d->mesh, &d->ring, spoke);
+        split = CQI_ENCODING(d) && cqi_plan_split(d->plan, centre) != NULL;
+        split = cqi_code_flag(d, available, split);
+        pass = !split && cqi_code_pass(d, centre);
+        if (cqi_starved(d)) return CQ_TRUNCATED;
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
+        if (pass) cqi_release_ring(&d->mesh, &d->ring);
+    }
+    if (pass) {
+        cqi_queue_neighbours(&d->mesh, &d->walk, spoke);
+        return d->walk.full ? CQ_ERROR_CORRUPT : CQ_OK;
+    }
+    if (CQI_REPORTING(d)) cqi_level_report(d)->num_patches++;
+    cqi_queue_fronts(&d->mesh, &d->walk, &d->ring);
+    if (d->walk.full) return CQ_ERROR_CORRUPT;
+    return split ? cqi_code_split(d) : CQ_OK;
+}
+
+/* The first patch of a component, given the L of its first gate. L and R are in it, or are held all the same: they and
+ * the edge between them stay. */
+static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
+{
+    const cq_index gate = cqi_find_spoke(&d->mesh, l, (cq_index)(l + 1));
+    int side = 0;
+    if (CQI_ENCODING(d)) {
+        cqi_plan_component(d->plan);
+        side = cqi_plan_side(d->plan);
+    }
+    if (cqi_code_bit(d, CQI_SIDE, side != 0)) side = 1 + cqi_code_bit(d, CQI_SIDE + 1, side == 2);
+    else side = 0;
+    cqi_hold(&d->mesh, l);
+    cqi_hold(&d->mesh, (cq_index)(l + 1));
+    return cqi_code_patch(d, cqi_first_spoke(&d->mesh, gate, side));
 }
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_CLEAR, CQI_WALK, CQI_SPLITS, CQI_COMPLETE };
+enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_COMPLETE };
 
-/* A level must add a vertex for every 16 that it walks over: so all walks together take linear time. */
+/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
 static cq_result cqi_end_component(cq_decoder *d)
@@ -3687,25 +3900,74 @@ static cq_result cqi_end_component(cq_decoder *d)
     return result;
 }
 
-static cq_result cqi_step_base(cq_decoder *d)
+static CQI_APART cq_result cqi_step_base(cq_decoder *d)
 {
     if (!d->num_components) return cqi_start_component(d);
-    if (!cqi_is_open(&d->draft, d->gate) && !cqi_find_gate(d)) return cqi_end_component(d);
+    if (!cqi_is_open(&d->base.draft, d->base.gate) && !cqi_find_gate(d)) return cqi_end_component(d);
     return cqi_grow_base(d);
 }
 
-static cq_result cqi_step_base_values(cq_decoder *d)
+static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
-    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? d->draft.num_faces : 0);
-    if (d->value < d->draft.num_vertices + faces) return cqi_code_base_values(d);
+    const cq_mesh *draft = &d->base.draft;
+    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? draft->num_faces : 0);
+    if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
-        d->report->base_vertices = d->draft.num_vertices;
-        d->report->base_faces = d->draft.num_faces;
+        d->report->base_vertices = draft->num_vertices;
+        d->report->base_faces = draft->num_faces;
     }
-    d->mesh = d->draft;
-    d->base_vertices = d->mesh.num_vertices;
+    d->mesh = *draft;
+    cqi_take_virtual(&d->mesh);
+    d->base.vertices = d->mesh.num_vertices;
+    d->active = 0;
+    if (CQI_ENCODING(d)) d->plan->num_active = 0;
     d->phase = CQI_LEVEL;
+    return CQ_OK;
+}
+
+/* A distance in 1/16 step: 0, then eighths of octaves from 1 on. */
+static uint32_t cqi_error_of_code(uint32_t code)
+{
+    const uint32_t octave = code ? (code - 1) / 8 : 0;
+    const uint64_t eighths = (uint64_t)(8 + (code + 7) % 8) << octave;
+    return code ? (uint32_t)(octave > 27 ? 0xffffffff : (eighths + 7) / 8) : 0;
+}
+
+/* What the stream says of the mesh's distance from the exact one: never more than before. */
+static void cqi_code_error(cq_decoder *d)
+{
+    uint32_t error = CQI_ENCODING(d) ? d->plan->level_error[d->plan->level] : 0;
+    int less;
+    if (d->located < 0) return;
+    if (d->level == 1) {
+        d->error_code = cqi_code_raw(d, error, 8);
+    } else {
+        less = cqi_code_count(d, CQI_ERROR, cqi_at_most((int)(d->error_code - error), 38));
+        d->error_code = (uint32_t)less < d->error_code ? d->error_code - (uint32_t)less : 0;
+    }
+    if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
+}
+
+/* Does another component take part from this level on? They follow those that do already. `active` is where the next
+ * one begins, or on the way there. */
+static cq_result cqi_step_active(cq_decoder *d)
+{
+    int k, begins;
+    for (k = 0; d->active < d->base.vertices && !(d->mesh.mark[d->active] & CQI_SEED); k++) {
+        if (k == CQI_AT_ONCE) return CQ_OK;
+        d->active++;
+    }
+    begins = d->active < d->base.vertices;
+    if (begins) begins = cqi_code_bit(d, CQI_BEGINS, CQI_ENCODING(d) && cqi_plan_begins(d->plan));
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (begins) {
+        d->active++;
+        if (CQI_ENCODING(d)) d->plan->num_active++;
+        return CQ_OK;
+    }
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
+    d->phase = CQI_CLEAR;
     return CQ_OK;
 }
 
@@ -3716,84 +3978,66 @@ static cq_result cqi_step_level(cq_decoder *d)
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         d->phase = CQI_COMPLETE;
         if (CQI_ENCODING(d)) return CQ_DONE;
-        return d->range.count < d->range.size || d->payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
+        return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
     other = cqi_code_bit(d, CQI_OTHER_LEVEL, 0);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (other) return CQ_ERROR_UNSUPPORTED;
     d->level++;
-    d->splits = 0;
-    if (CQI_ENCODING(d)) cqi_plan_rewind(d->plan, d->plan->num_levels + 1 - d->level);
-    d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
-    cqi_walk_begin(&d->walk);
-    d->phase = CQI_CLEAR;
-    return CQ_OK;
-}
-
-static void cqi_report_walk(cq_decoder *d)
-{
-    cq_level *level = cqi_level_report(d);
-    d->report->num_levels = d->level;
-    memset(level, 0, sizeof *level);
-    cqi_charge(d, &d->report->flags, &level->flags);
-    level->num_patches = d->walk.tail;
-    level->num_splits = d->splits;
-    level->num_vertices = (uint32_t)d->mesh.num_vertices + d->splits;
-}
-
-static cq_result cqi_step_walk(cq_decoder *d)
-{
-    cq_result result = cqi_code_patch(d);
-    if (result != CQ_DONE) return result;
-    if (d->splits < CQI_MIN_SPLITS(d->mesh.num_vertices)) return CQ_ERROR_CORRUPT;
-    if (d->splits > d->shape.num_vertices - d->mesh.num_vertices) return CQ_ERROR_CORRUPT;
-    if (CQI_REPORTING(d)) cqi_report_walk(d);
-    d->level_end = d->mesh.num_vertices + d->splits;
-    d->phase = CQI_SPLITS;
-    return CQ_OK;
-}
-
-/* What a split of a large mesh reads is all over the memory, so it is asked for some patches before, one spoke of each
- * at a time. The halfedges exist, but after a split they may be those of another vertex. */
-static void cqi_fetch_ring(const cq_decoder *d, cq_index *at)
-{
-    const cq_mesh *m = &d->mesh;
-    const cq_index v = m->origin[*at], next = m->twin[cq_next(*at)];
-    CQI_FETCH(m->mark + v);
-    CQI_FETCH(m->valence + v);
-    CQI_FETCH_VALUE(&d->shape, d->channel[0], v);
-    CQI_FETCH_HALFEDGE(m, next);
-    *at = next;
-}
-
-static void cqi_look_ahead(cq_decoder *d)
-{
-    const cq_index *spoke = d->patch + d->walk.tail;
-    int k;
-    if (!CQI_FETCHES || d->shape.num_vertices < CQI_LARGE_MESH) return;
-    if (d->walk.tail > CQI_AHEAD) {
-        spoke -= CQI_AHEAD + 1;
-        CQI_FETCH_HALFEDGE(&d->mesh, spoke[0]);
-        d->ahead[d->walk.tail % CQI_AHEAD] = cq_prev(spoke[1]);
+    if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels + 1 - d->level;
+    cqi_code_error(d);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (CQI_REPORTING(d)) {
+        memset(cqi_level_report(d), 0, sizeof(cq_level));
+        cqi_level_report(d)->error = d->error;
     }
-    for (k = 0; k < CQI_AHEAD; k++) cqi_fetch_ring(d, &d->ahead[k]);
+    d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
+    d->splits = 0;
+    d->seed = d->cleared = 0;
+    d->walk.head = d->walk.count = 0;
+    d->walk.full = 0;
+    d->phase = CQI_ACTIVE;
+    return CQ_OK;
 }
 
-/* Leaves patches in reverse order down to the next split one, and splits it. */
-static cq_result cqi_step_split(cq_decoder *d)
+/* Takes the marks of the level before from the next vertices that take part: base vertices and all new ones. */
+static cq_result cqi_step_clear(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
-    while (d->walk.tail) {
-        cq_index spoke = d->patch[--d->walk.tail], centre = m->origin[spoke];
-        int split = m->mark[centre] & CQI_MANY;
-        m->mark[centre] &= CQI_SEED;
-        cqi_look_ahead(d);
-        cqi_leave(d, spoke);
-        if (split) return cqi_code_split(d, centre);
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && d->cleared < m->num_vertices; k++) {
+        if (d->cleared == d->active && d->cleared < d->base.vertices) d->cleared = d->base.vertices;
+        if (d->cleared < m->num_vertices) m->mark[d->cleared++] &= CQI_SEED;
+    }
+    if (d->cleared < m->num_vertices) return CQ_OK;
+    if (CQI_ENCODING(d)) d->plan->next_seed = 0;
+    d->phase = CQI_PATCHES;
+    return CQ_OK;
+}
+
+static cq_result cqi_end_level(cq_decoder *d)
+{
+    const cq_index before = (cq_index)(d->mesh.num_vertices - d->splits - (d->base.vertices - d->active));
+    if (d->splits < CQI_MIN_SPLITS(before)) return CQ_ERROR_CORRUPT;
+    if (CQI_REPORTING(d)) {
+        cq_level *level = cqi_level_report(d);
+        d->report->num_levels = d->level;
+        cqi_charge(d, &d->report->flags, &level->flags);
+        level->num_splits = d->splits;
+        level->num_vertices = (uint32_t)d->mesh.num_vertices;
     }
     d->phase = CQI_LEVEL;
     return CQ_OK;
+}
+
+static cq_result cqi_step_patch(cq_decoder *d)
+{
+    cq_index v = cqi_dequeue(&d->mesh, &d->walk);
+    if (v != CQ_NONE) return cqi_code_patch(d, d->mesh.out[v]);
+    v = cqi_next_seed(d);
+    if (v != CQ_NONE) return cqi_code_first_patch(d, v);
+    return d->seed < d->active ? CQ_OK : cqi_end_level(d);
 }
 
 static cq_result cqi_step(cq_decoder *d)
@@ -3802,11 +4046,9 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
     case CQI_LEVEL: return cqi_step_level(d);
-    case CQI_CLEAR:
-        if (!cqi_walk_clear(&d->mesh, &d->walk)) d->phase = CQI_WALK;
-        return CQ_OK;
-    case CQI_WALK: return cqi_step_walk(d);
-    default: return cqi_step_split(d);
+    case CQI_ACTIVE: return cqi_step_active(d);
+    case CQI_CLEAR: return cqi_step_clear(d);
+    default: return cqi_step_patch(d);
     }
 }
 
@@ -3822,7 +4064,8 @@ static void cqi_start(cq_decoder *d)
     arena.next = d->memory;
     arena.left = d->memory_size;
     cqi_mesh_carve(&d->mesh, &d->shape, &arena);
-    d->patch = (cq_index *)cqi_take(&arena, cqi_all_faces(&d->shape) / 3 + 1, sizeof(cq_index));
+    d->walk.capacity = (cq_index)(cqi_all_faces(&d->shape) / 3 + 1);
+    d->walk.queue = (cq_index *)cqi_take(&arena, d->walk.capacity, sizeof(cq_index));
     values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, 0), sizeof(cq_value));
     for (k = 0; k < d->shape.num_channels; k++) {
         if (d->shape.channel[k].merge == CQ_PER_FACE) {
@@ -3832,13 +4075,12 @@ static void cqi_start(cq_decoder *d)
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
-    d->step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
-    d->draft = d->mesh;
+    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
+    d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
-    memset(d->delta, 0, sizeof d->delta);
-    d->virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
+    d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
+    d->located = cqi_context_channel(&d->shape);
     cqi_model_init(&d->model, &d->shape);
-    for (k = 0; k < CQI_SPREADS; k++) d->model.mean_bits[k] = (uint16_t)(128 * k);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 }
 
@@ -3867,8 +4109,8 @@ static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
     result = cqi_fits_build(&d->shape);
     if (result != CQ_OK) return result;
     if (!cqi_aligned(d->memory) || d->memory_size < cq_decoder_bytes(&d->shape)) return CQ_ERROR_MEMORY;
-    d->payload_left = d->payload_size = h->payload_size;
-    d->expected_crc = h->payload_crc;
+    d->input.payload_left = d->input.payload_size = h->payload_size;
+    d->input.expected_crc = h->payload_crc;
     if (CQI_REPORTING(d)) {
         memset(d->report, 0, sizeof *d->report);
         d->report->shape = d->shape;
@@ -3880,17 +4122,17 @@ static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
 }
 
 /* Takes header bytes one by one, so that none behind a short stream is touched. */
-static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
+static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 {
     cqi_header h;
     cq_result result = CQ_NEED_INPUT;
     h.shape = &d->shape;
     while (result == CQ_NEED_INPUT && in && in->size) {
-        d->buffer[d->range.size++] = *in->data++;
+        d->input.buffer[d->range.size++] = *in->data++;
         in->size--;
-        result = cqi_read_header(d->buffer, d->range.size, &h);
+        result = cqi_read_header(d->input.buffer, d->range.size, &h);
     }
-    if (result == CQ_NEED_INPUT && d->ended) return CQ_TRUNCATED;
+    if (result == CQ_NEED_INPUT && d->input.ended) return CQ_TRUNCATED;
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
@@ -3898,8 +4140,8 @@ static cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 static void cqi_drop_used(cq_decoder *d)
 {
     size_t left = d->range.size - d->range.count;
-    memcpy(d->buffer, d->buffer + d->range.count, left);
-    d->dropped += d->range.count;
+    memcpy(d->input.buffer, d->input.buffer + d->range.count, left);
+    d->input.dropped += d->range.count;
     d->range.size = left;
     d->range.count = 0;
 }
@@ -3907,16 +4149,16 @@ static void cqi_drop_used(cq_decoder *d)
 /* Moves payload bytes from the input to the buffer while less than a step is left there. */
 static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 {
-    while (d->range.size < d->range.count + d->step_bytes && d->payload_left && in && in->size) {
+    while (d->range.size < d->range.count + d->input.step_bytes && d->input.payload_left && in && in->size) {
         size_t n;
         if (d->range.size == CQI_BUFFER_BYTES) cqi_drop_used(d);
         n = CQI_BUFFER_BYTES - d->range.size;
         n = n < in->size ? n : in->size;
-        n = n < d->payload_left ? n : d->payload_left;
-        memcpy(d->buffer + d->range.size, in->data, n);
-        d->crc = cqi_crc32(d->crc, in->data, n);
+        n = n < d->input.payload_left ? n : d->input.payload_left;
+        memcpy(d->input.buffer + d->range.size, in->data, n);
+        d->input.crc = cqi_crc32(d->input.crc, in->data, n);
         d->range.size += n;
-        d->payload_left -= n;
+        d->input.payload_left -= n;
         in->data += n;
         in->size -= n;
     }
@@ -3925,12 +4167,13 @@ static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
 /* Enough input for any step: all that can be needed, or all that there is. */
 static int cqi_is_ready(const cq_decoder *d)
 {
-    return d->range.size >= d->range.count + d->step_bytes || !d->payload_left || d->ended;
+    return d->range.size >= d->range.count + d->input.step_bytes || !d->input.payload_left || d->input.ended;
 }
 
 static cq_result cqi_finish_stream(cq_decoder *d)
 {
-    if (d->crc != d->expected_crc) return CQ_ERROR_CHECKSUM;
+    if (d->input.crc != d->input.expected_crc) return CQ_ERROR_CHECKSUM;
+    d->error = 0;
     if (CQI_REPORTING(d)) {
         cq_report *r = d->report;
         r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
@@ -3945,7 +4188,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         cqi_take_payload(d, in);
         if (!cqi_is_ready(d)) return CQ_NEED_INPUT;
         if (!d->range.data) {
-            cq_range_decoder_init(&d->range, d->buffer, d->range.size);
+            cq_range_decoder_init(&d->range, d->input.buffer, d->range.size);
             if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
         }
         budget--;
@@ -3961,7 +4204,7 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
 {
     if (!d || (in && in->size && !in->data)) return CQ_ERROR_ARGUMENT;
     if (d->status != CQ_OK) return d->status;
-    if (!in) d->ended = 1;
+    if (!in) d->input.ended = 1;
     if (d->phase == CQI_HEADER) {
         cq_result result = cqi_take_header(d, in);
         if (result == CQ_NEED_INPUT) return result;
@@ -3986,55 +4229,13 @@ typedef struct cqi_encoder {
 
 size_t cq_encoder_bytes(const cq_shape *s)
 {
-    cqi_size v, f, c, plan;
+    cqi_size v, f, plan;
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
-    c = cqi_all_components(s, 0);
-    plan = (v + 1) * sizeof(cqi_collapse) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
-    plan += s->num_vertices * c * sizeof(cq_value);
-    plan += 7 * (4 - sizeof(cq_index)); /* roundings of blocks of indices */
+    plan = (v + 1) * (sizeof(cqi_collapse) + sizeof(uint32_t) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
+    plan += 8 * 4; /* roundings of blocks */
     return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s));
-}
-
-/* Joins the values of b to those of a; b's become the difference. */
-static void cqi_merge_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_index b)
-{
-    uint32_t k, c;
-    for (k = 0; k < s->num_channels; k++) {
-        uint32_t stride = s->channel[k].components;
-        if (s->channel[k].merge != CQ_MIDPOINT) continue;
-        for (c = 0; c < stride; c++) {
-            cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
-            int32_t delta = *bt - *at;
-            *at = (cq_value)(*at + cqi_floor_half(delta));
-            *bt = (cq_value)delta;
-        }
-    }
-}
-
-static void cqi_split_values(cqi_plan *p, const cq_shape *s, cq_index a, cq_index b)
-{
-    uint32_t k, c;
-    for (k = 0; k < s->num_channels; k++) {
-        uint32_t stride = s->channel[k].components;
-        if (s->channel[k].merge != CQ_MIDPOINT) continue;
-        for (c = 0; c < stride; c++) {
-            cq_value *at = p->value[k] + (size_t)a * stride + c, *bt = p->value[k] + (size_t)b * stride + c;
-            *at = (cq_value)(*at - cqi_floor_half(*bt));
-            *bt = (cq_value)(*at + *bt);
-        }
-    }
-}
-
-/* Would the collapse of a first gate's front vertex with b leave a virtual vertex in front of the gate? The decoder
- * would then take the gate from its other side. */
-static int cqi_turns_gate(const cq_mesh *m, cq_index spoke, cq_index b)
-{
-    cq_index l_to_r = cq_next(spoke), r_to_a = cq_next(l_to_r), across = CQ_NONE;
-    if (b == m->origin[l_to_r]) across = m->twin[r_to_a];
-    if (b == m->origin[r_to_a]) across = m->twin[spoke];
-    return across != CQ_NONE && cq_is_virtual(m, m->origin[cq_prev(across)]);
 }
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
@@ -4048,7 +4249,7 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
     return sum;
 }
 
-/* -- What a collapse loses: the goals balanced and best-looking --
+/* -- What a collapse loses: the goal balanced --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
  * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of the merged vertex
@@ -4073,21 +4274,21 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 #define CQI_OCTAVE 256
 
 /* How much more a level may lose than the one before; and at least so much more than itself, if it is done again. */
-#define CQI_LEVEL_LOSS(goal) ((goal) == CQ_BALANCED ? 4 * CQI_OCTAVE / 5 : CQI_OCTAVE / 2)
+#define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
 
 /* Vertices that a level with a limit must remove, of one that keeps so many: half of what one without can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
-typedef struct cqi_fan {
+typedef struct cqi_fan_of_input {
     cq_index centre;
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
     int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
-} cqi_fan;
+} cqi_fan_of_input;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 {
@@ -4102,9 +4303,9 @@ static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
     return a;
 }
 
-static cqi_vector cqi_offset(const cqi_plan *p, cq_index from, cq_index to)
+static cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq_index to)
 {
-    const cq_value *a = p->positions + 3 * (size_t)from, *b = p->positions + 3 * (size_t)to;
+    const cq_value *a = positions + 3 * (size_t)from, *b = positions + 3 * (size_t)to;
     cqi_vector x;
     x.x = (int32_t)b[0] - a[0];
     x.y = (int32_t)b[1] - a[1];
@@ -4113,7 +4314,7 @@ static cqi_vector cqi_offset(const cqi_plan *p, cq_index from, cq_index to)
 }
 
 /* Lists the neighbours of v, not more than CQ_MAX_VALENCE. */
-static void cqi_list_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
+static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
 {
     const cq_mesh *m = &p->mesh;
     const cqi_vector none = { 0, 0, 0 };
@@ -4122,7 +4323,7 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
     int k, n = 0;
     do {
         cq_index w = m->origin[m->twin[h]];
-        cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p, v, w);
+        cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
         f->vertex[n] = w;
         f->at[n++] = x;
         bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
@@ -4136,7 +4337,7 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
     f->centre = v;
 }
 
-static void cqi_read_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
+static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
 {
     int k;
     cqi_list_fan(p, f, v);
@@ -4148,7 +4349,7 @@ static void cqi_read_fan(const cqi_plan *p, cqi_fan *f, cq_index v)
 }
 
 /* If the centre goes to x. Triangles without an area lose nothing. */
-static uint64_t cqi_fan_loss(const cqi_fan *f, cqi_vector x)
+static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 {
     uint64_t sum = 0;
     int k;
@@ -4166,7 +4367,7 @@ static uint64_t cqi_fan_loss(const cqi_fan *f, cqi_vector x)
 }
 
 /* Is a triangle turned if the centre goes to x? Those that the collapse removes are not. */
-static int cqi_turns(const cqi_fan *f, cqi_vector x, cq_index removed)
+static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
     for (k = 0; k < f->size; k++) {
@@ -4188,39 +4389,26 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* Of a collapse of h: a number above the limit if it is above the limit. */
-static uint32_t cqi_loss_of(const cqi_plan *p, cqi_fan *fan, cq_index h)
+/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
+static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
-    cqi_fan *a = fan, *b = fan + 1;
-    const cq_index from = p->mesh.origin[h], to = cq_target(&p->mesh, h);
-    cqi_vector x = cqi_offset(p, from, to), half, rest;
-    uint64_t sum;
+    cqi_fan_of_input fan;
+    const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
+    cqi_vector x = cqi_offset(p->positions, b, a);
     uint32_t loss;
-    int shift;
-    half.x = cqi_floor_half(x.x);
-    half.y = cqi_floor_half(x.y);
-    half.z = cqi_floor_half(x.z);
-    rest = cqi_subtract(half, x);
-    if (a->centre != from) cqi_read_fan(p, a, from);
-    half = a->shift ? cqi_shift(half, a->shift) : half;
-    sum = cqi_fan_loss(a, half);
-    loss = cqi_loss(sum, a->shift);
+    cqi_read_fan(p, &fan, b);
+    x = fan.shift ? cqi_shift(x, fan.shift) : x;
+    loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
     if (loss > p->most_loss) return loss;
-    cqi_read_fan(p, b, to);
-    rest = b->shift ? cqi_shift(rest, b->shift) : rest;
-    shift = a->shift > b->shift ? a->shift : b->shift;
-    sum = (sum >> 4 * (shift - a->shift)) + (cqi_fan_loss(b, rest) >> 4 * (shift - b->shift));
-    loss = cqi_loss(sum, shift);
-    if (loss > p->most_loss) return loss;
-    return cqi_turns(a, half, to) || cqi_turns(b, rest, from) ? CQI_ANY_LOSS : loss;
+    return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
 
 /* Does the collapse of h lose no more than this level allows? What is refused is noted. */
-static int cqi_allows(cqi_plan *p, cqi_fan *fan, cq_index h)
+static int cqi_allows(cqi_plan *p, cq_index h)
 {
     uint32_t loss;
     if (p->most_loss == CQI_ANY_LOSS) return 1;
-    loss = cqi_loss_of(p, fan, h);
+    loss = cqi_loss_of(p, h);
     if (loss <= p->most_loss) return 1;
     if (loss < p->refused_loss) p->refused_loss = loss;
     return 0;
@@ -4239,7 +4427,6 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     const cq_mesh *m = &p->mesh;
     const cq_index step = (cq_index)(num_vertices / 512 + 1);
     uint32_t count[128], all = 0, below = 0, octave = 0;
-    cqi_fan fan[2];
     cq_index v;
     memset(count, 0, sizeof count);
     p->most_loss = CQI_ANY_LOSS - 1;
@@ -4247,13 +4434,112 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
         cq_index h = m->out[v], w = cq_target(m, h);
         uint32_t loss;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
-        fan->centre = CQ_NONE;
-        loss = cqi_loss_of(p, fan, h);
+        loss = cqi_loss_of(p, h);
         all++;
         if (loss != CQI_ANY_LOSS) count[loss / CQI_OCTAVE]++;
     }
     while (octave < 127 && 2 * (below += count[octave]) < all) octave++;
-    return octave * CQI_OCTAVE;
+    return octave ? (octave - 1) * CQI_OCTAVE : 0;
+}
+
+/* -- How far a level is from the exact surface --
+ *
+ * A collapse moves the surface around B; by how much is measured as the distance of B from the triangles that A has
+ * instead. What B stood for may be that much further away now, so error[v] is how far the exact vertices that v stands
+ * for are from the surface. That misses what stands for A or a vertex of the ring and was nearest to B's part: a
+ * level's error is half as much again as the largest of these. It is an estimate, not a proven bound; no level that
+ * the tests measure is further away. */
+
+static uint32_t cqi_root(uint64_t x)
+{
+    uint64_t root = 0, bit = (uint64_t)1 << 62;
+    for (; bit; bit >>= 2) {
+        if (x >= root + bit) {
+            x -= root + bit;
+            root = (root >> 1) + bit;
+        } else {
+            root >>= 1;
+        }
+    }
+    return (uint32_t)root;
+}
+
+/* Square of the distance from the origin to a segment, in 1/256. Offsets have 13 bits. */
+static uint64_t cqi_segment_square(cqi_vector a, cqi_vector b)
+{
+    const cqi_vector along = cqi_subtract(b, a);
+    const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
+    const uint64_t to_a = 256 * (uint64_t)cqi_wide_dot(a, a), to_b = 256 * (uint64_t)cqi_wide_dot(b, b);
+    uint64_t less;
+    if (at <= 0) return to_a;
+    if (at >= length) return to_b;
+    less = (uint64_t)(at * at / length) * 256 + (uint64_t)(at * at % length) * 256 / (uint64_t)length;
+    return to_a > less ? to_a - less : 0;
+}
+
+/* The same to a triangle. */
+static uint64_t cqi_triangle_square(cqi_vector a, cqi_vector b, cqi_vector c)
+{
+    const cqi_vector normal = cqi_cross(cqi_subtract(b, a), cqi_subtract(c, a));
+    const uint64_t edge = cqi_segment_square(a, b), other = cqi_segment_square(a, c), last = cqi_segment_square(b, c);
+    uint64_t least = edge < other ? edge : other;
+    if (cqi_wide_dot(normal, cqi_cross(a, b)) > 0 && cqi_wide_dot(normal, cqi_cross(b, c)) > 0 &&
+        cqi_wide_dot(normal, cqi_cross(c, a)) > 0) {
+        const int64_t volume = cqi_wide_dot(normal, a);
+        const uint64_t above = (uint64_t)(volume < 0 ? -volume : volume) * 16 / cqi_root((uint64_t)cqi_wide_dot(normal, normal));
+        return above * above;
+    }
+    return least < last ? least : last;
+}
+
+/* How far the removed vertex of a collapse is from what replaced it, in 1/16 step. */
+static uint32_t cqi_measure_collapse(const cqi_plan *p, const cqi_collapse *c)
+{
+    const cq_mesh *m = &p->mesh;
+    const cqi_vector none = { 0, 0, 0 };
+    cqi_vector at[CQ_MAX_VALENCE + 1];
+    int real[CQ_MAX_VALENCE + 1], n = c->q - c->p + 1, k, shift;
+    cq_index h = m->out[c->kept];
+    uint64_t square = UINT64_MAX;
+    uint32_t bits = 0;
+    for (k = 0; k <= n; k++, h = cq_clockwise(m, h)) {
+        const cq_index v = k < n ? cq_target(m, h) : c->kept;
+        real[k] = !cq_is_virtual(m, v);
+        at[k] = real[k] ? cqi_offset(p->measured, c->removed, v) : none;
+        bits |= cqi_abs(at[k].x) | cqi_abs(at[k].y) | cqi_abs(at[k].z);
+    }
+    shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
+    for (k = 0; shift && k <= n; k++) at[k] = cqi_shift(at[k], shift);
+    for (k = 0; k < n; k++) {
+        uint64_t x;
+        if (!real[k]) continue;
+        x = k + 1 < n && real[k + 1] ? cqi_triangle_square(at[n], at[k], at[k + 1]) : cqi_segment_square(at[n], at[k]);
+        if (x < square) square = x;
+    }
+    return cqi_root(square) << shift;
+}
+
+/* The least code of a number in 1/16 step that stands for it or more: eighths of octaves. */
+static uint8_t cqi_error_code(uint32_t error)
+{
+    int code = error ? 1 + cqi_logarithm(error) : 0;
+    if (cqi_error_of_code((uint32_t)code) < error) code++;
+    return (uint8_t)code;
+}
+
+/* Takes the collapses of a level into account, from that note on. */
+static void cqi_measure_level(cqi_plan *p, cq_index note)
+{
+    uint32_t most = 0;
+    uint8_t code;
+    for (; note < p->num_notes; note++) {
+        const cqi_collapse *c = &p->note[note];
+        const uint32_t error = p->error[c->removed] + cqi_measure_collapse(p, c);
+        if (p->error[c->kept] < error) p->error[c->kept] = error;
+        most = error > most ? error : most;
+    }
+    code = cqi_error_code(most + most / 2);
+    if (p->level_error[p->level] < code) p->level_error[p->level] = code;
 }
 
 /* -- Choosing collapses -- */
@@ -4266,17 +4552,18 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* Lists the spokes to neighbours that are available, clockwise from L, and marks all neighbours. */
+/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
+ * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
 static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
 {
+    const cq_index last = cq_counterclockwise(m, spoke);
     cq_index h = spoke;
     int n = 0;
     *boundary = 0;
     do {
         const cq_index b = cq_target(m, h);
-        CQI_FETCH_HALFEDGE(m, cqi_behind(m, h));
         *boundary |= cq_is_virtual(m, b);
-        if (!cqi_is_conquered(m, b)) candidate[n++] = h;
+        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) candidate[n++] = h;
         m->mark[b] |= CQI_SCRATCH;
         h = cq_clockwise(m, h);
     } while (h != spoke);
@@ -4292,23 +4579,19 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
     return best;
 }
 
-/* The neighbour B to collapse the front vertex A with, as the halfedge A -> B: the best one that can be, and loses no
- * more than is allowed. CQ_NONE: the patch is isolated. */
-static cq_index cqi_choose(cqi_plan *p, cq_index spoke, int first)
+/* The neighbour B to collapse into A, the spoke's origin, as the halfedge A -> B: the best one that can be, and loses
+ * no more than is allowed. CQ_NONE: the patch is isolated. */
+static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
     cq_index a = m->origin[spoke], candidate[CQ_MAX_VALENCE], chosen = CQ_NONE;
-    cqi_fan fan[2];
     int boundary, n, k;
     if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
-    fan->centre = CQ_NONE;
     n = cqi_list_candidates(m, spoke, candidate, &boundary);
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) &&
-            !(first && cqi_turns_gate(m, spoke, cq_target(m, h))) && cqi_allows(p, fan, h))
-            chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
@@ -4323,88 +4606,130 @@ static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wante
     return n;
 }
 
-static cq_index cqi_nth_spoke(const cq_mesh *m, cq_index spoke, int n)
-{
-    for (; n; n--) spoke = cq_clockwise(m, spoke);
-    return spoke;
-}
-
-/* Collapses A -> B in the next patch, entered by a spoke of the gate's front vertex, and notes that. Returns the entry
- * spoke of what it is collapsed to. */
-static cq_index cqi_collapse_noted(cqi_plan *p, const cq_shape *s, const cqi_walk *w, cq_index spoke, cq_index h,
-                                   int side)
+/* Collapses A -> B in the patch entered by that spoke. first: 0, or 1 + the side of a first gate. */
+static void cqi_note_collapse(cqi_plan *p, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
-    cqi_collapse *c = &p->collapse[p->next_collapse++];
-    const cq_index a = m->origin[h], b = cq_target(m, h), l = cq_target(m, spoke), r = cq_target(m, cq_next(spoke));
-    cq_index first, last;
-    CQI_FETCH_VALUE(s, p->value[0], a);
-    CQI_FETCH_VALUE(s, p->value[0], b);
-    cq_mesh_collapse(m, h, &first, &last);
-    cqi_merge_values(p, s, a, b);
-    if (side) spoke = cqi_first_spoke(m, cqi_find_spoke(m, l, r), side);
-    c->removed = b;
-    c->patch = w->tail;
-    c->p = cqi_spoke_number(m, spoke, first);
-    c->q = cqi_spoke_number(m, spoke, last);
-    c->side = (uint8_t)side;
-    c->level = (uint8_t)p->current;
-    return spoke;
+    cqi_collapse *c = &p->note[p->num_notes++];
+    c->kept = m->origin[h];
+    c->removed = cq_target(m, h);
+    c->face[0] = (cq_index)(h / 3);
+    c->face[1] = (cq_index)(m->twin[h] / 3);
+    c->level = (uint8_t)p->level;
+    c->first = (uint8_t)first;
 }
 
 /* Takes back the last collapse. */
-static void cqi_undo_collapse(cqi_plan *p, const cq_shape *s)
+static void cqi_undo_collapse(cqi_plan *p)
 {
-    const cqi_collapse *c = &p->collapse[--p->next_collapse];
-    const cq_index spoke = p->patch[c->patch];
-    cq_mesh_split(&p->mesh, cqi_nth_spoke(&p->mesh, spoke, c->p), cqi_nth_spoke(&p->mesh, spoke, c->q));
-    cqi_split_values(p, s, p->mesh.origin[spoke], c->removed);
+    const cqi_collapse *c = &p->note[--p->num_notes];
+    const cq_index first = p->mesh.out[c->kept];
+    cq_index last = first;
+    int k;
+    for (k = c->p; k < c->q; k++) last = cq_clockwise(&p->mesh, last);
+    cq_mesh_split(&p->mesh, first, last);
 }
 
-/* One patch: the gate's front vertex is collapsed with a neighbour, or is isolated. At a first gate, a front vertex A
- * that goes with L or R is collapsed into it, so that L and R live on. Returns 1 if something was collapsed. */
-static int cqi_conquer_patch(cqi_plan *p, const cq_shape *s, cqi_walk *w, cq_index spoke, int first)
+/* One patch: a neighbour is collapsed into the centre, or none. A centre that is too large is passed over. */
+static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
-    cq_index h = cqi_choose(p, spoke, first);
-    if (h != CQ_NONE) {
-        const cq_index b = cq_target(m, h);
-        const int side = !first ? 0 : b == cq_target(m, spoke) ? 1 : b == cq_target(m, cq_next(spoke)) ? 2 : 0;
-        spoke = cqi_collapse_noted(p, s, w, spoke, side ? m->twin[h] : h, side);
+    const cq_index centre = m->origin[spoke];
+    cqi_take_vertex(m, centre);
+    if (m->valence[centre] > CQ_MAX_VALENCE) {
+        p->passed[centre] = (uint8_t)p->level;
+        cqi_queue_neighbours(m, &p->walk, spoke);
+        return;
     }
-    cqi_conquer_ring(m, spoke);
-    cqi_conquer(m, w, p->patch, spoke, h != CQ_NONE);
-    return h != CQ_NONE;
+    if (h != CQ_NONE) {
+        cqi_collapse *c = &p->note[p->num_notes];
+        const cq_index removed = cq_target(m, h);
+        cq_index to_p, to_q;
+        cqi_note_collapse(p, h, first);
+        cq_mesh_collapse(m, h, &to_p, &to_q);
+        m->mark[removed] = CQI_TAKEN;
+        c->p = cqi_spoke_number(m, spoke, to_p);
+        c->q = cqi_spoke_number(m, spoke, to_q);
+    }
+    cqi_read_ring(m, &p->ring, spoke);
+    cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
-static cq_index cqi_plan_next_spoke(cqi_plan *p, cqi_walk *w, int *first)
+/* Cases of a first gate in the order in which they are tried: by the valence of the centre, since a large one leaves
+ * few vertices to others; or, in another try, from the next one on. */
+static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int *order)
 {
-    cq_index spoke = cqi_next_gate(&p->mesh, w, p->patch);
-    *first = spoke == CQ_NONE;
-    while (*first && w->seed < p->num_seeds && cqi_is_pillow(&p->mesh, p->seed[2 * (size_t)w->seed])) w->seed++;
-    if (!*first || w->seed == p->num_seeds) return spoke;
-    spoke = cqi_find_spoke(&p->mesh, p->seed[2 * (size_t)w->seed], p->seed[2 * (size_t)w->seed + 1]);
-    w->seed++;
-    return cq_prev(cqi_first_gate(&p->mesh, spoke));
+    int k, j;
+    for (k = 0; k < 3; k++) {
+        const cq_index valence = m->valence[m->origin[cqi_first_spoke(m, gate, k)]];
+        for (j = k; j && m->valence[m->origin[cqi_first_spoke(m, gate, order[j - 1])]] > valence; j--)
+            order[j] = order[j - 1];
+        order[j] = k;
+    }
+    for (; try_number; try_number--) {
+        const int first = order[0];
+        order[0] = order[1];
+        order[1] = order[2];
+        order[2] = first;
+    }
 }
 
-/* Simplifies by one level. False if that is not worth it; the mesh is then unchanged. */
-static int cqi_simplify(cqi_plan *p, const cq_shape *s, cq_index *num_live)
+/* The first patch of a component: one with L, R and the front vertex in it, of which L and R stay. If nothing
+ * collapses, its centre is the front vertex. */
+static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
 {
-    cqi_walk w;
-    cq_index spoke, kept, splits = 0;
-    int first;
-    cqi_walk_begin(&w);
-    memset(p->mesh.mark, 0, p->mesh.num_vertices);
-    cqi_conquer_virtual(&p->mesh);
-    while ((spoke = cqi_plan_next_spoke(p, &w, &first)) != CQ_NONE)
-        splits = (cq_index)(splits + (cq_index)cqi_conquer_patch(p, s, &w, spoke, first));
-    kept = (cq_index)(*num_live - splits);
-    if (splits < (p->most_loss == CQI_ANY_LOSS ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
-        while (splits--) cqi_undo_collapse(p, s);
+    cq_mesh *m = &p->mesh;
+    const cq_index gate = cqi_find_spoke(m, seed->l, seed->r);
+    cq_index h = CQ_NONE, spoke = CQ_NONE;
+    int order[3], k, side = 0;
+    cqi_order_sides(m, gate, p->tries, order);
+    cqi_hold(m, seed->l);
+    cqi_hold(m, seed->r);
+    for (k = 0; k < 3 && h == CQ_NONE; k++) {
+        side = order[k];
+        spoke = cqi_first_spoke(m, gate, side);
+        h = cqi_choose(p, spoke);
+    }
+    if (h == CQ_NONE) spoke = cqi_first_spoke(m, gate, 0);
+    cqi_conquer_patch(p, spoke, h, h == CQ_NONE ? 0 : 1 + side);
+}
+
+/* Takes the marks from the vertices of a component that are left; returns their number. */
+static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
+{
+    cq_mesh *m = &p->mesh;
+    cq_index v = root, *link = NULL, n = 0;
+    for (; v != CQ_NONE; v = p->decoded[v]) {
+        if (m->out[v] == CQ_NONE && link) {
+            *link = p->decoded[v];
+            continue;
+        }
+        m->mark[v] = CQI_FREE;
+        if (p->passed[v] == p->level) p->passed[v] = 0; /* by a try that was not worth it */
+        n = (cq_index)(n + (m->out[v] != CQ_NONE));
+        link = &p->decoded[v];
+    }
+    return n;
+}
+
+/* Simplifies a component by one level. False if that is not worth it; the mesh is then unchanged. */
+static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
+{
+    const cq_index before = cqi_clear_component(p, seed->notes), notes = p->num_notes;
+    cq_index kept, splits, v;
+    p->walk.head = p->walk.count = 0;
+    p->walk.full = 0;
+    cqi_conquer_first_patch(p, seed);
+    while ((v = cqi_dequeue(&p->mesh, &p->walk)) != CQ_NONE) {
+        const cq_index spoke = p->mesh.out[v];
+        cqi_conquer_patch(p, spoke, cqi_choose(p, spoke), 0);
+    }
+    splits = (cq_index)(p->num_notes - notes);
+    kept = (cq_index)(before - splits);
+    if (p->walk.full || splits < (p->most_loss == CQI_ANY_LOSS ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
+        while (p->num_notes > notes) cqi_undo_collapse(p);
         return 0;
     }
-    *num_live = kept;
     return 1;
 }
 
@@ -4415,23 +4740,34 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
     return v;
 }
 
-/* Finds the components and a first gate for each: the first halfedge of its first face. parent is scratch. */
+/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
+ * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
-    cq_index v, f, h;
+    cq_index *next = p->decoded, v, f, h;
     for (v = 0; v < m->num_vertices; v++) parent[v] = v;
     for (h = 0; h < 3 * m->num_faces; h++) {
         cq_index a = cqi_find_root(parent, m->origin[h]), b = cqi_find_root(parent, cq_target(m, h));
         parent[a < b ? b : a] = a < b ? a : b;
     }
+    for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
+    for (v = m->num_vertices; v--;) {
+        const cq_index root = cqi_find_root(parent, v);
+        if (root == v) continue;
+        next[v] = next[root];
+        next[root] = v;
+    }
     p->num_seeds = 0;
     for (f = 0; f < m->num_faces; f++) {
-        cq_index root = cqi_find_root(parent, m->origin[3 * f]);
+        const cq_index root = cqi_find_root(parent, m->origin[3 * f]);
+        cqi_seed *s = &p->seed[p->num_seeds];
         if (m->mark[root]) continue;
         m->mark[root] = 1;
-        p->seed[2 * (size_t)p->num_seeds] = m->origin[3 * f];
-        p->seed[2 * (size_t)p->num_seeds++ + 1] = m->origin[3 * f + 1];
+        s->l = m->origin[3 * f];
+        s->r = m->origin[3 * f + 1];
+        s->notes = root;
+        p->num_seeds++;
     }
 }
 
@@ -4458,31 +4794,25 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct, and copies the values. */
+/* Lays out the encoder behind its struct. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
     cqi_plan *p = &e->plan;
     const cq_shape *s = &in->shape;
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
-    cq_value *values;
-    uint32_t k;
-    p->collapse = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
+    p->note = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
+    p->error = (uint32_t *)cqi_take(arena, v, sizeof(uint32_t));
     p->decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
-    p->seed = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
-    p->patch = (cq_index *)cqi_take(arena, f / 3 + 1, sizeof(cq_index));
+    p->seed = (cqi_seed *)cqi_take(arena, v, sizeof(cq_index)); /* a component has three vertices or more */
+    p->walk.capacity = (cq_index)(f / 3 + 1);
+    p->walk.queue = (cq_index *)cqi_take(arena, p->walk.capacity, sizeof(cq_index));
     p->face_input = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->face_decoded = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
-    memset(p->decoded, 0xff, v * sizeof(cq_index));
+    p->passed = (uint8_t *)cqi_take(arena, v, 1);
+    memset(p->error, 0, v * sizeof(uint32_t));
+    memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
-    values = (cq_value *)cqi_take(arena, (size_t)s->num_vertices * cqi_all_components(s, 0), sizeof(cq_value));
-    for (k = 0; k < s->num_channels; k++) {
-        size_t n = (size_t)s->num_vertices * s->channel[k].components;
-        if (s->channel[k].merge == CQ_PER_FACE) continue;
-        p->value[k] = values;
-        memcpy(values, in->values[k], n * sizeof(cq_value));
-        values += n;
-    }
     p->input = in->values;
     p->follows_faces = in->face_map || cqi_all_components(s, 1);
     e->replay.shape = *s;
@@ -4498,36 +4828,80 @@ static void cqi_progress(const cq_input *in, uint32_t done)
 
 static void cqi_set_goal(cqi_plan *p, const cq_input *in)
 {
-    const int channel = cqi_position_channel(&in->shape);
+    const int channel = cqi_context_channel(&in->shape);
     p->most_loss = CQI_ANY_LOSS;
-    if (in->goal == CQ_LEAST_CONNECTIVITY || channel < 0) return;
-    p->positions = p->value[channel];
-    if (in->goal == CQ_SMALLEST) return;
-    p->level_loss = CQI_LEVEL_LOSS(in->goal);
+    if (channel < 0) return;
+    p->measured = in->values[channel];
+    if (in->goal == CQ_LEAST_CONNECTIVITY) return;
+    p->positions = p->measured;
+    p->level_loss = CQI_LEVEL_LOSS;
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
+}
+
+/* Simplifies a component, level by level. Its collapses begin with a note of level 0. */
+static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
+{
+    p->note[p->num_notes++].level = 0;
+    p->most_loss = most_loss;
+    p->tries = 0;
+    p->level = 1;
+    while (p->level <= CQ_MAX_LEVELS) {
+        const cq_index notes = p->num_notes;
+        p->refused_loss = CQI_ANY_LOSS;
+        if (cqi_simplify(p, seed)) {
+            if (p->measured) cqi_measure_level(p, notes);
+            p->level++;
+            p->tries = 0;
+            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += p->level_loss;
+        } else if (p->most_loss != CQI_ANY_LOSS) {
+            cqi_allow_more_loss(p);
+        } else if (p->tries < 2) {
+            p->tries++;
+        } else {
+            break;
+        }
+    }
+    seed->notes = p->num_notes;
+    if (p->num_levels < p->level - 1) p->num_levels = p->level - 1;
+}
+
+/* Sorts the components: those with more levels come first. `sorted` is scratch. */
+static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
+{
+    cq_index end[CQ_MAX_LEVELS + 1], k, sum = 0;
+    int level;
+    memset(end, 0, sizeof end);
+    for (k = 0; k < p->num_seeds; k++) end[p->note[p->seed[k].notes - 1].level]++;
+    for (level = CQ_MAX_LEVELS; level >= 0; level--) {
+        const cq_index count = end[level];
+        end[level] = sum;
+        sum = (cq_index)(sum + count);
+    }
+    for (k = 0; k < p->num_seeds; k++) sorted[end[p->note[p->seed[k].notes - 1].level]++] = p->seed[k];
+    if (p->num_seeds) memcpy(p->seed, sorted, p->num_seeds * sizeof *sorted);
 }
 
 static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
 {
     cqi_plan *p = &e->plan;
+    uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
     cqi_set_goal(p, in);
+    most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
-    p->current = 1;
-    while (p->current <= CQ_MAX_LEVELS) {
-        p->refused_loss = CQI_ANY_LOSS;
-        if (cqi_simplify(p, &in->shape, &live)) {
-            p->current++;
-            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += p->level_loss;
-            cqi_progress(in, in->shape.num_vertices - live);
-        } else if (p->most_loss != CQI_ANY_LOSS) {
-            cqi_allow_more_loss(p);
-        } else {
-            break;
-        }
+    memset(p->mesh.mark, 0, p->mesh.num_vertices);
+    cqi_take_virtual(&p->mesh);
+    for (k = 0; k < p->num_seeds; k++) {
+        const cq_index notes = p->num_notes;
+        cqi_simplify_component(p, &p->seed[k], most_loss);
+        live = (cq_index)(live - (p->num_notes - notes - 1));
+        cqi_progress(in, in->shape.num_vertices - live);
     }
-    p->num_levels = p->current - 1;
-    p->collapse[p->next_collapse].level = 0; /* of no level */
+    p->note[p->num_notes].level = 0;
+    cqi_sort_components(p, (cqi_seed *)p->to_input);
+    for (k = 1; k <= p->num_levels; k++)
+        if (p->level_error[k] < p->level_error[k - 1]) p->level_error[k] = p->level_error[k - 1];
+    memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
 /* Runs the decoder's steps, writing. */
@@ -4565,7 +4939,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_varint(&to, s->num_boundary_loops);
     if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
     cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
-    cqi_write_uint(&to, s->num_channels | s->fast << 7, 1);
+    cqi_write_uint(&to, s->num_channels, 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
@@ -4628,7 +5002,7 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     cq_result result;
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
-    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS || in->shape.fast > 1)
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS)
         return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
