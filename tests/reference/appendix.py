@@ -1,34 +1,40 @@
 #!/usr/bin/env python3
-"""Appendix A of SPEC.md, generated from the header: appendix.py write | check
+"""Appendix A of SPEC.md, generated from the header, and its worked example: appendix.py write [CQM] | check
 
-write  puts the tables of include/conquest.h into SPEC.md, between the two marks.
-check  compares them; the last line is `N passed, N failed`.
+write  puts the tables of include/conquest.h into SPEC.md, between two marks; and with CQM, the program, the stream of
+       the example and what decoder.py makes of it between two others.
+check  compares the tables; the last line is `N passed, N failed`. (compare.py checks the example.)
 
 Names and sizes of the bit models are read from the header too, so that a table that moves is a failure here.
 SPDX-License-Identifier: MIT"""
 
+import math
 import pathlib
 import re
+import subprocess
 import sys
+import tempfile
 import textwrap
+
+sys.dont_write_bytecode = True
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SPEC = ROOT / "SPEC.md"
 HEADER = ROOT / "include" / "conquest.h"
-BEGIN, END = "<!-- appendix begin -->\n", "<!-- appendix end -->\n"
+BEGIN, END = "<!-- %s begin -->\n", "<!-- %s end -->\n"
 WIDTH = 118
 
-# Names of SPEC.md for the tables of the header.
-BIT_TABLES = [("COMPONENT", "COMPONENT"), ("LOOP", "LOOP"), ("OTHER_LEVEL", "OTHER_LEVEL"), ("SIDE", "SIDE"),
-              ("GROW", "KIND_GROW"), ("TURN", "KIND_TURN"), ("CLOSE", "KIND_CLOSE"), ("FLAG", "FLAG"),
-              ("BASE", "OF_BASE"), ("ALONG", "ALONG"), ("ACROSS", "ACROSS"), ("NORMAL", "NORMAL"), ("FAST", "FAST"),
-              ("PLAIN", "PLAIN"), ("FACE", "FACE")]
-BIT_USE = {"COMPONENT": "5.2", "LOOP": "5.3", "OTHER_LEVEL": "7.1", "SIDE": "7.3", "GROW": "5.4", "TURN": "5.4",
-           "CLOSE": "5.4", "FLAG": "7.4", "BASE": "6.1", "ALONG": "6.1", "ACROSS": "6.1", "NORMAL": "6.1",
-           "FAST": "6.7", "PLAIN": "6.1", "FACE": "6.5"}
-WEIGHT_TABLES = [("SIZE_B", "SIZE_B"), ("SIZE_A", "SIZE_A"), ("STATE", "END_STATE"), ("VALENCE", "END_VALENCE"),
-                 ("EDGE", "END_EDGE"), ("RULE", "RULE"), ("EDGES", "EDGES"), ("OUTER", "OUTER"),
-                 ("BETWEEN", "BETWEEN")]
+# Names of SPEC.md for the tables of the header, and where they are used.
+BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHER_LEVEL", "OTHER_LEVEL", "7.1"),
+              ("BEGINS", "BEGINS", "7.3"), ("ERROR", "ERROR", "7.2"), ("SIDE", "SIDE", "7.5"),
+              ("PASSED", "PASSED", "7.4"), ("GROW", "KIND_GROW", "5.4"), ("TURN", "KIND_TURN", "5.4"),
+              ("CLOSE", "KIND_CLOSE", "5.4"), ("FLAG", "FLAG", "7.4"), ("BASE", "OF_BASE", "6.1"),
+              ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
+              ("AGREED", "AGREED", "6.1"), ("AGREED_2", None, "6.1"), ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"),
+              ("SMALL", "SIGN_SMALL", "6.1"), ("PLAIN", "PLAIN", "6.1"),
+              ("COPY", "FACE", "6.3")]
+WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "JOINT", "GAP", "GAP_3", "END_OPPOSITE",
+                 "INNER_OPPOSITE", "RULE"]
 
 
 def number(text, names):
@@ -52,8 +58,8 @@ def enum_values(header):
                 name, _, text = (part.strip() for part in item.partition("="))
                 at = number(text, values) if text else at + 1
                 values[name] = at
-    steps = re.search(r"#define CQI_RATE\(\w+\) (.*)", header).group(1)
-    values["CQI_RATE"] = tuple(numbers(steps))
+    for name in "CQI_RATE", "CQI_LEARN", "CQI_MIN_SPLITS":  # macros with an argument: the numbers in them
+        values[name] = tuple(numbers(re.search(rf"#define {name}\(\w+\) (.*)", header).group(1)))
     return values
 
 
@@ -61,80 +67,137 @@ def numbers(text):
     return [int(n) for n in re.findall(r"-?\d+", text)]
 
 
-def header_tables(header):
-    """The lists of the header: bit priors, weight priors (three), shares."""
-    names = "prior_bit", "prior_bare", "prior_located", "prior_fast", "shares"
-    return [numbers(re.search(rf"cqi_{name}\[.*?\] = \{{(.*?)\}};", header, re.S).group(1)) for name in names]
+def table(header, name):
+    return numbers(re.search(rf"cqi_{name}\[.*?\] = \{{(.*?)\}};", header, re.S).group(1))
 
 
 def block(values):
     return "```\n" + textwrap.fill(", ".join(map(str, values)), WIDTH) + "\n```\n"
 
 
+def bit_tables(enum):
+    """Name, first model, number of models, use."""
+    starts = [enum[f"CQI_{c}"] if c else None for _, c, _ in BIT_TABLES] + [enum["CQI_MODELS"]]
+    for k, start in enumerate(starts):
+        if start is None:  # the second of two tables of residuals
+            starts[k] = starts[k - 1] + enum["CQI_RESIDUAL_MODELS"]
+    return [(name, starts[k], starts[k + 1] - starts[k], use) for k, (name, _, use) in enumerate(BIT_TABLES)]
+
+
 def appendix():
-    header = HEADER.read_text()
+    header = HEADER.read_text(encoding="utf-8")
     enum = enum_values(header)
-    bits, weights, located, fast, shares = header_tables(header)
-    starts = [enum["CQI_" + c] for _, c in BIT_TABLES] + [enum["CQI_MODELS"]]
+    bits, bare, located, linear, yes, gain, logistic, reciprocal, inverse, rule = (
+        table(header, name) for name in ("prior_bit", "prior_bare", "prior_located", "prior_linear", "prior_yes",
+                                         "prior_gain", "logistic", "reciprocal", "inverse", "rule_class"))
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
-    assert len(weights) == enum["CQI_BARE_WEIGHTS"] == enum["CQI_EDGES"]
-    assert len(fast) == enum["CQI_FAST_WEIGHTS"] == enum["CQI_RULE"]
-    assert len(located) == enum["CQI_WEIGHTS"] and len(shares) == enum["CQI_SHARES"]
+    assert len(bare) == len(located) == enum["CQI_WEIGHTS"]
+    assert len(yes) == len(gain) == enum["CQI_QUESTIONS"]
+    assert len(linear) == 2 * enum["CQI_FAN_CLASSES"] * enum["CQI_FEATURES"]
+    assert rule == [min(max(k - enum["CQ_MAX_VALENCE"], 0), 5) for k in range(len(rule))]  # 8.4
+    assert logistic == [round(65536 / (1 + math.exp((63.5 - k) / 8))) for k in range(24, 104)]
+    assert reciprocal == [0, 65535] + [round(65536 / k) for k in range(2, len(reciprocal))]
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
-    for k, (name, _) in enumerate(BIT_TABLES):
-        text += f"| {name} | {starts[k]} | {starts[k + 1] - starts[k]} | {BIT_USE[name]} |\n"
-    text += "\nThe models of PLAIN begin like those of ALONG; those of FACE with n = 240. The n of all others:\n\n"
+    for row in bit_tables(enum):
+        text += "| %s | %d | %d | %s |\n" % row
+    text += "\nThe models of PLAIN begin like those of FIRST; those of COPY with n = 240. The n of all others:\n\n"
     text += block(bits)
-    text += "\n### A.2 Weights of a stream that is not fast, without positions\n\n"
-    text += f"A weight begins with n / 16 octave, that is 2^{enum['CQI_UNIT'] - 4} · n. Tables as in 8.2. Their n:\n\n"
-    text += block(weights)
-    text += "\n### A.3 Weights of a stream with positions\n\nAs in A.2:\n\n" + block(located)
-    text += "\n### A.4 Weights of a fast stream\n\nAs in A.2:\n\n" + block(fast)
-    text += f"\n### A.5 shares\n\n1 + 2^({enum['CQI_HEAVIEST']} - (k + 1/2) / 16), rounded down, for k = 0 .. "
-    text += f"{enum['CQI_SHARES'] - 2}, and a last 1:\n\n" + block(shares)
+    text += "\n### A.2 Weights without a position channel\n\n"
+    text += "A weight begins with n / 16 nat, that is 256 · n. Tables as in 8.2. Their n:\n\n" + block(bare)
+    text += "\n### A.3 Weights with a position channel\n\nAs in A.2:\n\n" + block(located)
+    text += "\n### A.4 Weights of the linear prediction\n\nA weight of 9.5 begins with 1024 · n. First along[0][0 .. 3], "
+    text += "... along[7][0 .. 3], then above. Their n:\n\n" + block(linear)
+    text += "\n### A.5 Questions\n\nyes[i] of 9.6 begins with 256 · n + 128. First HIT, then SAME. Their n:\n\n"
+    text += block(yes) + "\ngain[i] begins with 16 · n. Their n:\n\n" + block(gain)
+    text += "\n### A.6 logistic\n\n65536 / (1 + exp((39.5 - k) / 8)), rounded, for k = 0 .. 79:\n\n" + block(logistic)
+    text += "\n### A.7 Reciprocals\n\nreciprocal[n], 65536 / n rounded, for n = 0 .. 25:\n\n" + block(reciprocal)
+    text += "\ninverse[k], 2^14 / (1 + (k + 1/2) / 64) rounded, for k = 0 .. 63:\n\n" + block(inverse)
     return text
 
 
-def section(spec):
-    begin, end = spec.index(BEGIN) + len(BEGIN), spec.index(END)
-    return begin, end
+def fields(data):
+    """The bytes of the header as rows of a table."""
+    names = [("magic", 2, '"CQ"'), ("version", 1, "0"), ("V", 1, "6"), ("loops", 1, "0, so there is no field edges"),
+             ("chi", 1, "zigzag 2 is 1: one component of genus 0. F = 2 · 6 - 4 · 1 = 8"), ("channels", 1, "none"),
+             ("size", 1, f"bytes of the payload: {len(data) - 14}"),
+             ("payload check", 4, f"CRC-32 of the payload, {int.from_bytes(data[8:12], 'little'):08X}"),
+             ("header check", 2, "low half of the CRC-32 of the 12 bytes before"), ("payload", len(data) - 14, "")]
+    text, at = "| bytes | field | value |\n| --- | --- | --- |\n", 0
+    for name, size, value in names:
+        text += f"| {data[at:at + size].hex(' ')} | {name} | {value} |\n".replace("|  |", "| |")
+        at += size
+    return text
+
+
+def example(data):
+    import decoder  # reads the appendix, which must be there
+    trace = []
+    result = decoder.Decoder(data, trace=trace)
+    text = "```\n" + data.hex(" ") + "\n```\n\n" + fields(data)
+    text += "\nThe symbols, with the state after each; the frequency of a bit is that of a 1:\n\n```\n"
+    text += f"{'symbol':18} value  frequency/total  range      code       used\n"
+    text += "".join(decoder.trace_line(*symbol) + "\n" for symbol in trace)
+    text += "```\n\nThe triangles:\n\n```\n"
+    return text + "".join(" ".join(map(str, triangle)) + "\n" for triangle in result.triangles()) + "```\n"
+
+
+def encode(cqm):
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "example.cqm"
+        subprocess.run([cqm, "encode", "--quiet", "--connectivity", ROOT / "ref_data" / "octahedron.off", path], check=True)
+        return path.read_bytes()
+
+
+def section(spec, name="appendix"):
+    return spec.index(BEGIN % name) + len(BEGIN % name), spec.index(END % name)
 
 
 def rows_of_weights(spec):
     """The table of 8.2: name -> (first, size)."""
     text = spec[spec.index("### 8.2"):spec.index("### 8.3")]
-    rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| ([\d ·]+) \| ", text, re.M)
+    rows = re.findall(r"^\| ([A-Z_3]+) \| (\d+) \| ([\d ·]+) \| ", text, re.M)
     return {name: (int(first), number(size, {})) for name, first, size in rows}
 
 
 def check():
     """Pairs: what is compared, whether it agrees."""
-    spec, enum = SPEC.read_text(), enum_values(HEADER.read_text())
+    spec, enum = SPEC.read_text(encoding="utf-8"), enum_values(HEADER.read_text(encoding="utf-8"))
     begin, end = section(spec)
     rows = rows_of_weights(spec)
-    firsts = [enum["CQI_" + c] for _, c in WEIGHT_TABLES] + [enum["CQI_WEIGHTS"]]
+    firsts = [enum["CQI_" + name] for name in WEIGHT_TABLES] + [enum["CQI_WEIGHTS"]]
     results = [("appendix A", spec[begin:end] == appendix())]
-    for k, (name, _) in enumerate(WEIGHT_TABLES):
+    for k, name in enumerate(WEIGHT_TABLES):
         results.append(("8.2 " + name, rows.get(name) == (firsts[k], firsts[k + 1] - firsts[k])))
-    for name in "CQI_SETTLED", "CQI_MOST":
-        enum[name] >>= enum["CQI_UNIT"]
-    enum["last_share"] = enum["CQI_SHARES"] - 1
-    enum["spreads"] = enum["CQI_SPREADS"], enum["CQI_SPREADS"] - 1
-    enum["residual"] = tuple(enum["CQI_" + name] for name in ("SIGN", "TOP", "BITS"))
-    enum["kinds"] = tuple(enum[f"CQI_{b}"] - enum[f"CQI_{a}"] for a, b in [("OF_BASE", "ALONG"), ("ALONG", "ACROSS"),
-                          ("ACROSS", "NORMAL"), ("NORMAL", "FAST"), ("PLAIN", "FACE")])
+    kinds = dict(re.findall(r"^\| ([A-Z_2, ]+) \| of .* \| (\d+) \|$", spec, re.M))
+    sizes = {name: size for name, _, size, use in bit_tables(enum) if use == "6.1" and name != "SMALL"}
+    results.append(("6.1 kinds", {n: int(size) for names, size in kinds.items() for n in names.split(", ")} == sizes))
+    enum["residual"] = 2 - enum["CQI_TOP"], enum["CQI_BITS"]
+    enum["expected"] = enum["CQI_EXPECTED"] - 2, enum["CQI_EXPECTED"] - 2
+    enum["questions"] = enum["CQI_SAME"], enum["CQI_SAME"] - 1, enum["CQI_QUESTIONS"] - enum["CQI_SAME"]
+    enum["step"] = enum["CQI_LINEAR_STEP"], enum["CQI_LINEAR_STEP"]
+    enum["learn"] = tuple(16 - enum["CQI_NAT_BITS"] + shift for shift in enum["CQI_LEARN"])
+    enum["far"] = 4 << enum["CQI_RING_BITS"], 4 << enum["CQI_RING_BITS"]
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
-                       ("CQ_MAX_VALENCE", "valence is above %d"),
-                       ("CQI_RATE", "n < %d: %d; else n < %d: %d; else %d"), ("CQI_UNIT", "2^-%d octave"),
-                       ("CQI_STEP", "unit = %d · 2^14 / T"), ("CQI_LIMIT_EVERY", "a multiple of %d, each weight"),
-                       ("CQI_LEARN_EVERY", "a multiple of %d, weights move:"), ("spreads", "%d numbers mean[0 .. %d]"),
-                       ("CQI_LOCATED", "if %d candidates before it"), ("last_share", "min(t >> 18, %d)"),
-                       ("CQI_SETTLED", "highest plain score minus %d octaves, or"),
-                       ("CQI_MOST", "beyond %d octaves is set"),
-                       ("residual", "SIGN is model %d, TOP[n] is model %d + n and BITS[n] is model %d + n"),
-                       ("CQI_TURNED_BITS", "at most %d bits per value"), ("CQ_MAX_CHANNELS", "0 .. %d")]:
-        results.append((name, name in enum and text % enum[name] in " ".join(spec.split())))
+                       ("CQ_MAX_VALENCE", "If D ≤ %d: available"), ("CQI_HUB", "if flag = 0 and D ≥ %d: bit PASSED"),
+                       ("CQI_RATE", "if n < %d: %d; else n < %d: %d; else %d"),
+                       ("CQI_MIN_SPLITS", "s ≥ n / %d + %d"),
+                       ("residual", "TOP[n] is model n - %d and BITS[n] is model %d + n"),
+                       ("expected", "16 · e if e < %d, else 16 · (%d + e mod 2)"),
+                       ("CQI_RING_BITS", "min(%d - bits(m),"), ("CQI_FRACTION", "- bits(m), %d)"),
+                       ("CQI_NEAR", "top - %d list = the pairs with scores of low or more"),
+                       ("CQI_TRIES", "while rank < %d: while"), ("CQI_LISTED", "only the first %d pairs"),
+                       ("learn", "65536 · bit - P + 1024 >> %d with a position channel error = 65536 · bit - P + 2048 >> %d"),
+                       ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),
+                       ("CQI_RIVALS", "the first %d of"),
+                       ("questions", "The first %d questions are named HIT[0 .. %d], the other %d"),
+                       ("CQI_LESS", "half(mean(3 · spread x, S)) - 2 · h - %d"),
+                       ("CQI_LESS_ABOVE", "half(rough) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),
+                       ("far", "clamp(Bx - Mx, -%d, %d)"), ("CQ_MAX_CHANNELS", "0 .. %d"),
+                       ("CQI_NAT", "units of 1/%d nat")]:
+        value = enum.get(name)
+        found = text.count("%d") == (len(value) if isinstance(value, tuple) else 1) if value is not None else False
+        results.append((name, found and text % value in " ".join(spec.split())))
     return results
 
 
@@ -147,14 +210,20 @@ def report(results):
     return 1 if failed or not results else 0
 
 
-def write():
-    spec = SPEC.read_text()
-    begin, end = section(spec)
-    SPEC.write_text(spec[:begin] + appendix() + spec[end:])
+def replace(name, text):
+    spec = SPEC.read_text(encoding="utf-8")
+    begin, end = section(spec, name)
+    SPEC.write_text(spec[:begin] + text + spec[end:], encoding="utf-8")
+
+
+def write(cqm=None):
+    replace("appendix", appendix())
+    if cqm:
+        replace("example", example(encode(cqm)))
     return 0
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] not in (["write"], ["check"]):
+    if sys.argv[1:] != ["check"] and (sys.argv[1:2] != ["write"] or len(sys.argv) > 3):
         sys.exit(__doc__)
-    sys.exit(write() if sys.argv[1] == "write" else report(check()))
+    sys.exit(write(*sys.argv[2:]) if sys.argv[1] == "write" else report(check()))

@@ -1,8 +1,8 @@
-/* Encodes an OFF mesh with channels that cqm does not write: channels SEED <MESH >STREAM.
+/* Encodes an OFF mesh with channels that cqm does not write: channels SEED [CHANNEL...] <MESH >STREAM.
  * SPDX-License-Identifier: MIT
  *
- * The seed decides how many channels there are, their kinds, components and bits, and the noise on their values, which
- * follow the coordinates. The stream is fast if it is odd. */
+ * A channel is four numbers: kind,merge,components,bits, as in conquest.h. Without one the seed decides how many there
+ * are and which ones. It also decides the noise on their values, which follow the coordinates. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
@@ -29,12 +29,25 @@ static void *allocate(size_t size)
     return block;
 }
 
-static void make_channel(cq_channel *c)
+static void read_channel(cq_channel *c, const char *text)
+{
+    unsigned kind, merge, components, bits;
+    if (sscanf(text, "%u,%u,%u,%u", &kind, &merge, &components, &bits) != 4) fail("not a channel");
+    c->kind = (uint8_t)kind;
+    c->merge = (uint8_t)merge;
+    c->components = (uint8_t)components;
+    c->bits = (uint8_t)bits;
+    if (!cqi_channel_is_valid(c)) fail("not a valid channel");
+}
+
+/* text: NULL for a random one. */
+static void make_channel(cq_channel *c, const char *text)
 {
     uint32_t k;
-    do {
+    if (text) read_channel(c, text);
+    else do {
         c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 1));
-        c->merge = (uint8_t)(random_below(2) ? CQ_MIDPOINT : random_below(CQ_PER_FACE + 1));
+        c->merge = (uint8_t)(random_below(2) ? CQ_AVERAGE : random_below(CQ_PER_FACE + 1));
         c->components = (uint8_t)(1 + random_below(CQ_MAX_COMPONENTS));
         c->bits = (uint8_t)(random_below(4) ? 1 + random_below(CQ_MAX_BITS) : CQ_EXACT_BITS);
     } while (!cqi_channel_is_valid(c));
@@ -84,7 +97,7 @@ int main(int argc, char **argv)
     uint8_t *out;
     size_t size, stream, tries;
     cq_result result = CQ_ERROR_MEMORY;
-    if (argc != 2) fail("usage: channels SEED <MESH >STREAM");
+    if (argc < 2 || argc > 2 + CQ_MAX_CHANNELS) fail("usage: channels SEED [CHANNEL...] <MESH >STREAM");
     state = (uint32_t)strtoul(argv[1], NULL, 10) * 2654435761u;
     if (scanf("OFF %lu %lu %*d", &v, &f) != 2 || v > 100000 || f > 200000) fail("not an OFF file");
     xyz = (double *)allocate(3 * v * sizeof(double));
@@ -98,11 +111,10 @@ int main(int argc, char **argv)
     }
     in.shape.num_vertices = (uint32_t)v;
     in.shape.num_faces = (uint32_t)f;
-    in.shape.fast = strtoul(argv[1], NULL, 10) % 2;
-    in.shape.num_channels = random_below(CQ_MAX_CHANNELS + 1);
+    in.shape.num_channels = argc > 2 ? (uint32_t)argc - 2 : random_below(CQ_MAX_CHANNELS + 1);
     in.indices = indices;
     for (k = 0; k < in.shape.num_channels; k++) {
-        make_channel(&in.shape.channel[k]);
+        make_channel(&in.shape.channel[k], argc > 2 ? argv[2 + k] : NULL);
         in.values[k] = make_values(&in.shape.channel[k], xyz, indices, &in.shape,
                                    random_below(2) ? random_below(1000) : 0);
     }

@@ -27,28 +27,57 @@ class Tables:
 
     def __init__(self):
         text = SPEC.read_text(encoding="utf-8")
-        parts = re.split(r"^### A\.[1-5] .*$", text[text.index("## Appendix A."):], flags=re.M)[1:]
-        lists = [[int(n) for n in re.findall(r"-?\d+", re.search(r"```\n(.*?)```", part, re.S).group(1))]
-                 for part in parts]
-        self.bits, self.plain, self.located, self.fast, self.shares = lists
-        rows = re.findall(r"^\| ([A-Z_]+) \| (\d+) \| (\d+) \| ", parts[0], re.M)
+        appendix = text[text.index("## Appendix A."):]
+        lists = [[int(n) for n in re.findall(r"-?\d+", block)] for block in re.findall(r"```\n(.*?)```", appendix, re.S)]
+        self.bits, self.bare, self.located, linear, self.yes, self.gain, self.logistic, self.reciprocal, self.inverse = lists
+        rows = re.findall(r"^\| ([A-Z_2]+) \| (\d+) \| (\d+) \| ", appendix, re.M)
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
-        # A.1: PLAIN begins like ALONG
-        self.bits += self.bits[self.first["ALONG"]:self.first["ACROSS"]] + sizes["FACE"] * [240]
+        # A.1: PLAIN begins like FIRST
+        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + sizes["COPY"] * [240]
+        # A.4: along and above, by class
+        rows = [linear[k:k + 4] for k in range(0, 64, 4)]
+        self.linear = rows[:8], rows[8:]
 
 
 TABLES = Tables()
 
 # 8.2
-SIZE_B, SIZE_A, STATE, VALENCE, EDGE, RULE, EDGES, OUTER, BETWEEN = 0, 48, 96, 264, 348, 380, 416, 480, 544
+END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, GAP_3, END_OPPOSITE, INNER_OPPOSITE, RULE = \
+    0, 32, 96, 112, 144, 304, 560, 592, 608, 624
 
-OCTAVE = 1 << 22
 
+# -- 1.2 Numbers -------------------------------------------------------------------------------------------------------
 
 def quotient(a, b):
-    """a / b of 1.2: rounded toward zero."""
-    return a // b if a >= 0 else -(-a // b)
+    """a / b: rounded toward zero."""
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+def half(a):
+    return (a * a).bit_length() if a < 1 << 15 else 2 * a.bit_length()
+
+
+def log8(a):
+    n = a.bit_length() - 1
+    return 8 * n + (a << 3 >> n) % 8
+
+
+def div(a, b):
+    n = b.bit_length() - 1
+    return a * TABLES.inverse[(b << 6 >> n) % 64] >> 14 + n
+
+
+def norm(v):
+    return 11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4
+
+
+def sign(a):
+    return (a > 0) - (a < 0)
+
+
+def scaled(x, h):
+    return x << h if h >= 0 else x >> -h
 
 
 def clamp(a, low, high):
@@ -61,7 +90,7 @@ class Channel:
     """2.4. `first`: the place of its first number among those of a vertex."""
 
     COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,)]
-    MIDPOINT, KEEP, PER_FACE = 0, 1, 2
+    AVERAGE, COPY, PER_FACE = 0, 1, 2
 
     def __init__(self, kind_and_merge, components, bits):
         self.kind, self.merge = kind_and_merge % 16, kind_and_merge // 16
@@ -73,9 +102,9 @@ class Channel:
     def is_valid(self):
         return self.kind < len(Channel.COMPONENTS) and self.components in Channel.COMPONENTS[self.kind] and \
             self.merge <= Channel.PER_FACE and not (self.per_face and self.components != 1) and \
-            (1 <= self.bits <= 24 or (self.exact and self.merge != Channel.MIDPOINT))
+            (1 <= self.bits <= 24 or self.exact)
 
-    # 6.1
+    # 9.11
     def number(self, value):
         if not self.exact:
             return value
@@ -142,12 +171,14 @@ class Header:
         if self.vertices == 0 and (self.loops or self.faces):
             raise End("corrupt")
 
+    def all_faces(self):
+        return self.faces + self.edges
+
     def has_euler(self, euler):  # 5.7
         return euler == 2 * self.vertices - self.faces - self.edges
 
     def read_channels(self):  # 2.4
         count = self.uint(1)
-        self.fast, count = count > 127, count % 128
         if count > 8:
             raise End("unsupported")
         self.channels = []
@@ -167,11 +198,7 @@ class Header:
     @property
     def position(self):
         """The position channel, or None."""
-        return next((c for c in self.channels if c.kind == 0 and c.merge == 0), None)
-
-    @property
-    def has_positions(self):
-        return self.position is not None and not self.fast
+        return next((c for c in self.channels if c.kind == 0 and c.merge == Channel.AVERAGE and not c.exact), None)
 
     def numbers(self):
         """The channel of each number of a vertex."""
@@ -183,11 +210,15 @@ class Header:
 
 # -- 3. Range decoder --------------------------------------------------------------------------------------------------
 
+def adapted(m, bit, rate):
+    return m + (65504 - m >> rate) if bit else m - (m - 32 >> rate)
+
+
 class RangeDecoder:
     def __init__(self, payload, trace):
         self.payload, self.used = payload, 0
         self.range, self.code = 0xffffffff, 0
-        self.rate = 5
+        self.rate = 4
         self.trace = trace
         self.models = [256 * n + 128 for n in TABLES.bits]
         for _ in range(4):
@@ -206,32 +237,27 @@ class RangeDecoder:
             self.range <<= 8
             self.code = self.code << 8 | self.next_byte()
 
+    def chance(self, m):  # 3.3
+        """A bit that is 1 with a probability of m / 65536."""
+        one = (self.range >> 16) * m
+        if self.code < one:
+            self.take(0, one)
+            return 1
+        self.take(one, self.range - one)
+        return 0
+
     def bit(self, table, index=0):  # 3.3
         k = TABLES.first[table] + index
         m = self.models[k]
-        one = (self.range >> 16) * m
-        if self.code < one:
-            bit = 1
-            self.take(0, one)
-            self.models[k] = m + ((65504 - m) >> self.rate)
-        else:
-            bit = 0
-            self.take(one, self.range - one)
-            self.models[k] = m - ((m - 32) >> self.rate)
+        bit = self.chance(m)
+        self.models[k] = adapted(m, bit, self.rate)
         self.log(f"bit {table}[{index}]", bit, m, 65536)
         return bit
 
-    def symbol(self, freqs, name="symbol"):  # 3.4
-        total = sum(freqs)
-        slot = self.range // total
-        s = min(self.code // slot, total - 1)
-        start = k = 0
-        while s >= start + freqs[k]:
-            start += freqs[k]
-            k += 1
-        self.take_slots(slot, start, freqs[k], total)
-        self.log(name, k, freqs[k], total)
-        return k
+    def fixed(self, name, m):
+        bit = self.chance(m)
+        self.log(name, bit, m, 65536)
+        return bit
 
     def take_slots(self, slot, start, freq, total):
         last = start + freq == total
@@ -446,7 +472,7 @@ class Mesh:
     def is_virtual(self, v):
         return v >= self.first_virtual
 
-    def split(self, a, b, ring, p, q):  # 8.9
+    def split(self, a, b, ring, p, q):  # 8.8
         for k in range(p, q):
             triangle = self.left.pop((a, ring[k + 1]))
             self.left.pop((ring[k], a))
@@ -467,263 +493,414 @@ class Mesh:
         self.enter(triangle)
 
 
-# -- 7. and 8. ---------------------------------------------------------------------------------------------------------
+# -- Vectors -----------------------------------------------------------------------------------------------------------
 
-class Patch:
-    def __init__(self, centre, ring, case):
-        self.centre, self.ring, self.case = centre, ring, case
-        self.split = 0
+def plus(a, b):
+    return [x + y for x, y in zip(a, b)]
 
 
-def valence_class(valence):  # 8.3
-    return 0 if valence < 3 else valence - 3 if valence < 16 else 13
+def minus(a, b):
+    return [x - y for x, y in zip(a, b)]
+
+
+def shifted(a, n):
+    return [x >> n for x in a]
+
+
+def total(vectors):
+    return [sum(components) for components in zip([0, 0, 0], *vectors)]
 
 
 def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1]
+    return sum(x * y for x, y in zip(a, b))
 
 
 def cross(a, b):
     return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
 
 
-def bits_of(*numbers):
-    """Of the largest absolute value."""
-    return max(map(abs, numbers)).bit_length()
+def mean(x, n):  # 9.2
+    return x * TABLES.reciprocal[n] >> 16
 
 
-def fit(*numbers):  # 6.4
-    """Scaled by the power of two that gives the largest one 14 bits."""
-    g = 14 - bits_of(*numbers)
-    return [n << g if g >= 0 else n >> -g for n in numbers]
+def mean_of(vector, n):
+    return [mean(x, n) for x in vector]
 
 
-def half(x):  # 6.1
-    return bits_of(x * x) if x < 1 << 15 else 2 * bits_of(x)
+# -- 8. The pair -------------------------------------------------------------------------------------------------------
 
+class Ring:
+    """The ring of a centre, and 8.3."""
 
-class Turn:
-    """6.4: takes (x, y) to about (length, 0)."""
+    def __init__(self, centre, ring, valences, states, position=None):
+        """position: gives that of a vertex, None of a virtual one; None without a position channel."""
+        self.centre, self.x, self.states = centre, ring, states
+        self.size = len(ring)
+        self.val = [min(v, 31) for v in valences]
+        self.kind = [4 * (0 if v < 4 else v - 3 if v < 10 else 7) + state for v, state in zip(self.val, states)]
+        self.length = self.opposite = [0] * self.size
+        if position:
+            self.locate(position)
+            self.find_lengths()
+            self.find_angles()
 
-    def __init__(self, x, y):
-        u, v = abs(x), abs(y)
-        g = max(u, v) + 3 * min(u, v) // 8
-        self.tangent = self.sine = self.length = 0
-        if g > 0:
-            self.length = ((u * u + v * v) // g + g) // 2
-            self.tangent = quotient(-512 * y, self.length + u)
-            self.sine = quotient(-512 * y, self.length)
-        if x < 0:
-            self.tangent, self.sine, self.length = -self.tangent, -self.sine, -self.length
+    def locate(self, position):
+        origin = position(self.centre)
+        self.real = [position(x) is not None for x in self.x]
+        offsets = [minus(position(x), origin) if real else [0, 0, 0] for x, real in zip(self.x, self.real)]
+        self.h = min(14 - max(abs(c) for o in offsets for c in o).bit_length(), 4)
+        self.s = [[scaled(c, self.h) for c in o] for o in offsets]
+        self.sq = [dot(s, s) for s in self.s]
 
-    def forth(self, v, i, j):
-        """Components i and j of v."""
-        v[i] -= v[j] * self.tangent >> 9
-        v[j] += v[i] * self.sine >> 9
-        v[i] -= v[j] * self.tangent >> 9
+    def find_lengths(self):
+        logarithms = [log8(sq + 1) for sq in self.sq]
+        a, b = sorted(x for x, real in zip(logarithms, self.real) if real)[:2]
+        base = (a + b) // 2 - 8
+        self.length = [clamp(quotient(3 * (x - base), 8), 0, 14) if real else 15
+                       for x, real in zip(logarithms, self.real)]
 
-    def back(self, v, i, j):
-        v[i] += v[j] * self.tangent >> 9
-        v[j] -= v[i] * self.sine >> 9
-        v[i] += v[j] * self.tangent >> 9
+    def find_angles(self):
+        here, there = [0] * self.size, [0] * self.size
+        for k in range(self.size):
+            following = (k + 1) % self.size
+            a, b = self.s[k], self.s[following]
+            area = norm(shifted(cross(a, b), 4)) + 1
+            here[k] = clamp(div(self.sq[following] - dot(a, b), area), -64, 64)
+            there[following] = clamp(div(self.sq[k] - dot(a, b), area), -64, 64)
+        self.opposite = [clamp(a + b + 26 >> 2, 0, 15) for a, b in zip(here, there)]
 
-
-class Spokes:
-    """8.5 for one ring, as much of it as fast streams have: edge."""
-
-    def __init__(self, centre, positions):
-        """positions: None for a virtual vertex."""
-        self.count = len(positions)
-        self.s = self.scale([[x - c for x, c in zip(position or centre, centre)] for position in positions])
-        self.lengths = [(11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4) + 1 for v in self.s]
-        real = sorted(length for length, position in zip(self.lengths, positions) if position)
-        shortest = real[0] + real[1]
-        g = max(bits_of(shortest) - 14, 0)
-        unit = (1 << 26) // (shortest >> g)
-        self.edge = [15 if position is None else 14 if length > 2 * shortest else
-                     clamp(((length >> g) * unit >> 23) - 3, 0, 14)
-                     for length, position in zip(self.lengths, positions)]
-
-    def scale(self, offsets):
-        return offsets
-
-
-class Geometry(Spokes):
-    """All of 8.5."""
-
-    def __init__(self, centre, positions):
-        super().__init__(centre, positions)
-        self.mean = sum(self.lengths) // self.count + 1
-        normal = [0, 0, 0]
-        for k in range(self.count):
-            normal = [n + x for n, x in zip(normal, cross(self.s[k - 1], self.s[k]))]
-        normal = fit(*normal)
-        self.first = Turn(normal[0], normal[1])
-        self.second = Turn(normal[2], self.first.length)
-        turned = [self.turn_forth(v) for v in self.s]
-        self.flat = [v[:2] for v in turned]
-        self.dir = [[x * (65536 // length) >> 10 for x in v] for v, length in zip(self.flat, self.lengths)]
-        self.height = sum(abs(v[2]) for v in turned)
-
-    def scale(self, offsets):
-        self.h = 8 - max(bits_of(*o) for o in offsets)
-        return [[x << self.h if self.h >= 0 else x >> -self.h for x in o] for o in offsets]
-
-    def turn_forth(self, vector):
-        v = list(vector)
-        self.first.forth(v, 0, 1)
-        self.second.forth(v, 2, 0)
-        return v
-
-    def features(self, p, q):
-        """The numbers of the weights in EDGES, OUTER, BETWEEN."""
-        count, apart = self.count, q - p
-        n_b, n_a = apart + 2, count - apart + 2
-        r_b = [sum(self.flat[k][c] for k in range(p, q + 1)) for c in range(2)]
-        r_a = [sum(self.flat[k][c] for k in range(count) if k <= p or k >= q) for c in range(2)]
-        scale = (1 << 22) // ((2 * n_a * n_b + n_a + n_b) * self.mean)
-        move = [(n_a * b - n_b * a) * scale >> 15 for a, b in zip(r_a, r_b)]
-
-        def advance(k):
-            return clamp((dot(self.dir[k % count], move) >> 9) + 4, 0, 7)
-
-        rest = count - apart
-        steps = min(apart, 4) if apart < rest else 4 + min(rest, 3)
-        angle = clamp((dot(self.dir[p], self.dir[q]) >> 10) + 4, 0, 7)
-        return (EDGES + 8 * (self.edge[p] // 2) + self.edge[q] // 2, OUTER + 8 * advance(p - 1) + advance(q + 1),
-                BETWEEN + 8 * steps + angle)
-
-    # 6.4
-    def expect(self, x):
-        return max(half(x) - 2 * (3 + self.h), 0)
-
-    def axes(self, predicted):
-        """Three turns, and the half bits to expect along the surface and along the normal."""
-        third = Turn(*fit(*self.turn_forth(predicted)[:2]))
-        return (self.first, self.second, third, self.expect(3 * self.mean),
-                self.expect(8 * self.height // self.count))
-
-
-class Model:
-    """Weights, and one ring's features."""
-
-    def __init__(self, header):
-        self.fast, self.located = header.fast, header.has_positions
-        priors = TABLES.fast if self.fast else TABLES.located if self.located else TABLES.plain
-        self.weight = [n << 18 for n in priors]
-
-    def score(self, features):
-        return sum(self.weight[w] for w in features)
-
-    def code_pair(self, coder, valences, states, case, level_class, geometry, before):
-        """Decodes p, q of a ring, and learns. geometry: None without a position channel; before: number of vertices."""
-        count = len(valences)
-        val = [min(v, 31) for v in valences]
-        ends = self.end_features(val, states, level_class, geometry)
-        sizes = [[SIZE_B + 16 * level_class + min(k, 15), SIZE_A + 16 * level_class + min(count - k, 15)]
-                 for k in range(count)]
-
-        def simple(p, q):
-            return ends[0][p] + ends[1][q] + sizes[q - p]
-
-        if self.fast:
-            pair = self.code_steps(coder, count, case, simple, before % 8 == 0)
-        else:
-            pair = self.code_candidate(coder, val, states, case, simple, geometry)
-        if before % 1024 == 0:
-            self.limit()  # 8.7
-        return pair
-
-    def code_candidate(self, coder, val, states, case, simple, geometry):  # 8.6
-        count = len(val)
-        low = self.alternatives(val, states, range(count))
-        high = self.alternatives(val, states, range(count - 1, -1, -1))
-
-        def rule(p, q):  # 8.4
-            vb = q - p + 2
-            return RULE + 6 * clamp(low[p] - vb + 2, 0, 5) + clamp(high[q] - vb + 2, 0, 5)
-
-        # 8.1
-        pairs = [(p, q) for q in range(1, count) for p in range(q)]
-        allowed = [(case != 1 or q == count - 1) and (case != 2 or p == 0) for p, q in pairs]
-        features = [simple(p, q) + [rule(p, q)] for p, q in pairs]
-        scores = list(map(self.score, features))
-        if self.located:
-            least = max(scores) - 5 * OCTAVE
-            for k in [k for k, score in enumerate(scores) if score >= least][:63]:
-                located = geometry.features(*pairs[k])
-                features[k] += located
-                scores[k] += self.score(located)
-        freqs = [freq * ok for freq, ok in zip(self.frequencies(scores), allowed)]
-        chosen = coder.symbol(freqs, "pair")
-        self.learn(self.gradients(features, freqs, chosen))
-        return pairs[chosen]
-
-    @staticmethod
-    def frequencies(scores):
-        highest = max(scores)
-        return [TABLES.shares[min(highest - score >> 18, 223)] for score in scores]
-
-    # 8.8
-    def code_steps(self, coder, count, case, simple, learns):
-        """`simple` gives the features of a pair."""
-        best = [max(((p, p + steps) for p in range(count - steps)), key=lambda pair: self.score(simple(*pair)))
-                for steps in range(1, count)]
-        k, gradients = self.code_listed(coder, "steps", [simple(*pair) for pair in best])
-        steps = k + 1
-        p = 0 if case == 2 else count - 1 - steps
-        if case == 0:
-            p, more = self.code_listed(coder, "place", [simple(p, p + steps) for p in range(count - steps)])
-            gradients += more
-        if learns:
-            self.learn(gradients)
-        return p, p + steps
-
-    def code_listed(self, coder, name, features):
-        """One of some candidates, and what there is to learn."""
-        freqs = self.frequencies(list(map(self.score, features)))
-        chosen = coder.symbol(freqs, name)
-        return chosen, self.gradients(features, freqs, chosen)
-
-    @staticmethod
-    def end_features(val, states, level_class, geometry):  # 8.3
-        """Of all ring vertices as x[p], and as x[q]."""
-        vc = [valence_class(v) for v in val]
-        ends = [], []
-        for k in range(len(val)):
-            numbers = [STATE + 2 * (6 * vc[k] + states[k]), VALENCE + 2 * (14 * level_class + vc[k])]
-            if geometry:
-                numbers.append(EDGE + 2 * geometry.edge[k])
-            for end in 0, 1:
-                ends[end].append([n + end for n in numbers])
-        return ends
-
-    @staticmethod
-    def alternatives(val, states, order):  # 8.4
-        best, result = 99, [0] * len(val)
+    def alternatives(self, order):  # 8.4
+        best, result = 31, [0] * self.size
         for k in order:
             result[k] = best
-            if states[k] <= 1:
-                result[k] = min(best, val[k] + 1)
-                best = min(best, val[k])
+            if self.states[k] == 0:
+                result[k] = min(best, self.val[k] + 1)
+                best = min(best, self.val[k])
         return result
 
-    # 8.7
+    def features(self):  # 8.2
+        """Pairs (p, q) in their order, and the numbers of the weights of each."""
+        low, high = self.alternatives(range(self.size)), self.alternatives(range(self.size - 1, -1, -1))
+
+        def end(k, which):
+            return [END_LENGTH + 16 * which + self.length[k], END_KIND + 32 * which + self.kind[k],
+                    END_OPPOSITE + self.opposite[k]]
+
+        pairs = [(p, q) for q in range(1, self.size) for p in range(q)]
+        result = []
+        for p, q in pairs:
+            numbers = end(p, 0) + end(q, 1)
+            for k in range(p + 1, q):
+                numbers += [INNER_LENGTH + self.length[k], INNER_KIND + self.kind[k], INNER_OPPOSITE + self.opposite[k]]
+            numbers.append(JOINT + 16 * clamp(self.size - 3, 0, 9) + min(q - p, 15))
+            numbers.append(RULE + 6 * clamp(low[p] - (q - p), 0, 5) + clamp(high[q] - (q - p), 0, 5))
+            result.append(numbers)
+        return pairs, result
+
+
+class Pairs:
+    """The weights of 8.2."""
+
+    NEAR, TRIES, LISTED, NAT = 3072, 16, 48, 4096
+
+    def __init__(self, located):
+        self.located = located
+        self.weight = [256 * n for n in (TABLES.located if located else TABLES.bare)]
+
+    def decode(self, coder, ring):  # 8.6
+        pairs, features = ring.features()
+        scores = [sum(self.weight[w] for w in numbers) for numbers in features]
+        everything = range(len(pairs))
+        low = max(scores) - self.NEAR
+        listed = [k for k in everything if scores[k] >= low][:self.LISTED]
+        rank = 0
+        while rank < self.TRIES:
+            while not listed and rank < self.TRIES:
+                listed = [k for k in everything if low - self.NEAR <= scores[k] < low][:self.LISTED]
+                low -= self.NEAR
+                rank += 1
+            if not listed:
+                break
+            best = max(range(len(listed)), key=lambda at: scores[listed[at]])
+            listed[best], listed[-1] = listed[-1], listed[best]
+            k = listed.pop()
+            rest = sorted((scores[other] for other in listed), reverse=True)[:2] + [None, None]
+            if self.is_it(coder, pairs[k], rank, scores[k], rest, features[k]):
+                return pairs[k]
+            rank += 1
+        return pairs[coder.uniform(len(pairs))]
+
+    def is_it(self, coder, pair, rank, best, rest, features):
+        def gap(x):
+            return 31 if x is None else min(best - x >> 10, 31)
+
+        r = min(rank, 7)
+        extra = [GAP + 32 * r + gap(rest[0])] + [GAP_3 + gap(rest[1])] * (r == 0)
+        bit, error = self.decision(coder, pair, best + sum(self.weight[w] for w in extra))
+        for w in extra + features:  # 8.7
+            if -8 * self.NAT < self.weight[w] + error < 8 * self.NAT:
+                self.weight[w] += error
+        return bit
+
+    def decision(self, coder, pair, score):  # 8.5
+        chance = TABLES.logistic[clamp((score >> 9) + 40, 0, 79)]
+        bit = coder.fixed("try %d, %d" % pair, chance)
+        shift = 11 if self.located else 12
+        return bit, 65536 * bit - chance + (1 << shift - 1) >> shift
+
+
+# -- 9. Values of a split ----------------------------------------------------------------------------------------------
+
+class Questions:
+    """9.6. `worth` is that of HIT and that of SAME."""
+
+    HIT, SAME = 0, 64
+
+    def __init__(self):
+        self.yes = [256 * n + 128 for n in TABLES.yes]
+        self.gain = [16 * n for n in TABLES.gain]
+        self.worth = {Questions.HIT: 4096, Questions.SAME: 4096}
+
+    def is_used(self, which, vertices):
+        return vertices % 16 == 0 or self.worth[which] > 24
+
+    def ask(self, coder, i):
+        if self.gain[i] < 0:
+            return 0
+        name = f"ask HIT[{i}]" if i < Questions.SAME else f"ask SAME[{i - Questions.SAME}]"
+        return coder.fixed(name, self.yes[i])
+
+    def learn(self, i, answer, saved):
+        """Returns the gain."""
+        result = clamp(saved, -1024, 1024) - self.cost(self.yes[i]) if answer else -self.cost(65536 - self.yes[i])
+        gain = result if self.gain[i] >= 0 else 0
+        self.gain[i] += 16 * result - self.gain[i] >> 7
+        self.yes[i] = adapted(self.yes[i], answer, 5)
+        return gain
+
+    def count(self, which, gain):
+        self.worth[which] += 16 * gain - self.worth[which] >> 6
+
     @staticmethod
-    def gradients(features, freqs, chosen):
-        """Pairs: weights of a candidate, and y."""
-        unit = (110000 << 14) // sum(freqs)
-        y = [-(freq * unit >> 14) for freq in freqs]
-        y[chosen] -= sum(y)
-        return list(zip(features, y))
+    def cost(chance):
+        return 1024 - 8 * log8(chance)
 
-    def learn(self, gradients):
-        for numbers, y in gradients:
-            for w in numbers:
-                self.weight[w] += y
 
-    def limit(self):
-        self.weight = [clamp(weight, -8 * OCTAVE, 8 * OCTAVE) for weight in self.weight]
+class Fan:
+    """9.2."""
+
+    def __init__(self, mesh, ring, p, q):
+        self.p, self.q = p, q
+        x = ring.x
+        part = x[p:q + 1]
+        self.v = [ring.centre] + [y for y in part if not mesh.is_virtual(y)]
+        self.size = len(self.v)
+        self.at_boundary = any(map(mesh.is_virtual, part))
+        beyond = [x[p - 1]] + [mesh.front[x[k], x[k + 1]] for k in range(p, q)] + [x[(q + 1) % len(x)]]
+        if self.at_boundary:
+            beyond = [None] * self.size
+        self.w = [None if y is None or mesh.is_virtual(y) else y for y in beyond]
+        self.known = [k for k in range(self.size) if self.w[k] is not None]
+        self.group = 0 if self.at_boundary else min(self.size, 9) - 2
+
+
+def follow(weights, k, product):
+    """9.8 and 9.9."""
+    weights[k] = clamp(weights[k] + 200 * sign(product), -(1 << 18), 1 << 18)
+
+
+class Linear:
+    """9.5."""
+
+    def __init__(self):
+        self.along, self.above = ([[1024 * n for n in row] for row in rows] for rows in TABLES.linear)
+
+
+class Place:
+    """9.3 to 9.8: the position of one B."""
+
+    def __init__(self, decoder, ring, fan, position):
+        self.decoder, self.ring, self.fan, self.position = decoder, ring, fan, position
+        self.h = ring.h
+        self.find_axes()
+        self.find_offsets()
+        self.find_features()
+        self.predict()
+
+    def find_axes(self):  # 9.3
+        ring, fan = self.ring, self.fan
+        y = [shifted(ring.s[k], 4) for k in range(fan.p, fan.q + 1) if ring.real[k]]
+        normal = total(cross(a, b) for a, b in zip(y, y[1:]))
+        t = 1 + ((abs(normal[0]) | abs(normal[1]) | abs(normal[2])) >> 20).bit_length()
+        n = shifted(normal, t)
+        z = max(range(3), key=lambda k: abs(n[k]))
+        self.axes = [(z + 1) % 3, (z + 2) % 3, z]
+        self.slope = [-quotient(256 * n[k], n[z]) if n[z] else 0 for k in self.axes[:2]]
+
+    def height(self, a):
+        return a[2] - (self.slope[0] * a[0] + self.slope[1] * a[1] >> 8)
+
+    def offset(self, v):
+        difference = minus(self.position(v), self.position(self.fan.v[0]))
+        return [scaled(difference[k], self.h) for k in self.axes]
+
+    def find_offsets(self):
+        fan = self.fan
+        self.at = [self.offset(v) for v in fan.v]
+        self.out = {k: [clamp(c, -32768, 32768) for c in self.offset(fan.w[k])] for k in fan.known}
+        self.mean = mean_of(total(self.at), fan.size)
+
+    def following(self, k):
+        return self.at[(k + 1) % self.fan.size]
+
+    def find_features(self):  # 9.4
+        fan, size, at = self.fan, self.fan.size, self.at
+        d = [minus(a, self.mean) for a in at]
+        spread = [sum(abs(x[c]) for x in d) for c in range(3)]
+        self.extent = mean(sum(spread), size)
+        rough = sum(abs(self.height(x)) for x in d)
+        self.expected = [half(mean(3 * spread[c], size)) - 2 * self.h - 4 for c in range(2)]
+        self.expected.append(half(rough) - 2 * self.h - 2)
+        outer = total(minus(minus([2 * c for c in self.out[k]], at[k]), self.following(k)) for k in fan.known)
+        n = len(fan.known)
+        f0 = [c * TABLES.reciprocal[n] >> 17 for c in outer]
+        f1 = [-c for c in self.mean]
+        f2 = [0, 0, 0] if fan.at_boundary else minus(shifted(plus(at[1], at[-1]), 1), self.mean)
+        weights = [div(64 * self.extent, sum(map(abs, x)) + 5 * self.extent // 16 + 1) for x in d]
+        scale = div(1 << 24, sum(weights) + 1)
+        f3 = [sum(w * x[c] for w, x in zip(weights, d)) * scale >> 24 for c in range(3)]
+        self.f = [f0, f1, f2, f3]
+
+    def predict(self):  # 9.5
+        linear, group = self.decoder.linear, self.fan.group
+        self.along, self.above = linear.along[group], linear.above[group]
+        self.linear = [self.mean[c] + (sum(w * f[c] for w, f in zip(self.along, self.f)) >> 16) for c in range(2)]
+        self.rise = sum(w * self.height(f) for w, f in zip(self.above, self.f)) >> 16
+
+    # 9.6
+    def rivals(self):
+        at, size, fan = self.at, self.fan.size, self.fan
+        result = [minus(plus(at[k], self.following(k)), self.out[k]) for k in fan.known]
+        result += [minus(plus(at[k - 1], self.following(k)), at[k]) for k in range(size)]
+        for k in range(size - 2):
+            for j in range(k + 2, size):
+                if (k, j) != (0, size - 1):
+                    result.append(shifted(plus(at[k], at[j]), 1))
+        return result[:16]
+
+    @staticmethod
+    def apart(a, b):
+        return max(abs(a[0] - b[0]), abs(a[1] - b[1]))
+
+    def vote(self):
+        rivals = self.rivals()
+        self.radius = 14 * self.extent // 256 + ((3 << self.h) // 2 if self.h >= 0 else 0)
+
+        def agree(a, b):
+            x = self.apart(a, b)
+            return 2 if x < self.radius // 2 else int(x < self.radius)
+
+        votes = [sum(agree(a, b) for j, b in enumerate(rivals) if j != k) for k, a in enumerate(rivals)]
+        best = votes.index(max(votes))
+        near = [r for k, r in enumerate(rivals) if k == best or self.apart(r, rivals[best]) < self.radius]
+        self.agreed = mean_of(total(near), len(near))
+        self.group = next((k for k, most in enumerate((0, 1, 2, 4, 7, 11, 17)) if votes[best] <= most), 7)
+        x = self.apart(self.agreed, self.linear)
+        far = sum(x >= self.radius << i for i in range(5))
+        return Questions.HIT + 8 * self.group + far
+
+    def decode(self):
+        """B relative to A, in the order of the components."""
+        questions, coder = self.decoder.questions, self.decoder.coder
+        self.same = questions.is_used(Questions.SAME, self.decoder.vertices)
+        self.same_gain = hit = 0
+        question = None
+        if questions.is_used(Questions.HIT, self.decoder.vertices) and not self.fan.at_boundary and self.fan.size >= 4:
+            question = self.vote()
+            hit = questions.ask(coder, question)
+        x, y, z = self.coordinates(hit)
+        self.learn(question)
+        result = [0, 0, 0]
+        for axis, value in zip(self.axes, (x, y, z)):
+            result[axis] = value
+        return result
+
+    # 9.7
+    def coordinate(self, kind, e, predicted):
+        h = self.h
+        predicted = clamp(predicted, -65536, 65536)
+        r = predicted + (1 << h - 1) >> h if h > 0 else predicted << -h
+        fraction = (predicted + (1 << h - 1) >> h - 2) % 4 if h >= 2 else None
+        residual = self.decoder.difference(kind, e, 26, fraction)
+        return r + residual, half(abs(residual))
+
+    def component(self, place, c, kind, e, predicted):
+        if not self.same or self.h < 0:
+            return self.coordinate(kind, e, predicted)
+        questions = self.decoder.questions
+        numbers = [a[c] for a in self.at]
+        many = max(map(numbers.count, numbers))
+        last = [k for k, n in enumerate(numbers) if numbers.count(n) == many and n not in numbers[k + 1:]]
+        common = min((numbers[k] for k in last), key=lambda n: abs(n - predicted))
+        question = Questions.SAME + 8 * place + min(many, 7)
+        if questions.ask(self.decoder.coder, question):
+            value, size = common >> self.h, max(e, 0)
+        else:
+            value, size = self.coordinate(kind, e, predicted)
+        answer = int(value == common >> self.h)
+        self.same_gain += questions.learn(question, answer, self.price(common - predicted) + 192)
+        return value, size
+
+    def price(self, x):
+        least = (3 << self.h) // 4 if self.h > 0 else 1
+        return 32 * (half(abs(x) + least) - 2 * self.h)
+
+    def require(self, *values):
+        if not all(-(1 << 25) <= value < 1 << 25 for value in values):
+            self.decoder.reject("corrupt")
+
+    def coordinates(self, hit):
+        h = self.h
+        if hit:
+            e = half(self.radius) - 2 * h
+            kind = "AGREED_2" if self.group == 7 else "AGREED"
+            x, size_x = self.coordinate(kind, e, self.agreed[0])
+            y, size_y = self.coordinate(kind, quotient(e + size_x + 1, 2), self.agreed[1])
+        else:
+            x, size_x = self.component(0, 0, "FIRST", self.expected[0], self.linear[0])
+            y, size_y = self.component(1, 1, "SECOND", quotient(3 * self.expected[1] + size_x, 4), self.linear[1])
+        self.require(x, y)
+        self.b = [scaled(x, h), scaled(y, h)]
+        u, v = (clamp(b - m, -65536, 65536) for b, m in zip(self.b, self.mean))
+        self.plane = self.mean[2] - self.height([u, v, 0])
+        predicted = self.plane + (self.height(minus(self.agreed, self.mean)) if hit else self.rise)
+        kind = "AGREED_NORMAL" if hit else "NORMAL"
+        e = quotient(self.expected[2] + 3 * max(size_x, size_y), 4)
+        z, _ = self.component(2 + hit, 2, kind, e, predicted)
+        self.require(z)
+        self.b.append(scaled(z, h))
+        return x, y, z
+
+    # 9.8
+    def learn(self, question):
+        questions = self.decoder.questions
+        errors = minus(self.b[:2], self.linear)
+        above = self.b[2] - self.plane - self.rise
+        for k, f in enumerate(self.f):
+            follow(self.along, k, dot(errors, f))
+            follow(self.above, k, above * self.height(f))
+        if question is not None:
+            saved = sum(self.price(self.b[c] - self.linear[c]) - self.price(self.b[c] - self.agreed[c])
+                        for c in range(2))
+            answer = int(self.apart(self.b, self.agreed) < 3 * self.radius // 2)
+            questions.count(Questions.HIT, questions.learn(question, answer, saved))
+        if self.same:
+            questions.count(Questions.SAME, self.same_gain)
+
+
+# -- The decoder -------------------------------------------------------------------------------------------------------
+
+FREE, HELD, HELD_OFTEN, TAKEN = range(4)  # 7.4
 
 
 class Decoder:
@@ -735,7 +912,7 @@ class Decoder:
         self.values = []       # per vertex, all channels of vertices in a row
         self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
-        self.levels = 0
+        self.levels = self.error = 0
         self.stop = stop
         try:
             self.header = Header(data)
@@ -749,7 +926,7 @@ class Decoder:
     def triangles(self):
         return self.mesh.real if self.mesh and self.vertices else []
 
-    # 9.2
+    # 10.2
     def is_starved(self):
         have = len(self.header.payload)
         return have < self.header.size and self.coder.used > have
@@ -766,72 +943,66 @@ class Decoder:
     def decode(self):
         self.start_models()
         if self.header.vertices:
-            base = Base(self)
-            self.base_values(base)
-            self.base_face_values(base.mesh)
-            self.first_gates = base.first_gates
-            self.mesh, self.vertices = base.mesh, base.vertices
-        self.base_vertices = self.vertices
+            self.start_mesh(Base(self))
         self.stop_here()
         while self.vertices < self.header.vertices:
             self.level()
-        # 9.1
+        # 10.1
         if self.coder.used < self.header.size:
             raise End("corrupt")
         if zlib.crc32(self.header.payload) != self.header.payload_check:
             raise End("checksum")
+        self.error = 0
         raise End("done")
+
+    def start_mesh(self, base):
+        self.base_values(base)
+        self.base_face_values(base.mesh)
+        self.first_gates = base.first_gates
+        self.mesh, self.vertices, self.base_vertices = base.mesh, base.vertices, base.vertices
 
     def stop_here(self):
         if self.stop is not None and self.vertices >= self.stop:
             raise End("stopped")
 
     def start_models(self):
-        self.model = Model(self.header)
-        self.mean = [128 * i for i in range(69)]  # 6.7
+        self.pairs = Pairs(self.header.position is not None)
+        self.questions, self.linear = Questions(), Linear()
+        self.plain = [self.linear.along[5][:3] for _ in self.header.channels]  # 9.9
+        self.code, self.active = 0, 0
 
-    # 6.
-    def residual(self, kind, expected, c, most=26):  # 6.1
+    # -- 6. Base values
+
+    def residual(self, kind, expected, c, most=26, fraction=None):  # 6.1
         coder = self.coder
-        n = self.number_of_bits(kind, expected, 28 + c)
+        n = self.number_of_bits(kind, expected, 25 + c)
         if n == 0:
             return 0
         if n > most:
             return 1 << 26
-        magnitude = 1
-        if n > 1:
-            magnitude = 2 + coder.bit(kind, 1 + min(n, 26)) << n - 2
-            magnitude |= coder.raw(n - 2)
-        return self.signed(-magnitude if coder.bit(kind, 0) else magnitude)
+        low = max(n - 2, 0)
+        top = 1 if n == 1 else 2 + coder.bit(kind, min(n, 26) - 2)
+        if fraction is not None and n <= 3:
+            negative = coder.bit("SMALL", 4 * (n - 1) + fraction)
+            rest = coder.raw(low)
+        else:
+            r = coder.raw(low + 1)
+            negative, rest = r >> low, r % (1 << low)
+        magnitude = top << low | rest
+        return self.signed(-magnitude if negative else magnitude)
 
     @staticmethod
-    def signed(residual):
-        return (residual + (1 << 31)) % (1 << 32) - (1 << 31)
+    def signed(number):  # 9.11
+        return (number + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def number_of_bits(self, kind, expected, index):
         if expected == 0 or self.coder.bit(kind, index):
             return expected + self.coder.count(kind, index + 1)
         return max(expected - 1 - self.coder.count(kind, index + 8), 0)
 
-    def difference(self, kind, e, most=26):
-        return self.residual(kind, e // 2, 16 * (e if e < 14 else 14 + e % 2), most)
-
-    # 6.7
-    def fast_residual(self, channel, spread):
-        i = half(spread // 16) + (16 if channel.exact else 0)
-        low = min(self.mean[i] // 256 + 1, 32)
-        more = self.more_bits(i, low)
-        if low + more > 32:
-            return 1 << 26
-        if more:
-            x = (1 << low + more - 1) + self.coder.raw(low + more - 1)
-        else:
-            x = self.coder.raw(low)
-        self.mean[i] += 4 * bits_of(x) - self.mean[i] // 64
-        return -(x + 1) // 2 if x % 2 else x // 2
-
-    def more_bits(self, i, low):  # `low` is for random_stream.py
-        return self.coder.count("FAST", 8 * (self.mean[i] // 64 % 4))
+    def difference(self, kind, e, most=26, fraction=None):
+        e = max(e, 0)
+        return self.residual(kind, e // 2, 16 * (e if e < 10 else 10 + e % 2), most, fraction)
 
     def value(self, channel, number):
         value = channel.value(number)
@@ -848,8 +1019,8 @@ class Decoder:
             self.values.append(values)
             for k, channel in enumerate(numbers):
                 if known:
-                    total = sum(channel.rough(self.values[w][k]) for w in known)
-                    prediction = quotient(total, len(known)) * channel.unit()
+                    total_of_known = sum(channel.rough(self.values[w][k]) for w in known)
+                    prediction = quotient(total_of_known, len(known)) * channel.unit()
                 elif v:
                     prediction = channel.number(self.values[v - 1][k])
                 else:
@@ -859,189 +1030,187 @@ class Decoder:
                 values.append(self.value(channel, prediction + residual))
             self.end_step()
 
-    def base_face_values(self, mesh):  # 6.5
-        channels = self.header.face_channels()
-        before = None
-        for triangle in mesh.real if channels else ():
-            before = [self.face_value(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
-            self.face_values[id(triangle)] = before
-            self.end_step()
-
-    def face_value(self, channel, near):  # 6.5
+    def copy(self, channel, near):  # 6.3
         refused = []
         for value in near:
             if value in refused:
                 continue
-            if self.coder.bit("FACE", 4 * len(refused) + near.count(value)):
+            if self.coder.bit("COPY", 4 * min(len(refused), 2) + min(near.count(value), 3)):
                 return value
             refused.append(value)
         return self.coder.raw(channel.bits)
 
-    def new_face_values(self, k, channel, centre, ends):  # 6.5
-        """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""
-        made = []
-        for x in ends:
-            if self.mesh.is_virtual(x):
-                continue
-            beside = [self.face_values.get(id(self.mesh.left[edge])) for edge in ((centre, x), (x, centre))]
-            made.append(self.face_value(channel, made[:1] + [values[k] for values in beside if values]))
-        return made
+    def base_face_values(self, mesh):  # 6.4
+        channels = self.header.face_channels()
+        before = None
+        for triangle in mesh.real if channels else ():
+            before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
+            self.face_values[id(triangle)] = before
+            self.end_step()
 
-    def differences(self, centre, ring, p, q, geometry):  # 6.3
-        """The new values of A and B, and those of the new triangles for each channel of faces."""
-        result, of_faces = [], []
-        for channel in self.header.channels:
-            if channel.per_face:
-                of_faces.append(self.new_face_values(len(of_faces), channel, centre, (ring[p], ring[q])))
-                continue
-            numbers = range(channel.first, channel.first + channel.components)
-            predictions, spreads = zip(*(self.predict(centre, ring, p, q, c, channel) for c in numbers))
-            if self.header.fast:
-                residuals = [self.fast_residual(channel, spread) for spread in spreads]
-            elif channel is self.header.position and channel.bits <= 18:
-                residuals = self.turned(geometry, predictions)
-            else:
-                expected = [half(spread // len(ring)) + (16 if channel.exact else 0) for spread in spreads]
-                residuals = [self.difference("PLAIN", e, channel.most_bits) for e in expected]
-            for c, prediction, residual in zip(numbers, predictions, residuals):
-                d = prediction + residual
-                a = self.values[centre][c]
-                if channel.merge == Channel.MIDPOINT:
-                    a = self.value(channel, a - (d >> 1))
-                result.append((a, self.value(channel, channel.number(a) + d)))
-        return result, of_faces
+    # -- 7. Levels
 
-    def predict(self, centre, ring, p, q, c, channel):
-        """Number c of a vertex: its predicted difference, and its spread."""
-        a = channel.rough(self.values[centre][c])
-        r = {k: channel.rough(self.values[x][c]) - a for k, x in enumerate(ring) if not self.mesh.is_virtual(x)}
-        spread = sum(map(abs, r.values()))
-        in_b = [r[k] for k in r if p <= k <= q]
-        in_a = [r[k] for k in r if k <= p or k >= q]
-        n_b, n_a = len(in_b) + 1, len(in_a) + 1
-        if channel.merge == Channel.KEEP:
-            return quotient(sum(in_b), n_b) * channel.unit() if channel.exact else 0, spread
-        w = max(channel.bits - 18, 0)
-        difference = n_a * (sum(in_b) >> w) - n_b * (sum(in_a) >> w)
-        return quotient(2 * difference, 2 * n_a * n_b + n_a + n_b) << w, spread
-
-    def turned(self, geometry, predictions):  # 6.4
-        first, second, third, along, normal = geometry.axes(predictions)
-        r0 = self.difference("ALONG", along)
-        r1 = self.difference("ACROSS", (3 * along + half(abs(r0))) // 4)
-        r2 = self.difference("NORMAL", (3 * normal + half(abs(r0) + abs(r1))) // 4)
-        v = [r0, r1, r2]
-        if max(map(abs, v)) > 1 << 20:
-            self.reject("corrupt")
-        third.back(v, 0, 1)
-        second.back(v, 2, 0)
-        first.back(v, 0, 1)
-        return v
-
-    # 7.
     def level(self):
-        before = self.vertices
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
         if self.coder.bit("OTHER_LEVEL"):
             self.reject("unsupported")
         self.end_step()
-        self.coder.rate = 5 if before < 1024 else 6 if before < 8192 else 7  # 3.3
-        patches = self.conquest()
-        splits = sum(patch.split for patch in patches)
-        if splits < before // 16 + 1 or before + splits > self.header.vertices:
+        self.read_error()
+        self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
+        self.read_active()
+        before, self.splits = self.count_active(), 0
+        self.conquest()
+        if self.splits < before // 16 + 1:
             raise End("corrupt")
-        self.split_all(patches, before + splits)
 
-    def conquest(self):  # 7.2
-        self.conquered = set()
-        patches = []
-        for left, right in self.first_gates:
-            if self.mesh.valence[left] == 2:
-                continue  # a component of two triangles
-            head = len(patches)
-            patches.append(self.first_patch(left, right))
-            while head < len(patches):
-                ring = patches[head].ring
-                for k in range(len(ring) - 1, -1, -1):
-                    gate = ring[k], ring[(k + 1) % len(ring)]
-                    front = self.mesh.front[gate]
-                    if self.is_available(front):
-                        patches.append(self.conquer(front, gate[0], 0))
-                head += 1
-        return patches
+    def read_error(self):  # 7.2
+        if not self.header.position:
+            return
+        code = self.coder.raw(8) if self.levels == 1 else max(self.code - self.coder.count("ERROR", 0), 0)
+        self.end_step()
+        self.code = code
+        octave, part = divmod(code - 1, 8)
+        self.error = 0 if code == 0 else (1 << 32) - 1 if octave > 27 else ((8 + part << octave) + 7) // 8
 
-    def is_available(self, v):
-        return not self.mesh.is_virtual(v) and v not in self.conquered
+    def read_active(self):  # 7.3
+        while self.active < len(self.first_gates):
+            begins = self.coder.bit("BEGINS")
+            self.end_step()
+            if not begins:
+                break
+            self.active += 1
 
-    def first_patch(self, left, right):  # 7.3
-        front = self.mesh.front[left, right]
-        if self.mesh.is_virtual(front):
-            left, right = right, left
-            front = self.mesh.front[left, right]
+    def count_active(self):
+        """Real vertices of the components that take part: of the base the first ones, and all others."""
+        first_of_others = self.first_gates[self.active][0] if self.active < len(self.first_gates) else self.base_vertices
+        return self.vertices - (self.base_vertices - first_of_others)
+
+    def conquest(self):  # 7.4
+        self.states = {}
+        self.queue, self.was_queued = [], set()
+        self.room = self.header.all_faces() // 3 + 1
+        for left, right in self.first_gates[:self.active]:
+            first = self.first_patch(left, right)
+            for v in left, right:
+                self.states.setdefault(v, HELD)
+            self.conquer(*first)
+            while self.queue:
+                v, entry = self.queue.pop(0)
+                if self.state(v) == FREE:
+                    self.conquer(v, entry)
+
+    def state(self, v):
+        return TAKEN if self.mesh.is_virtual(v) else self.states.get(v, FREE)
+
+    def first_patch(self, left, right):  # 7.5
+        """The centre, and the first vertex of its ring."""
+        front = self.mesh.front
         if not self.coder.bit("SIDE", 0):
-            return self.conquer(front, left, 0)
+            if self.mesh.is_virtual(front[left, right]):
+                return front[right, left], right
+            return front[left, right], left
         if not self.coder.bit("SIDE", 1):
-            return self.conquer(left, self.mesh.front[right, left], 1)
-        return self.conquer(right, left, 2)
+            return left, front[right, left]
+        return right, left
 
-    def conquer(self, centre, first, case):  # 7.4
-        patch = Patch(centre, self.mesh.ring(centre, first), case)
-        if len(patch.ring) <= 24:
-            available = sum(map(self.is_available, patch.ring))
-            patch.split = self.coder.bit("FLAG", 12 * min(available, 3) + min(len(patch.ring), 11))
-        self.conquered.add(centre)
-        self.conquered.update(patch.ring)
+    def conquer(self, centre, entry):
+        self.states[centre] = TAKEN
+        x = self.mesh.ring(centre, entry)
+        states = list(map(self.state, x))
+        flag, passed = 0, len(x) > 24
+        if not passed:
+            flag = self.coder.bit("FLAG", 12 * min(states.count(FREE), 3) + min(len(x), 11))
+            passed = not flag and len(x) >= 13 and self.coder.bit("PASSED")
         self.end_step()
-        return patch
+        if passed:
+            for y in x:
+                self.enqueue(y, centre)
+            return
+        for y in x:
+            if self.state(y) in (FREE, HELD):
+                self.states[y] = self.state(y) + 1
+        for k in range(len(x) - 1, -1, -1):
+            self.enqueue(self.mesh.front[x[k], x[(k + 1) % len(x)]], x[k])
+        if flag:
+            if self.vertices == self.header.vertices:
+                raise End("corrupt")
+            self.split(centre, x, states)
+            self.stop_here()
 
-    def split_all(self, patches, level_end):  # 7.5
-        holders = {}
-        for patch in patches:
-            for x in patch.ring:
-                holders[x] = holders.get(x, 0) + 1
-        many = {x for x, n in holders.items() if n >= 15}
-        touched = set()
-        limit = self.header.vertices
-        level_class = 0 if level_end == limit else 1 if level_end >= limit - limit // 5 else 2
-        for patch in reversed(patches):
-            for x in patch.ring:
-                if x not in many:
-                    holders[x] -= 1
-            states = [self.state(x, holders, touched) for x in patch.ring]
-            touched.update(patch.ring)
-            if patch.split:
-                self.split(patch, states, level_class)
-                self.stop_here()
+    def enqueue(self, v, entry):
+        if self.state(v) != FREE or v in self.was_queued:
+            return
+        if len(self.queue) == self.room:
+            raise End("corrupt")
+        self.queue.append((v, entry))
+        self.was_queued.add(v)
 
-    def state(self, x, holders, touched):  # 8.3
-        if self.mesh.is_virtual(x):
-            return 5
-        n = holders.get(x, 0)
-        return 4 if n > 1 else 2 * n + (x in touched)
+    # -- 8. and 9. Splits
 
-    # 8.
-    def split(self, patch, states, level_class):
-        ring, centre, mesh = patch.ring, patch.centre, self.mesh
-        geometry = None
-        if self.header.position:
-            at = self.header.position.first
-            positions = [None if mesh.is_virtual(x) else self.values[x][at:at + 3] for x in ring]
-            geometry = (Spokes if self.header.fast else Geometry)(self.values[centre][at:at + 3], positions)
-        valences = [mesh.valence[x] for x in ring]
-        p, q = self.model.code_pair(self.coder, valences, states, patch.case, level_class, geometry, self.vertices)
-        values, of_faces = self.differences(centre, ring, p, q, geometry)
+    def position(self, v):
+        at = self.header.position.first
+        return None if self.mesh.is_virtual(v) else self.values[v][at:at + 3]
+
+    def split(self, centre, x, states):
+        mesh = self.mesh
+        ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
+        p, q = self.pairs.decode(self.coder, ring)
+        values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
         self.end_step()
-        virtual = mesh.is_virtual(ring[p]) + mesh.is_virtual(ring[q])
+        virtual = mesh.is_virtual(x[p]) + mesh.is_virtual(x[q])
         if len(mesh.real) + 2 - virtual > self.header.faces or len(mesh.virtual) + virtual > self.header.edges:
             raise End("corrupt")
-        mesh.split(centre, self.vertices, ring, p, q)
+        mesh.split(centre, self.vertices, x, p, q)
+        self.states[self.vertices] = TAKEN
         self.vertices += 1
-        self.values[centre] = [a for a, _ in values]
-        self.values.append([b for _, b in values])
+        self.values.append(values)
         new = mesh.real[virtual - 2:] if virtual < 2 else []
         self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
+        self.splits += 1
+
+    def new_values(self, ring, fan):  # 9.1
+        """Those of B, and those of the new triangles for each channel of faces."""
+        result, of_faces = [], []
+        for k, channel in enumerate(self.header.channels):
+            numbers = range(channel.first, channel.first + channel.components)
+            if channel.per_face:
+                of_faces.append(self.new_face_values(len(of_faces), channel, ring, fan))
+            elif channel is self.header.position:
+                origin = self.position(ring.centre)
+                offset = Place(self, ring, fan, self.position).decode()
+                result += [self.value(channel, number) for number in plus(origin, offset)]
+            elif channel.merge == Channel.AVERAGE:
+                result += [self.plain_value(channel, fan, c, self.plain[k]) for c in numbers]
+            else:
+                order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+                result += [self.copy(channel, [self.values[fan.v[at]][c] for at in order]) for c in numbers]
+        return result, of_faces
+
+    def plain_value(self, channel, fan, c, weights):  # 9.9
+        a = channel.rough(self.values[fan.v[0]][c])
+        t = [channel.rough(self.values[v][c]) - a for v in fan.v]
+        m = mean(sum(t), fan.size)
+        outer = sum(2 * (channel.rough(self.values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
+                    for k in fan.known)
+        g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
+        prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
+        e = half(sum(abs(x - m) for x in t) // fan.size) + (16 if channel.exact else 0)
+        residual = self.difference("PLAIN", e, channel.most_bits)
+        for k in range(3):
+            follow(weights, k, residual * g[k])
+        return self.value(channel, prediction + residual)
+
+    def new_face_values(self, k, channel, ring, fan):  # 9.12
+        """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""
+        made = []
+        for x in ring.x[fan.p], ring.x[fan.q]:
+            if self.mesh.is_virtual(x):
+                continue
+            beside = [self.face_values.get(id(self.mesh.left[edge])) for edge in ((ring.centre, x), (x, ring.centre))]
+            made.append(self.copy(channel, made[:1] + [values[k] for values in beside if values]))
+        return made
 
 
 def dump(decoder):
@@ -1050,6 +1219,8 @@ def dump(decoder):
     lines = [decoder.kind, f"{decoder.vertices} vertices, {len(triangles)} triangles"]
     if decoder.kind == "done":
         lines.append(f"{decoder.levels} levels")
+    if decoder.kind in ("done", "stopped", "truncated"):
+        lines.append(f"error {decoder.error}")
     lines += [" ".join(map(str, values)) for values in decoder.values[:decoder.vertices] if values]
     lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []))) for triangle in triangles]
     return "\n".join(lines) + "\n"

@@ -1,7 +1,7 @@
 /* Prints what a stream decodes to, for comparison with decoder.py: dump [VERTICES] <STREAM.
  * SPDX-License-Identifier: MIT
  *
- * The kind of result, counts, levels if the stream is complete; the values of each vertex, all channels in one line;
+ * The kind of result, counts, levels if the stream is complete, the error of the level; the values of each vertex, all channels in one line;
  * the triangles, each with its values. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
  * for memory. */
 #define CONQUEST_IMPLEMENTATION
@@ -35,6 +35,7 @@ static void print(const cq_decoder *d, cq_result result)
     printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices,
            (unsigned long)d->mesh.num_faces);
     if (result == CQ_DONE) printf("%lu levels\n", (unsigned long)d->level);
+    if (result >= CQ_OK) printf("error %lu\n", (unsigned long)d->error);
     for (v = 0; v < d->mesh.num_vertices; v++) {
         const char *gap = "";
         for (k = 0; k < d->shape.num_channels; k++)

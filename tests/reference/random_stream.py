@@ -23,6 +23,7 @@ class Writer(decoder.RangeDecoder):
         self.digits = []
         self.number = None         # the next count, if it is known
         self.flags = 0             # patches that may still be split at this level
+        self.stubborn = draw.choice((0, 0.5, 1))  # how often pairs that are asked about are mostly refused
         self.sizes = 0, 0, 0, 1, 1, 2, 3  # numbers of bits of residuals
 
     def choose_size(self, kind, expected):
@@ -34,14 +35,6 @@ class Writer(decoder.RangeDecoder):
             self.number = self.draw.randrange(expected - 1, 39)
         if expected:
             self.bits[kind] = int(n >= expected)
-
-    def choose_more(self, low):
-        """The same of a fast stream: so many bits and the sign, of which `low` are expected."""
-        n = self.draw.choice(self.sizes)
-        n += n > 0
-        self.number = max(n - low, 0)
-        if n <= low:
-            self.next_raw = self.draw.randrange(1 << n >> 1, 1 << n)
 
     def take(self, offset, width):
         self.low += offset
@@ -69,16 +62,13 @@ class Writer(decoder.RangeDecoder):
             split = self.flags > 0 and self.draw.random() < 0.6
             self.flags -= split
             return split
-        return self.draw.random() < {"OTHER_LEVEL": 0, "COMPONENT": 0.3, "LOOP": 0.4}.get(table, 0.5)
+        return self.draw.random() < {"OTHER_LEVEL": 0, "COMPONENT": 0.3, "LOOP": 0.4, "PASSED": 0.3,
+                                     "BEGINS": 0.8}.get(table, 0.5)
 
-    def symbol(self, freqs, name="symbol"):
-        how = self.draw.random()
-        k = len(freqs) - 1
-        if how < 0.8:
-            k = self.draw.choices(range(k + 1), freqs)[0] if how < 0.5 else self.draw.randrange(k + 1)
-        slot = self.range // sum(freqs)
-        self.code = slot * sum(freqs[:k])
-        return super().symbol(freqs, name)
+    def fixed(self, name, m):
+        yes = self.draw.random() < (0.15 if name.startswith("try") and self.draw.random() < self.stubborn else 0.5)
+        self.code = 0 if yes else self.range - 1
+        return super().fixed(name, m)
 
     def uniform(self, n):
         self.code = self.range // n * (self.digits.pop(0) if self.digits else self.draw.randrange(n))
@@ -116,7 +106,6 @@ class Header(decoder.Header):
         self.base_vertices = draw.randint(3, 14)
         self.vertices = self.base_vertices + draw.choice((0, 1, 5, 30))
         self.channels, self.raw_channels = [], b""
-        self.fast = draw.random() < 0.5
         for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
             while True:
                 kind, merge = draw.choice((0, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
@@ -130,6 +119,9 @@ class Header(decoder.Header):
         self.add_channel(channel)
         self.raw_channels += bytes((channel.kind + 16 * channel.merge, channel.components, channel.bits))
         self.raw_channels += draw.randbytes(4 + 4 * channel.components)
+
+    def all_faces(self):  # known when the base is there
+        return 2 * (self.vertices + self.loops) - 4 * self.chi
 
     def has_euler(self, euler):
         self.chi = (euler + 2 * self.loops) // 4
@@ -207,30 +199,20 @@ class Hubs(Base):
 
 
 class Maker(decoder.Decoder):
-    def residual(self, kind, expected, c, most=26):
+    def residual(self, kind, expected, c, most=26, fraction=None):
         sizes = self.coder.sizes
         self.coder.sizes = sizes if most == 26 else range(39)   # any residual of an exact value is valid
-        result = super().residual(kind, expected, c, most)
+        result = super().residual(kind, expected, c, most, fraction)
         self.coder.sizes = sizes
         return result
-
-    def fast_residual(self, channel, spread):
-        sizes = self.coder.sizes
-        self.coder.sizes = range(39) if channel.exact else sizes
-        result = super().fast_residual(channel, spread)
-        self.coder.sizes = sizes
-        return result
-
-    def more_bits(self, i, low):
-        self.coder.choose_more(low)
-        return super().more_bits(i, low)
 
     def number_of_bits(self, kind, expected, index):
         self.coder.choose_size(kind, expected)
         return super().number_of_bits(kind, expected, index)
 
     def __init__(self, draw, header, base=Base):
-        self.kind, self.vertices, self.values, self.mesh, self.levels, self.stop = None, 0, [], None, 0, None
+        self.kind, self.vertices, self.values, self.mesh, self.stop = None, 0, [], None, None
+        self.levels = self.error = 0
         self.header = header
         self.coder = Writer(draw)
         self.face_values = {}
@@ -238,15 +220,15 @@ class Maker(decoder.Decoder):
         if base == Hubs:
             self.coder.sizes = 0, 8, 9
             self.coder.bits["COMPONENT"] = 0
-        base = base(self)
-        self.base_values(base)
-        self.base_face_values(base.mesh)
-        self.first_gates, self.mesh, self.vertices = base.first_gates, base.mesh, base.vertices
+        self.start_mesh(base(self))
         if draw.random() < 0.3:
             self.header.vertices = self.vertices      # virtual vertices keep their numbers
         while self.vertices < self.header.vertices:
-            self.coder.flags = self.header.vertices - self.vertices
             self.level()
+
+    def read_active(self):
+        super().read_active()
+        self.coder.flags = self.header.vertices - self.vertices
 
 
 def make(seed):
@@ -279,5 +261,5 @@ def make_hubs(seed):
 
 def result(m):
     h = m.header
-    return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels) + 128 * h.fast]) + h.raw_channels,
+    return (h.vertices, h.loops, len(m.mesh.virtual), h.chi, bytes([len(h.channels)]) + h.raw_channels,
             m.coder.payload_bytes())
