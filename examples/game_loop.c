@@ -3,8 +3,9 @@
  *
  *     cc -O2 -Iinclude examples/game_loop.c -o game_loop && ./game_loop bunny.cqm
  *
- * The decoder's arrays are the index and the vertex buffer, in place. Here the GPU is a copy of them that gets only the
- * blocks that cq_mesh_changes reports, and at the end must be equal to them. Times are of the processor. */
+ * The decoder's arrays are the index and the vertex buffer, in place. A vertex never changes once it is there, so the
+ * vertex buffer only grows at its end; of the index buffer the blocks change that cq_mesh_changes reports. Here the GPU
+ * is a copy that gets only these, and at the end must be equal. Times are of the processor. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -15,17 +16,18 @@
 #define FRAME 0.001               /* seconds for decoding and upload together */
 #define STEPS 16                  /* between two looks at the clock: some 50 microseconds, */
 #define MARGIN 0.0002             /* for which, and for caches that are cold, this is kept free */
-#define SHIFT 6                   /* blocks of 64 faces or vertices */
+#define SHIFT 6                   /* blocks of 64 faces */
 #define MAX_FRAMES 1000000
 
-/* A buffer of the GPU, its source, and which blocks of it are out of date. */
+/* A buffer of the GPU and its source. */
 struct buffer {
-    uint8_t *gpu, *dirty;
+    uint8_t *gpu;
     const void *source;
-    size_t stride, max_blocks;    /* bytes of an element; blocks when all of them are there */
+    size_t stride;                /* bytes of an element */
 };
 
 static cq_decoder dec;
+static uint8_t *dirty;            /* blocks of the index buffer that are out of date on the GPU */
 static double frame_seconds[MAX_FRAMES];
 static size_t uploaded;
 
@@ -42,10 +44,8 @@ static int make_buffer(struct buffer *b, const void *source, size_t count, size_
 {
     b->source = source;
     b->stride = stride;
-    b->max_blocks = (count >> SHIFT) + 1;
-    b->gpu = allocate((b->max_blocks << SHIFT) * stride);
-    b->dirty = calloc(b->max_blocks, 1);
-    return b->gpu && b->dirty;
+    b->gpu = allocate(count * stride + 1);
+    return b->gpu != NULL;
 }
 
 /* glBufferSubData, WriteBuffer, Map ... of elements first .. end - 1. */
@@ -56,14 +56,14 @@ static void upload_range(struct buffer *b, size_t first, size_t end)
 }
 
 /* Uploads each run of dirty blocks and takes the marks off; the last block may be in part. */
-static void upload(struct buffer *b, size_t count)
+static void upload_dirty(struct buffer *b, size_t count)
 {
-    uint8_t *begin, *end, *at = b->dirty, *stop = b->dirty + (count >> SHIFT) + 1;
+    uint8_t *begin, *end, *at = dirty, *stop = dirty + (count >> SHIFT) + 1;
     while ((begin = memchr(at, 1, (size_t)(stop - at))) != NULL) {
-        size_t first = (size_t)(begin - b->dirty) << SHIFT, last;
+        size_t first = (size_t)(begin - dirty) << SHIFT, last;
         end = memchr(begin, 0, (size_t)(stop - begin));
         at = end ? end : stop;
-        last = (size_t)(at - b->dirty) << SHIFT;
+        last = (size_t)(at - dirty) << SHIFT;
         memset(begin, 0, (size_t)(at - begin));
         upload_range(b, first, last < count ? last : count);
     }
@@ -86,9 +86,9 @@ static cq_result frame(cq_bytes *in, struct buffer *faces, struct buffer *vertic
     cq_index since = dec.mesh.num_vertices;
     cq_result result = refine(in, begin + FRAME - MARGIN - 1.5 * upload_seconds);
     double decoded = seconds();
-    cq_mesh_changes(&dec.mesh, since, SHIFT, faces->dirty, vertices->dirty);
-    upload(faces, dec.mesh.num_faces);
-    upload(vertices, dec.mesh.num_vertices);
+    cq_mesh_changes(&dec.mesh, since, SHIFT, dirty);
+    upload_dirty(faces, dec.mesh.num_faces);
+    upload_range(vertices, since, dec.mesh.num_vertices);
     upload_seconds = seconds() - decoded;
     return result;
 }
@@ -131,7 +131,8 @@ static cq_result play(cq_bytes *in)
     cq_result result = load(in);
     if (result != CQ_OK) return result;
     vertex_bytes = dec.shape.channel[0].components * sizeof(cq_value);
-    if (!make_buffer(&faces, dec.mesh.origin, dec.shape.num_faces, 3 * sizeof(cq_index)) ||
+    dirty = calloc((dec.shape.num_faces >> SHIFT) + 1, 1);
+    if (!dirty || !make_buffer(&faces, dec.mesh.origin, dec.shape.num_faces, 3 * sizeof(cq_index)) ||
         !make_buffer(&vertices, dec.channel[0], dec.shape.num_vertices, vertex_bytes))
         return CQ_ERROR_MEMORY;
     for (; result == CQ_OK && frames < MAX_FRAMES; frames++) {

@@ -125,11 +125,11 @@ static inline void repair(stream *s) {
     for (k = 0; k < 2; k++) s->data[at + k] = (uint8_t)(crc >> (8 * k));
 }
 
-/* Any kind and any merge rule, with as many components as they may have. */
+/* Any kind and any way to predict, with as many components as they may have. */
 static inline void choose_form(cq_channel *channel, uint32_t choice) {
     channel->kind = (uint8_t)(choice % (CQ_GROUP + 1));
     channel->merge = (uint8_t)(choice / (CQ_GROUP + 1) % (CQ_PER_FACE + 1));
-    if (CQ_MAX_BITS == 24 && channel->bits % 3 == 0 && channel->merge != CQ_MIDPOINT) channel->bits = CQ_EXACT_BITS;
+    if (CQ_MAX_BITS == 24 && channel->bits % 3 == 0) channel->bits = CQ_EXACT_BITS;
     while (!cqi_channel_is_valid(channel) && channel->components < CQ_MAX_COMPONENTS) channel->components++;
     if (cqi_channel_is_valid(channel)) return;
     channel->kind = CQ_GENERIC;
@@ -159,7 +159,6 @@ static inline stream take_headed_stream(input *in) {
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = size < 224 ? size % 64 : size < 248 ? 3 + take_below(in, 600) : 3 + take_below(in, 9000);
     shape.num_boundary_loops = loops < 160 ? 0 : loops % 8;
-    shape.fast = loops / 8 % 2;
     if (shape.num_boundary_loops > 0) shape.num_boundary_edges = 3 * shape.num_boundary_loops + take_below(in, 64);
     faces = 2 * ((int64_t)shape.num_vertices + shape.num_boundary_loops) - (int64_t)shape.num_boundary_edges;
     faces -= 4 * ((int64_t)take_below(in, 32 + shape.num_vertices / 3) - 4);
@@ -341,7 +340,7 @@ static inline void decoding_run(decoding *d, const stream *s) {
     REQUIRE(decoding_call(d, &in, 1, 0) == decoding_call(d, NULL, CQ_NO_LIMIT, 0));
 }
 
-/* The same mesh, slot for slot, and the same values. */
+/* The same mesh, slot for slot, and the same values. out[] may be any of a vertex's halfedges. */
 static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
     const cq_mesh *m = &a->mesh, *n = &b->mesh;
     uint32_t k;
@@ -354,7 +353,6 @@ static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
         size_t corners = 3 * (size_t)(k ? m->num_virtual_faces : m->num_faces) * sizeof(cq_index);
         REQUIRE(memcmp(m->origin + corner, n->origin + corner, corners) == 0);
         REQUIRE(memcmp(m->twin + corner, n->twin + corner, corners) == 0);
-        REQUIRE(memcmp(m->out + vertex, n->out + vertex, vertices) == 0);
         REQUIRE(memcmp(m->valence + vertex, n->valence + vertex, vertices) == 0);
     }
     for (k = 0; k < a->shape.num_channels; k++)

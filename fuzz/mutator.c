@@ -1,11 +1,11 @@
 /* A mutator for inputs of lean.c that changes one decision and keeps the others. Changing a byte of an arithmetic code
  * would change all decisions behind it.
  *
- * This file is compiled with a copy of the header in which the definitions of cq_decode_bit, cq_decode_slot,
- * cq_decode_freq and cq_decode_raw have other names (original_...): here they are replaced. While a stream is read they
- * do what they do and note what was decided; while one is written, they take decisions from the notes, changed in one
- * place, and encode them with the model that the decoder hands in. So all that is known here of the format is that its
- * decoder asks those four functions. A decoder that decides in another way is found out by mutator_works(), and inputs
+ * This file is compiled with a copy of the header in which the definitions of the five functions that decode (a bit with
+ * a model, one of a probability, slots and raw bits) have other names (original_...): here they are replaced. While a
+ * stream is read they do what they do and note what was decided; while one is written, they take decisions from the
+ * notes, changed in one place, and encode them with the model that the decoder hands in. So all that is known here of
+ * the format is that its decoder asks those five functions. A decoder that decides in another way is found out by mutator_works(), and inputs
  * are then changed as bytes alone. */
 #include "lean.h"
 
@@ -58,11 +58,19 @@ static uint32_t next_of_kind(kind kind, uint32_t usual) {
     return usual;
 }
 
-static int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate) {
+static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate) {
     uint32_t bit;
-    if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_bit(d, model, rate));
+    if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_adaptive(d, model, rate));
     bit = next_of_kind(BIT, random_bits() % 65536 < *model) != 0;
     cq_encode_bit(&state.encoder, model, rate, (int)bit);
+    return (int)note(BIT, bit);
+}
+
+static int cqi_decode_part(cq_range_decoder *d, uint32_t p) {
+    uint32_t bit;
+    if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_part(d, p));
+    bit = next_of_kind(BIT, random_bits() % 65536 < p) != 0;
+    cqi_encode_part(&state.encoder, p, (int)bit);
     return (int)note(BIT, bit);
 }
 

@@ -247,8 +247,7 @@ static inline model take_model(input *in) {
     take_surface(&s, in);
     m.input.shape.num_vertices = s.num_vertices;
     m.input.shape.num_faces = s.num_faces;
-    m.input.goal = (cq_goal)(s.num_vertices % 4);
-    m.input.shape.fast = s.num_faces / 2 % 2;
+    m.input.goal = (cq_goal)(s.num_vertices % 2);
     m.indices = (cq_index *)block(3 * (size_t)s.num_faces * sizeof(cq_index));
     for (k = 0; k < 3 * s.num_faces; k++) m.indices[k] = (cq_index)s.face[k / 3][k % 3];
     m.input.indices = m.indices;

@@ -8,7 +8,7 @@ uint64_t work;
 void __sanitizer_cov_trace_pc(void);
 __attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void) { work++; }
 
-enum { SMALL = 20000, LARGE = 4 * SMALL, MOST_PER_COUNT = 1000 };
+enum { SMALL = 40000, LARGE = 4 * SMALL, MOST_PER_COUNT = 1000 };
 
 static int passed, failed;
 

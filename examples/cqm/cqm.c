@@ -43,9 +43,9 @@ static const char encode_help[] =
     "  --bits N           bits per coordinate, 1 to 24, default 12: positions are\n"
     "                     rounded to a uniform grid that begins at the minimum of the\n"
     "                     bounding box and has 2^N points along its longest side;\n"
-    "                     32: as 32-bit floats, and then coarse levels keep vertices\n"
-    "                     where they are instead of moving them to midpoints. What\n"
-    "                     floats cannot hold (doubles) is told, with the distance\n"
+    "                     32: as 32-bit floats; coarse meshes are then made by valences\n"
+    "                     alone, and their errors are not known. What floats cannot\n"
+    "                     hold (doubles) is told, with the distance\n"
     "  --bits LIST        the same for several channels: normals=N, texcoords=N,\n"
     "                     colors=N, positions=N, with commas; default: normals=10,\n"
     "                     texcoords=12, colors=8\n"
@@ -60,13 +60,7 @@ static const char encode_help[] =
     "  --connectivity     keep nothing beside the triangles\n"
     "  --keep-order       also keep the order of the vertices\n"
     "  --goal GOAL        balanced (default): features of the surface stay longest;\n"
-    "                     best-looking: finer ones too, for 1 to 3 % more bytes;\n"
-    "                     smallest: by valences, then by the lengths of edges; on\n"
-    "                     most meshes 1 to 2 % fewer bytes, but coarse meshes are\n"
-    "                     two to three times as far from the exact one;\n"
     "                     least-connectivity: by valences alone\n"
-    "  --fast             decodes twice as fast, from 3 to 12 % more bytes: simpler\n"
-    "                     models of connectivity and of positions\n"
     "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
     "  --strict           exit with status 1, and write nothing, if part of the file is\n"
     "                     dropped or changed, other than by rounding to --bits\n"
@@ -81,6 +75,9 @@ static const char decode_help[] =
     "\n"
     "  --vertices N       until the mesh has N vertices, or as few as it can have\n"
     "  --level N          until N levels are refined; 0 gives the base mesh\n"
+    "  --error E          until no vertex of the exact mesh is further than E from the\n"
+    "                     decoded one, in the unit of its coordinates; looked at before\n"
+    "                     each level\n"
     "  --bytes N          with the first N bytes of the stream\n"
     "\n"
     "  --format FORMAT    OUT is off, obj, ply or stl, for names that do not tell\n"
@@ -100,8 +97,10 @@ static const char info_help[] =
     "cqm info [OPTION]... IN.cqm\n"
     "\n"
     "Decodes a stream and prints its counts, the size of its parts and a table of its\n"
-    "levels, the coarsest first. Of a stream that ends too early it prints what it\n"
-    "holds so far, with a message and exit status 1.\n"
+    "levels, the coarsest first. The error is that of the mesh before the level: how\n"
+    "far a vertex of the exact mesh is from it at most, in steps of the grid; after\n"
+    "the last level it is 0. Of a stream that ends too early it prints what it holds\n"
+    "so far, with a message and exit status 1.\n"
     "\n"
     "  --json             print one JSON object; \"bits\" adds up to 8 * \"bytes\"\n"
     "  --help             this text\n";
@@ -118,7 +117,6 @@ static const char verify_help[] =
     "  --connectivity     as for encode\n"
     "  --keep-order       as for encode\n"
     "  --goal GOAL        as for encode\n"
-    "  --fast             as for encode\n"
     "  --grid X,Y,Z,STEP  as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, for names that do not tell\n"
     "  --strict           as for encode\n"
@@ -146,7 +144,7 @@ static const struct command commands[] = {
 };
 
 enum option_id {
-    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, FAST, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, BYTES, JSON
+    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, ERROR, BYTES, JSON
 };
 
 #define NUMBERS "a number up to 4294967294"
@@ -164,14 +162,14 @@ static const struct option option_list[] = {
     { "--channels", CHANNELS, "a list of positions, normals, texcoords, colors, materials", ENCODE | VERIFY },
     { "--connectivity", CONNECTIVITY, NULL, ENCODE | VERIFY },
     { "--keep-order", KEEP_ORDER, NULL, ENCODE | VERIFY },
-    { "--goal", GOAL, "balanced, best-looking, smallest or least-connectivity", ENCODE | VERIFY },
-    { "--fast", FAST, NULL, ENCODE | VERIFY },
+    { "--goal", GOAL, "balanced or least-connectivity", ENCODE | VERIFY },
     { "--grid", GRID, "X,Y,Z,STEP: an origin and a step above 0", ENCODE | VERIFY },
     { "--format", FORMAT, "off, obj, ply or stl", ENCODE | DECODE | VERIFY },
     { "--strict", STRICT, NULL, ENCODE | DECODE | VERIFY },
     { "--quiet", QUIET, NULL, ENCODE | DECODE | VERIFY },
     { "--vertices", VERTICES, NUMBERS, DECODE },
     { "--level", LEVEL, NUMBERS, DECODE },
+    { "--error", ERROR, "a distance, 0 or more", DECODE },
     { "--bytes", BYTES, NUMBERS, DECODE },
     { "--json", JSON, NULL, INFO },
 };
@@ -218,8 +216,7 @@ static int parse_uint(const char *text, uint32_t low, uint32_t high, uint32_t *n
 static int parse_goal(const char *text, cq_goal *goal)
 {
     static const struct { const char *name; cq_goal goal; } goals[] = {
-        { "balanced", CQ_BALANCED }, { "smallest", CQ_SMALLEST }, { "best-looking", CQ_BEST_LOOKING },
-        { "least-connectivity", CQ_LEAST_CONNECTIVITY },
+        { "balanced", CQ_BALANCED }, { "least-connectivity", CQ_LEAST_CONNECTIVITY },
     };
     for (size_t i = 0; i < sizeof goals / sizeof *goals; i++) {
         *goal = goals[i].goal;
@@ -292,6 +289,14 @@ static int parse_grid(const char *text, struct options *options)
     return text == NULL && number[3] >= (double)FLT_MIN;
 }
 
+/* A number of the "C" locale that is not negative. */
+static int parse_distance(const char *text, double *distance)
+{
+    char *end;
+    *distance = strtod(text, &end);
+    return end != text && *end == '\0' && isfinite(*distance) && *distance >= 0;
+}
+
 /* Names with commas between them; at least one. */
 static int parse_channels(const char *text, struct options *options)
 {
@@ -324,11 +329,11 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case KEEP_ORDER: return options->keep_order = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
     case LEVEL: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_levels);
+    case ERROR: return parse_distance(value, &options->max_error);
     case BYTES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_bytes);
     case FORMAT: return (options->format = mesh_format_by_name(value)) != MESH_UNKNOWN;
     case CONNECTIVITY: return no_channels(options);
     case GOAL: return parse_goal(value, &options->goal);
-    case FAST: return options->fast = 1;
     case GRID: return parse_grid(value, options);
     case STRICT: return options->strict = 1;
     case QUIET: return options->quiet = 1;
@@ -404,6 +409,7 @@ static int run_command(const struct command *command, char **arguments)
     struct options options = { 0 };
     options.attributes = KEEP_MATERIALS | (KEEP_MATERIALS - 1);
     options.max_vertices = options.max_bytes = options.max_levels = CQ_NO_LIMIT;
+    options.max_error = -1;
     options.files = arguments;       /* files move to the front: there are never more than arguments seen */
     if (!parse_arguments(&options, command, arguments))
         return EXIT_BAD_USAGE;

@@ -22,13 +22,14 @@
 #define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
 
 struct options {
-    int connectivity, keep_order, fast, json, quiet, strict;
+    int connectivity, keep_order, json, quiet, strict;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
     uint32_t attribute_bits[MESH_NUM_ATTRIBUTES];   /* per component; 0: as many as is usual */
     double grid_origin[3], grid_step;           /* of positions; step 0: a grid that fits the mesh */
     uint32_t max_vertices, max_bytes, max_levels;  /* of what is decoded; CQ_NO_LIMIT: all */
+    double max_error;                           /* of what is decoded; below 0: none */
     enum mesh_format format;                    /* MESH_UNKNOWN: by the name of the file */
     char **files;
     int num_files;
@@ -104,12 +105,16 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
 struct decoding {
     cq_decoder decoder;
     void *memory;
-    size_t stream_bytes;     /* as the header says */
+    cq_shape shape;          /* as the header says, */
+    size_t stream_bytes;     /* and this */
 };
 
 /* Prepares for the stream in data; complains if that is none, or goes on behind its end. */
 int open_decoding(struct decoding *d, const char *path, const uint8_t *data, size_t size);
 void close_decoding(struct decoding *d);
+
+/* The channel of positions whose steps the errors of levels are counted in; NULL: the stream tells no errors. */
+const cq_channel *find_measured(const cq_shape *shape);
 
 /* What a channel means, in one word. */
 const char *channel_kind_name(const cq_channel *channel);

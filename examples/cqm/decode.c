@@ -27,11 +27,10 @@ static int check_header(const char *path, const uint8_t *data, size_t size, cq_s
 
 int open_decoding(struct decoding *d, const char *path, const uint8_t *data, size_t size)
 {
-    cq_shape shape;
     d->memory = NULL;
-    if (!check_header(path, data, size, &shape, &d->stream_bytes))
+    if (!check_header(path, data, size, &d->shape, &d->stream_bytes))
         return 0;
-    size_t memory_size = cq_decoder_bytes(&shape);
+    size_t memory_size = cq_decoder_bytes(&d->shape);
     if (memory_size == 0)
         return complain_stream(path, CQ_ERROR_TOO_LARGE, 0);
     d->memory = malloc(memory_size);
@@ -48,17 +47,39 @@ void close_decoding(struct decoding *d)
 
 /* -- Refining as far as the options say ---------------------------------------------------------------------------- */
 
+/* As the codec chooses it: cq_kind and cq_merge tell. */
+const cq_channel *find_measured(const cq_shape *shape)
+{
+    for (uint32_t k = 0; k < shape->num_channels; k++) {
+        const cq_channel *c = &shape->channel[k];
+        if (c->kind == CQ_POSITION && c->merge == CQ_AVERAGE && c->bits != CQ_EXACT_BITS)
+            return c;
+    }
+    return NULL;
+}
+
+/* The decoder knows the error of the mesh from the beginning of the next level on. */
+static int is_near_enough(const cq_decoder *d, const struct options *options)
+{
+    float step;
+    if (options->max_error < 0 || d->level == 0)
+        return 0;
+    memcpy(&step, &find_measured(&d->shape)->step, sizeof step);
+    return d->error / 16.0 * fabs((double)step) <= options->max_error;
+}
+
 static int is_fine_enough(const cq_decoder *d, const struct options *options)
 {
     uint32_t vertices = d->mesh.num_vertices;
-    return vertices > 0 && (vertices >= options->max_vertices || d->level > options->max_levels);
+    return vertices > 0 && (vertices >= options->max_vertices || d->level > options->max_levels
+                            || is_near_enough(d, options));
 }
 
 /* A step makes at most one vertex, so that many steps cannot pass the limit. Steps one by one stop between the levels
  * and at the base. */
 static uint32_t step_budget(const cq_decoder *d, const struct options *options)
 {
-    if (options->max_levels != CQ_NO_LIMIT || d->mesh.num_vertices == 0)
+    if (options->max_levels != CQ_NO_LIMIT || options->max_error >= 0 || d->mesh.num_vertices == 0)
         return 1;
     return options->max_vertices - d->mesh.num_vertices;
 }
@@ -335,6 +356,15 @@ static int save_decoded(const cq_decoder *d, const struct options *options, enum
     return ok;
 }
 
+/* Only the positions of a grid have errors. */
+static int check_error(const struct options *options, const cq_shape *shape)
+{
+    if (options->max_error < 0 || find_measured(shape) != NULL || shape->num_vertices == 0)
+        return 1;
+    return complain(options->files[0], "--error: this stream does not tell how far its meshes are from the exact one, "
+                    "as it has no positions on a grid");
+}
+
 /* A stream may only be short if the user made it so. */
 static int check_complete(const struct decoding *d, const struct options *options, cq_result result, size_t size)
 {
@@ -350,7 +380,7 @@ static int decode_stream(struct decoding *d, const struct options *options, enum
 {
     const char *path = options->files[0];
     cq_bytes in = { data, size < options->max_bytes ? size : options->max_bytes };
-    if (!open_decoding(d, path, data, size))
+    if (!open_decoding(d, path, data, size) || !check_error(options, &d->shape))
         return 0;
     cq_result result = refine(&d->decoder, &in, options);
     size_t used = (size_t)(in.data - data);

@@ -84,8 +84,7 @@ static void tell_blurred(struct encoding *e, const struct options *options, cons
 static int add_position_channel(struct encoding *e, const struct mesh_file *mesh, const char *path,
                                 const struct options *options)
 {
-    cq_merge merge = options->bits == CQ_EXACT_BITS ? CQ_KEEP : CQ_MIDPOINT;
-    cq_channel *channel = add_channel(e, CQ_POSITION, merge, 3, options->bits);
+    cq_channel *channel = add_channel(e, CQ_POSITION, CQ_AVERAGE, 3, options->bits);
     if (channel == NULL)
         return complain(path, "out of memory");
     if (!add_positions(e, channel, mesh, path, options))
@@ -107,7 +106,7 @@ static int add_normals(struct encoding *e, const struct mesh_file *mesh, const c
     const float *from = mesh->attribute[MESH_NORMALS];
     uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_NORMALS);
     cq_place place;
-    if (add_channel(e, CQ_NORMAL, CQ_MIDPOINT, 2, bits) == NULL)
+    if (add_channel(e, CQ_NORMAL, CQ_AVERAGE, 2, bits) == NULL)
         return complain(path, "out of memory");
     if (cq_quantise_normals((int)bits, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
         return 1;
@@ -124,7 +123,7 @@ static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const
 {
     const float *from = mesh->attribute[MESH_TEXCOORDS];
     uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_TEXCOORDS);
-    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_MIDPOINT, 2, bits);
+    cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_AVERAGE, 2, bits);
     if (channel == NULL)
         return complain(path, "out of memory");
     if (cq_fit_grid(channel, from, mesh->num_vertices, NULL) != CQ_OK
@@ -141,7 +140,7 @@ static int add_colors(struct encoding *e, const struct mesh_file *mesh, const ch
     uint32_t bits = bits_of(options, MESH_COLORS);
     const float step = 1.0f / (float)((1u << bits) - 1);
     uint32_t k = e->input.shape.num_channels;
-    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_MIDPOINT, mesh->components[MESH_COLORS], bits);
+    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_AVERAGE, mesh->components[MESH_COLORS], bits);
     if (channel == NULL)
         return complain(path, "out of memory");
     memcpy(&channel->step, &step, sizeof step);
@@ -178,7 +177,7 @@ static int add_materials(struct encoding *e, const struct mesh_file *mesh, const
 static int add_order(struct encoding *e, const char *path)
 {
     uint32_t k = e->input.shape.num_channels, n = e->input.shape.num_vertices;
-    if (add_channel(e, CQ_NUMBER, CQ_KEEP, 1, bits_of_number(n)) == NULL)
+    if (add_channel(e, CQ_NUMBER, CQ_COPY, 1, bits_of_number(n)) == NULL)
         return complain(path, "out of memory");
     for (uint32_t v = 0; v < n; v++)
         e->values[k][v] = (cq_value)v;
@@ -323,7 +322,6 @@ static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const
     e->input.indices = mesh->indices;
     e->positions = mesh->positions;
     e->input.goal = options->goal;
-    e->input.shape.fast = (uint32_t)options->fast;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
     if (e->input.map == NULL || e->input.face_map == NULL)

@@ -13,6 +13,12 @@ static double in_bits(uint64_t cost)
     return (double)cost / 65536;
 }
 
+/* Of the grid; levels tell distances in sixteenths. */
+static double in_steps(uint32_t error)
+{
+    return error / 16.0;
+}
+
 static double float_of_bits(uint32_t bits)
 {
     float value;
@@ -79,7 +85,7 @@ const char *channel_kind_name(const cq_channel *channel)
 
 static const char *merge_name(const cq_channel *channel)
 {
-    static const char *const names[CQ_PER_FACE + 1] = { "midpoint", "keep", "face" };
+    static const char *const names[CQ_PER_FACE + 1] = { "average", "copy", "face" };
     return names[channel->merge];
 }
 
@@ -105,7 +111,6 @@ static void print_counts(const cq_report *r, const struct extent *extent)
                (unsigned long)r->base_faces);
         printf("levels          %lu%s\n", (unsigned long)r->num_levels, is_whole(extent) ? "" : " so far");
     }
-    printf("fast            %s\n", r->shape.fast ? "yes" : "no");
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
         printf("channel %lu       %s, %d x %d bits, step %.9g, %s\n", (unsigned long)k, channel_kind_name(c),
@@ -126,7 +131,7 @@ static void print_parts(const cq_report *r, const struct extent *extent)
     printf("%-12s%12.1f%16.3f\n", "total", bits / 8, ratio(bits, vertices));
 }
 
-/* Means are per split. */
+/* Means are per split. The error is that of the mesh before the level, in steps of the grid. */
 static void print_level(const cq_report *r, uint32_t k)
 {
     const cq_level *l = &r->level[k];
@@ -134,17 +139,21 @@ static void print_level(const cq_report *r, uint32_t k)
     printf("%5lu%10lu%10lu%10lu", (unsigned long)k + 1, (unsigned long)l->num_vertices, (unsigned long)l->num_patches,
            (unsigned long)l->num_splits);
     printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
-    printf("%8.2f%8.2f%8.2f\n", ratio(in_bits(l->flags), splits), ratio(in_bits(l->indices), splits),
+    printf("%8.2f%8.2f%8.2f", ratio(in_bits(l->flags), splits), ratio(in_bits(l->indices), splits),
            ratio(in_bits(l->values), splits));
+    if (find_measured(&r->shape) != NULL)
+        printf("%10.2f\n", in_steps(l->error));
+    else
+        printf("%10s\n", "-");
 }
 
 static void print_text(const cq_report *r, const struct extent *extent)
 {
     print_counts(r, extent);
     print_parts(r, extent);
-    printf("\n%51s%24s\n", "mean of", "bits per split of");
-    printf("%5s%10s%10s%10s%8s%8s%8s%8s%8s\n", "level", "vertices", "patches", "splits", "i", "j", "flags", "indices",
-           "values");
+    printf("\n%51s%24s%10s\n", "mean of", "bits per split of", "before:");
+    printf("%5s%10s%10s%10s%8s%8s%8s%8s%8s%10s\n", "level", "vertices", "patches", "splits", "i", "j", "flags", "indices",
+           "values", "error");
     for (uint32_t k = 0; k < r->num_levels; k++)
         print_level(r, k);
 }
@@ -180,14 +189,18 @@ static void print_json_channel(const cq_channel *c)
     printf("]}");
 }
 
-static void print_json_level(const cq_level *l)
+static void print_json_level(const cq_shape *shape, const cq_level *l)
 {
     printf("{\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
            (unsigned long)l->num_vertices, (unsigned long)l->num_patches, (unsigned long)l->num_splits,
            (unsigned long)l->sum_i, (unsigned long)l->sum_j);
     print_json_bits("flags", l->flags, ", ");
     print_json_bits("indices", l->indices, ", ");
-    print_json_bits("values", l->values, "}");
+    print_json_bits("values", l->values, ", ");
+    if (find_measured(shape) != NULL)
+        printf("\"error_before\": %.4f}", in_steps(l->error));
+    else
+        printf("\"error_before\": null}");
 }
 
 static void print_json_so_far(const struct extent *extent)
@@ -205,7 +218,6 @@ static void print_json_counts(const cq_report *r)
            (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
     printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
            (unsigned long)r->base_faces);
-    printf("  \"fast\": %s,\n", r->shape.fast ? "true" : "false");
     printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,
            ratio(8 * (double)r->bytes, r->shape.num_vertices));
 }
@@ -229,7 +241,7 @@ static void print_json(const cq_report *r, const struct extent *extent)
     printf("],\n  \"per_level\": [");
     for (uint32_t k = 0; k < r->num_levels; k++) {
         printf("%s\n    ", k == 0 ? "" : ",");
-        print_json_level(&r->level[k]);
+        print_json_level(&r->shape, &r->level[k]);
     }
     printf("\n  ]\n}\n");
 }

@@ -159,8 +159,7 @@ def test_all_channels(mesh):
             messages, _ = cqm("decode", stream, out)
             check(f"{kind} to {out_kind}: nothing dropped: {messages}", not messages)
             check_mesh(f"{kind} to {out_kind}", mesh, read(out))
-            cqm("verify", "--keep-order", "--goal", "smallest", source)
-            cqm("verify", "--keep-order", "--fast", source)
+            cqm("verify", "--keep-order", "--goal", "least-connectivity", source)
 
 
 def test_alpha(mesh):
@@ -192,27 +191,74 @@ def test_choice(mesh):
     cqm("encode", "--bits", 31, source, stream, status=2)
 
 
-def test_fast(mesh):
-    """Another stream of the same mesh; info tells which it is."""
-    source, stream = FOLDER / "h.ply", FOLDER / "h.cqm"
+def distance(point, triangle):
+    """Of a point from a triangle."""
+    def dot(a, b):
+        return sum(x * y for x, y in zip(a, b))
+
+    def less(a, b):
+        return tuple(x - y for x, y in zip(a, b))
+
+    def from_segment(a, b):
+        along, to = less(b, a), less(point, a)
+        t = min(1, max(0, dot(to, along) / dot(along, along))) if dot(along, along) else 0
+        return math.dist(to, tuple(t * x for x in along))
+
+    a, b, c = triangle
+    u, v, w = less(b, a), less(c, a), less(point, a)
+    uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
+    area = uu * vv - uv * uv
+    if area > 1e-12 * uu * vv:
+        s, t = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
+        if s >= 0 and t >= 0 and s + t <= 1:
+            return math.dist(w, tuple(s * x + t * y for x, y in zip(u, v)))
+    return min(from_segment(a, b), from_segment(b, c), from_segment(c, a))
+
+
+def farthest(points, mesh):
+    """Distance of the farthest of the points from a mesh."""
+    triangles = [[mesh["positions"][v] for v in face] for face in mesh["faces"]]
+    return max(min(distance(p, t) for t in triangles) for p in points)
+
+
+def test_error(mesh):
+    """Decoding stops where a level's error is small enough, and no exact vertex is further away than that."""
+    source, stream, out = FOLDER / "e.ply", FOLDER / "e.cqm", FOLDER / "e2.ply"
     write_ply(source, mesh)
-    meshes = []
-    for fast in False, True:
-        cqm("encode", "--bits", 32, "--keep-order", *(["--fast"] if fast else []), source, stream)
-        check(f"info --json: fast {fast}", json.loads(cqm("info", "--json", stream)[1])["fast"] is fast)
-        lines = [line.split() for line in cqm("info", stream)[1].splitlines()]
-        check(f"info: fast {fast}", ["fast", "yes" if fast else "no"] in lines)
-        cqm("decode", stream, FOLDER / "h2.ply")
-        meshes.append((stream.read_bytes(), read_ply(FOLDER / "h2.ply")))
-    check("another stream", meshes[0][0] != meshes[1][0])
-    check("the same mesh", meshes[0][1] == meshes[1][1])
-    check_mesh("fast", mesh, meshes[1][1])
-    cqm("verify", "--fast", "--connectivity", source)
+    cqm("encode", "--channels", "positions", source, stream)
+    cqm("decode", stream, out)
+    exact = read_ply(out)["positions"]
+    report = json.loads(cqm("info", "--json", stream)[1])
+    step = report["channels"][0]["step"]
+    levels = report["per_level"]
+    errors = [level["error_before"] for level in levels]
+    check(f"errors never grow: {errors}", errors == sorted(errors, reverse=True) and len(set(errors)) > 3)
+    vertices = [report["base_vertices"]] + [level["vertices"] for level in levels]
+    for error in sorted(set(errors)):
+        for wanted in error * step * (1 + 1e-6), error * step * (1 - 1e-6):
+            cqm("decode", "--error", wanted, stream, out)
+            found = read_ply(out)
+            level = next((k for k, e in enumerate(errors) if e * step <= wanted), len(levels))
+            check(f"--error {wanted}: level {level}", len(found["positions"]) == vertices[level])
+            check(f"--error {wanted}: {farthest(exact, found)}", farthest(exact, found) <= wanted + 1e-6)
+    cqm("decode", "--error", 0, stream, out)
+    check("no error", len(read_ply(out)["positions"]) == len(exact))
+    cqm("decode", "--error", 1e9, "--vertices", 1, stream, out)
+    check("any error", len(read_ply(out)["positions"]) == vertices[0])
+    check("the table has the errors", f"{errors[0]:.2f}" in cqm("info", stream)[1])
+    for wrong in ("-1", "nan", "inf", "", "1x"):
+        cqm("decode", "--error", wrong, stream, out, status=2)
+    for options in (["--connectivity"], ["--bits", 32]):
+        cqm("encode", *options, source, stream)
+        out.unlink(missing_ok=True)
+        messages, _ = cqm("decode", "--error", 1, stream, out, status=1)
+        check(f"no errors: {messages}", "does not tell how far" in messages and not out.exists())
+        check("no errors in JSON", json.loads(cqm("info", "--json", stream)[1])["per_level"][0]["error_before"] is None)
 
 
 def test_order_of_coarse_meshes(mesh):
-    """Exact positions are kept: each vertex of a coarse mesh is one of the file, in its order."""
-    source, stream, out = FOLDER / "e.ply", FOLDER / "e.cqm", FOLDER / "f.ply"
+    """Each vertex of a coarse mesh is one of the file, in its order."""
+    source, stream, out = FOLDER / "o.ply", FOLDER / "o.cqm", FOLDER / "o2.ply"
     write_ply(source, mesh)
     cqm("encode", "--bits", 32, "--keep-order", source, stream)
     place = {packed: v for v, packed in enumerate(bits(mesh["positions"]))}
@@ -317,13 +363,13 @@ def test_what_is_told(mesh):
     check("a normal of no length", "dropped: normals: vertex 1 has one of no length" in messages)
     write_ply(ply, mesh)
     told_channels = [(c["kind"], c["merge"], c["components"], c["bits"]) for c in told(ply)["channels"]]
-    check("positions alone", told_channels == [("position", "midpoint", 3, 12)])
+    check("positions alone", told_channels == [("position", "average", 3, 12)])
     cqm("encode", "--keep-order", ply, stream)
     told_channels = [(c["kind"], c["merge"], c["components"], c["bits"])
                      for c in json.loads(cqm("info", "--json", stream)[1])["channels"]]
     check(f"all channels: {told_channels}", told_channels == [
-        ("position", "midpoint", 3, 12), ("normal", "midpoint", 2, 10), ("texcoord", "midpoint", 2, 12),
-        ("color", "midpoint", 3, 8), ("number", "keep", 1, 7)])
+        ("position", "average", 3, 12), ("normal", "average", 2, 10), ("texcoord", "average", 2, 12),
+        ("color", "average", 3, 8), ("number", "copy", 1, 7)])
     messages, _ = cqm("decode", stream, FOLDER / "g.off")
     check(f"OFF holds no attributes: {messages}", messages.count("dropped: ") == 3)
     check("quiet decoding", cqm("decode", "--quiet", stream, FOLDER / "g.off")[0] == "")
@@ -332,7 +378,7 @@ def test_what_is_told(mesh):
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     mesh = make()
-    for test in (test_all_channels, test_alpha, test_choice, test_fast, test_order_of_coarse_meshes, test_materials,
+    for test in (test_all_channels, test_alpha, test_choice, test_error, test_order_of_coarse_meshes, test_materials,
                  test_what_is_told):
         test(mesh)
     print(f"{passed} passed, {failed} failed")
