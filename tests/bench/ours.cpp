@@ -17,9 +17,7 @@ using Block = std::unique_ptr<void, Free>;
 
 class Ours final : public Codec {
 public:
-    explicit Ours(bool fast) : fast_(fast) {}
-
-    std::string name() const override { return fast_ ? "conquest-fast" : "conquest"; }
+    std::string name() const override { return "conquest"; }
     Bytes encode(const Mesh &) override;
     void decode(const Bytes &bytes) override { begin(bytes), refine(CQ_NO_LIMIT); }
     Decoded inspect() const override;
@@ -31,7 +29,6 @@ public:
     size_t bytes_used() const { return static_cast<size_t>(in_.data - start_); }
 
 private:
-    const bool fast_;
     std::unique_ptr<cq_decoder> decoder_;
     Block memory_;
     cq_bytes in_{};
@@ -61,8 +58,6 @@ cq_result try_encode(cq_input &in, Bytes &out, size_t &size)
 Bytes Ours::encode(const Mesh &mesh)
 {
     cq_input in = input_of(mesh);
-    in.shape.fast = fast_;
-    if (fast_) in.goal = CQ_LEAST_CONNECTIVITY; // the least work
     Bytes out(4096 + 8 * mesh.vertices());
     size_t size = 0;
     cq_result result = try_encode(in, out, size);
@@ -106,11 +101,11 @@ Decoded Ours::inspect() const
 
 } // namespace
 
-std::unique_ptr<Codec> make_ours(bool fast) { return std::make_unique<Ours>(fast); }
+std::unique_ptr<Codec> make_ours() { return std::make_unique<Ours>(); }
 
 FirstView first_view(const Bytes &bytes, size_t vertices, double (*seconds)())
 {
-    Ours ours(false);
+    Ours ours;
     FirstView view;
     double begin = seconds();
     ours.begin(bytes);

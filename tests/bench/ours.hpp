@@ -5,7 +5,7 @@
 
 #include <memory>
 
-std::unique_ptr<Codec> make_ours(bool fast);
+std::unique_ptr<Codec> make_ours();
 std::unique_ptr<Codec> make_draco(int level);    // compression level 0 .. 10, 10 is the smallest
 std::unique_ptr<Codec> make_meshopt();
 std::unique_ptr<Codec> make_openctm();

@@ -14,7 +14,6 @@ here=tests/embedded
 example=examples/microcontroller
 out=build/embedded
 cqm=build/cqm
-streams=ref_data/v$(sed -n 's/^#define CQ_STREAM_VERSION \([0-9]*\).*/\1/p' include/conquest.h)
 flags="-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -Iinclude"
 semihosting="-nographic -monitor none -serial none -semihosting-config enable=on,target=native"
 
@@ -45,22 +44,21 @@ counts() {
         }'
 }
 
-# make_stream NAME STREAM: build/embedded/NAME/stream.h
+# make_stream NAME MESH: build/embedded/NAME/stream.h
 make_stream() {
     mkdir -p "$out/$1"
-    {
-        counts "$2"
-        echo "static const uint8_t stream[] = {"
-        od -An -v -tu1 "$2" | sed 's/\([0-9]\) /\1, /g; s/$/,/'
-        echo "};"
-    } >"$out/$1/stream.h"
+    "$cqm" encode --quiet "$2" "$out/$1.cqm" && counts "$out/$1.cqm" >"$out/$1/stream.h" &&
+        {
+            echo "static const uint8_t stream[] = {"
+            od -An -v -tu1 "$out/$1.cqm" | sed 's/\([0-9]\) /\1, /g; s/$/,/'
+            echo "};"
+        } >>"$out/$1/stream.h"
 }
 
 # disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices.
 make_streams() {
-    make_stream disc "$streams/disc.cqm" && make_stream grid "$streams/grid.cqm" &&
-        build/meshgen random 1000 1 >"$out/random.off" && "$cqm" encode --quiet "$out/random.off" "$out/random.cqm" &&
-        make_stream random "$out/random.cqm"
+    make_stream disc ref_data/disc.off && make_stream grid ref_data/grid.off &&
+        build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off"
 }
 
 # -- Devices ---------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import csv
 import sys
 
 DEVICES = [("cortex-m3", "Cortex-M3"), ("cortex-m0", "Cortex-M0"), ("rv32", "RV32IMC")]
-CODECS = "conquest", "conquest-fast", "draco-10", "meshopt+zstd"
+CODECS = "conquest", "draco-10", "meshopt+zstd"
 WIDTHS = [("32-bit", "32-bit indices"), ("16-bit", "16-bit indices")]
 DEVICE_ROWS = [
     ("code", "decoder, code, bytes"),

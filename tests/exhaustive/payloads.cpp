@@ -248,18 +248,20 @@ int main(int argc, char **argv) {
         three_bytes(report);
         return report.summary();
     }
-    std::vector<cq_shape> bare = small_shapes(), located, valued, exact, grouped;
+    std::vector<cq_shape> bare = small_shapes(), located, valued, exact, copied, grouped;
     for (const cq_shape &s : bare) {
         grouped.push_back(with_channel(s, CQ_GROUP, CQ_PER_FACE, 1, 1));
         if (s.num_boundary_loops > 0) continue;
-        located.push_back(with_channel(s, CQ_POSITION, CQ_MIDPOINT, 3, 1));
-        valued.push_back(with_channel(s, CQ_GENERIC, CQ_MIDPOINT, 1, 1));
-        exact.push_back(with_channel(s, CQ_GENERIC, CQ_KEEP, 1, CQ_EXACT_BITS));
+        located.push_back(with_channel(s, CQ_POSITION, CQ_AVERAGE, 3, 1));
+        valued.push_back(with_channel(s, CQ_GENERIC, CQ_AVERAGE, 1, 1));
+        exact.push_back(with_channel(s, CQ_GENERIC, CQ_AVERAGE, 1, CQ_EXACT_BITS));
+        copied.push_back(with_channel(s, CQ_GENERIC, CQ_COPY, 1, 1));
     }
     up_to_two_bytes("", bare, report);
     up_to_two_bytes(" with positions", located, report);
     up_to_two_bytes(" with a value", valued, report);
     up_to_two_bytes(" with an exact value", exact, report);
+    up_to_two_bytes(" with a copied value", copied, report);
     up_to_two_bytes(" with a value per face", grouped, report);
     return report.summary();
 }

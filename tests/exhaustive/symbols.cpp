@@ -3,12 +3,11 @@
 // rule and writes few of them. Here it is told which edge to collapse: the stream is a base, and one level with this
 // split in its first patch, which is reached in all three ways that a first gate allows:
 //
-//   0  the centre is in front of the gate: all pairs of ring vertices
-//   1  it is L: all pairs with R, the last of the ring      2  it is R: all pairs with L, the first of the ring
+//   0  the centre is in front of the gate      1  it is L, and R the last of the ring      2  it is R, and L the first
 //
 // The stream decodes to the triangulation after the split, vertex by vertex and each position in its place. What was
-// run is counted: for each vertex of valence D, D (D - 1) / 2 pairs from D neighbours, and D - 1 for each first gate of
-// cases 1 and 2, without and with positions. With the argument `all`: further sizes, for `make verify`.
+// run is counted: for each vertex of valence D, D (D - 1) / 2 pairs from D neighbours in each of the three ways, without
+// and with positions. With the argument `all`: further sizes, for `make verify`.
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -25,16 +24,21 @@ struct Symbol {
 
 // -- An encoder that collapses one edge, b into a, and nothing else --------------------------------------------------
 
-// Its first and only patch, entered from the front of the gate.
-void note_collapse(cqi_plan *plan, const cq_shape *shape, const Symbol &s, int b) {
-    const cq_mesh *mesh = &plan->mesh;
-    cqi_walk walk;
-    cqi_walk_begin(&walk);
-    cq_index gate = cqi_first_gate(mesh, find_halfedge(mesh, uint32_t(s.l), uint32_t(s.r)));
-    int side = mesh->origin[gate] == cq_index(s.a) ? 1 : cq_target(mesh, gate) == cq_index(s.a) ? 2 : 0;
+// Its first and only patch.
+void note_collapse(cqi_plan *plan, const Symbol &s, int b) {
+    cq_mesh *mesh = &plan->mesh;
+    cqi_seed *seed = &plan->seed[plan->num_seeds++];
+    seed->l = static_cast<cq_index>(s.l);
+    seed->r = static_cast<cq_index>(s.r);
+    plan->note[plan->num_notes++].level = 0;
+    plan->level = plan->num_levels = 1;
+    cqi_take_virtual(mesh);
+    cq_index gate = cqi_find_spoke(mesh, seed->l, seed->r);
+    int side = s.a == s.l ? 1 : s.a == s.r ? 2 : 0;
     cq_index collapsed = find_halfedge(mesh, uint32_t(s.a), uint32_t(b));
-    cqi_collapse_noted(plan, shape, &walk, cq_prev(gate), collapsed, side);
-    plan->collapse[plan->next_collapse].level = 0;
+    cqi_conquer_patch(plan, cqi_first_spoke(mesh, gate, side), collapsed, 1 + side);
+    plan->note[plan->num_notes].level = 0;
+    seed->notes = plan->num_notes;
 }
 
 // The inside of cq_encode with another simplification.
@@ -53,10 +57,8 @@ cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, si
     cq_range_encoder_init(&e->plan.range, out + gap, out_size - gap);
     memset(report, 0, sizeof *report);
     e->replay.report = report;
-    e->plan.current = e->plan.num_levels = e->plan.num_seeds = 1;
-    note_collapse(&e->plan, &in.shape, s, b);
-    e->plan.seed[0] = static_cast<cq_index>(s.l);
-    e->plan.seed[1] = static_cast<cq_index>(s.r);
+    note_collapse(&e->plan, s, b);
+    memset(e->plan.decoded, 0xff, cqi_all_vertices(&in.shape) * sizeof(cq_index));
     cqi_replay(e, &in);
     size_t payload_size = cq_range_encoder_finish(&e->plan.range);
     for (cq_index v = 0; v < in.shape.num_vertices; v++) in.map[v] = e->plan.decoded[v];
@@ -103,7 +105,7 @@ public:
         std::vector<int> ring = before.ring(a);
         for (size_t k = 0; k < ring.size(); ++k) {
             int l = ring[k], r = ring[(k + ring.size() - 1) % ring.size()];   // the ring from L clockwise ends with R
-            if (l < num_real && r < num_real) in_front(a, l, r);
+            if (l < num_real && r < num_real) all_pairs(a, l, l, r);
             if (l < num_real) at_the_gate(a, l);
         }
     }
@@ -113,24 +115,21 @@ private:
     int num_real, euler;
     Report &report;
 
-    // p before q in the ring from L clockwise.
-    void in_front(int a, int l, int r) {
+    // All pairs of the ring of a from `first` clockwise.
+    void all_pairs(int a, int first, int l, int r) {
         std::vector<int> ring = before.ring(a);
-        std::rotate(ring.begin(), std::find(ring.begin(), ring.end(), l), ring.end());
+        std::rotate(ring.begin(), std::find(ring.begin(), ring.end(), first), ring.end());
         expected += ring.size() * (ring.size() - 1);
         for (size_t p = 0; p < ring.size(); ++p)
             for (size_t q = p + 1; q < ring.size(); ++q) try_both({a, ring[p], ring[q], l, r});
     }
 
-    // The gate a -> w and the gate w -> a. One whose front is a cone is taken from its other side: L is R then.
+    // The gates a -> w and w -> a.
     void at_the_gate(int a, int w) {
-        bool is_l = before.apex(a, w) < num_real, is_r = before.apex(w, a) < num_real;
-        for (int x : before.ring(a)) {
-            if (x == w) continue;
-            try_both(is_l ? Symbol{a, x, w, a, w} : Symbol{a, w, x, a, w});
-            try_both(is_r ? Symbol{a, w, x, w, a} : Symbol{a, x, w, w, a});
-        }
-        expected += 4 * size_t(before.degree(a) - 1);
+        std::vector<int> ring = before.ring(a);
+        size_t next = size_t(std::find(ring.begin(), ring.end(), w) - ring.begin() + 1) % ring.size();
+        all_pairs(a, ring[next], a, w);
+        all_pairs(a, w, w, a);
     }
 
     void try_both(const Symbol &s) {

@@ -209,7 +209,7 @@ static cq_result encode(coded *c, const model *m, uint32_t num_channels)
         in.shape.channel[k].bits = POSITION_BITS;
         in.values[k] = m->positions;
     }
-    in.goal = num_channels > 1 ? CQ_SMALLEST : CQ_BALANCED;
+    in.goal = num_channels > 1 ? CQ_LEAST_CONNECTIVITY : CQ_BALANCED;
     in.indices = m->indices;
     in.map = c->map = (cq_index *)allocate((size_t)m->num_vertices * sizeof(cq_index));
     c->bytes = (uint8_t *)allocate(capacity);

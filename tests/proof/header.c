@@ -176,7 +176,7 @@ void claim_peek(void)
     if (result == CQ_OK) {
         uint32_t k = nondet_u32();
         PROVE(header_bytes >= 3 + 1 + 4 + 2 && header_bytes <= CQ_MAX_HEADER_BYTES);
-        PROVE(shape.num_channels <= CQ_MAX_CHANNELS && shape.fast <= 1);
+        PROVE(shape.num_channels <= CQ_MAX_CHANNELS);
         PROVE(k >= shape.num_channels || cqi_channel_is_valid(&shape.channel[k]));
         PROVE(shape.num_boundary_edges / 3 >= shape.num_boundary_loops);
         REACHED();

@@ -23,7 +23,6 @@ public:
             for (uint32_t v : f) indices.push_back(static_cast<ow::cq_index>(v));
         input.shape.num_vertices = s.num_vertices;
         input.shape.num_faces = s.num_faces;
-        input.shape.fast = s.fast;
         input.shape.num_channels = s.num_channels;
         input.goal = static_cast<ow::cq_goal>(model.input.goal);
         input.indices = indices.data();

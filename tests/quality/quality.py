@@ -14,7 +14,7 @@ import sys
 import pictures
 import surface
 
-GOALS = ["balanced", "smallest", "best-looking", "least-connectivity"]
+GOALS = ["balanced", "least-connectivity"]
 PERCENTS = [1, 2, 5, 10, 25, 50, 100]
 DRACO_BITS = range(3, 13)
 COLUMNS = ["mesh", "codec", "setting", "bytes", "vertices", "rms", "hausdorff", "flipped"]

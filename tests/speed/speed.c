@@ -2,9 +2,8 @@
  *
  *     speed MESH ...
  *
- * Decodes each mesh many times, its connectivity alone, with 12-bit positions, and the latter as a fast stream, and
- * prints microseconds of the processor per split, base and conquest included: of the fastest run, since what else the
- * machine does only adds. Last, what a fast stream costs: its bytes beyond those of the other one. */
+ * Decodes each mesh many times, its connectivity alone and with 12-bit positions, and prints microseconds of the
+ * processor per split, base and conquest included: of the fastest run, since what else the machine does only adds. */
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 
@@ -25,8 +24,8 @@ static double decode_once(struct decoding *d, const struct encoding *e)
     return result == CQ_DONE ? end - begin : -1;
 }
 
-/* Microseconds per split, or below 0 after a complaint; and the size of the stream. */
-static double measure(const struct mesh_file *mesh, const char *path, const struct options *options, double *bytes)
+/* Microseconds per split, or below 0 after a complaint. */
+static double measure(const struct mesh_file *mesh, const char *path, const struct options *options)
 {
     static struct encoding e;
     static struct decoding d;
@@ -42,7 +41,6 @@ static double measure(const struct mesh_file *mesh, const char *path, const stru
     }
     if (ok)
         best *= 1e6 / (mesh->num_vertices - e.report.base_vertices);
-    *bytes = (double)e.size;
     free_encoding(&e);
     return best;
 }
@@ -51,19 +49,17 @@ static int print_row(const char *path)
 {
     static const struct options ways[] = {
         { .connectivity = 1, .quiet = 1 },
-        { .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .quiet = 1 },
-        { .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .fast = 1, .quiet = 1 }
+        { .bits = 12, .quiet = 1 }
     };
     struct mesh_file mesh;
-    double time[3], bytes[3];
+    double time[2];
     int ok = 1;
     if (!load_mesh(&mesh, path, mesh_format_of_path(path)))
         return 0;
-    for (int k = 0; k < 3; k++)
-        ok &= (time[k] = measure(&mesh, path, &ways[k], &bytes[k])) >= 0;
+    for (int k = 0; k < 2; k++)
+        ok &= (time[k] = measure(&mesh, path, &ways[k])) >= 0;
     if (ok)
-        printf("%-40s %9lu %8.2f %16.2f %8.2f %10.1f %%\n", path, (unsigned long)mesh.num_vertices, time[0], time[1],
-               time[2], 100 * (bytes[2] / bytes[1] - 1));
+        printf("%-40s %9lu %8.2f %16.2f\n", path, (unsigned long)mesh.num_vertices, time[0], time[1]);
     mesh_free(&mesh);
     return ok;
 }
@@ -71,8 +67,7 @@ static int print_row(const char *path)
 int main(int argc, char **argv)
 {
     int ok = argc > 1;
-    printf("%-40s %9s %8s %16s %8s %12s   microseconds per split\n", "mesh", "vertices", "alone", "with positions",
-           "fast", "more bytes");
+    printf("%-40s %9s %8s %16s   microseconds per split\n", "mesh", "vertices", "alone", "with positions");
     for (int k = 1; k < argc; k++)
         ok &= print_row(argv[k]);
     return ok ? 0 : 1;

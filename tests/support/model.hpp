@@ -1,4 +1,4 @@
-// A random mesh with random values and any goal, fast or not, its stream, and decodings of it: the C helpers with
+// A random mesh with random values and any goal, its stream, and decodings of it: the C helpers with
 // owners. Include conquest.h first.
 #ifndef CQ_TESTS_MODEL_HPP
 #define CQ_TESTS_MODEL_HPP
@@ -21,8 +21,7 @@ public:
             for (uint32_t v : f) indices.push_back(static_cast<cq_index>(v));
         input.shape.num_vertices = mesh.num_vertices;
         input.shape.num_faces = static_cast<uint32_t>(mesh.faces.size());
-        input.goal = static_cast<cq_goal>(recipe.seed % 4);
-        input.shape.fast = recipe.seed / 4 % 2;
+        input.goal = static_cast<cq_goal>(recipe.seed % 2);
         if (with_values)
             for (uint32_t n = random.below(4); n > 0; --n) add_channel();
         own();
@@ -46,12 +45,12 @@ private:
     void add_channel() {
         cq_channel &c = input.shape.channel[input.shape.num_channels++];
         c.kind = static_cast<uint8_t>(random.below(2) == 0 ? uint32_t(CQ_POSITION) : random.below(CQ_GROUP + 1));
-        c.merge = static_cast<uint8_t>(random.below(2) == 0 ? uint32_t(CQ_MIDPOINT) : random.below(CQ_PER_FACE + 1));
+        c.merge = static_cast<uint8_t>(random.below(2) == 0 ? uint32_t(CQ_AVERAGE) : random.below(CQ_PER_FACE + 1));
         c.components = components_of(static_cast<cq_kind>(c.kind));
         if (is_per_face(&c) && c.components != 1) c.kind = CQ_GENERIC, c.components = 1;
         c.bits = static_cast<uint8_t>(1 + random.below(15));
         if (CQ_MAX_BITS > 15 && random.below(4) == 0) c.bits = static_cast<uint8_t>(1 + random.below(CQ_MAX_BITS));
-        if (CQ_MAX_BITS > 15 && c.merge != CQ_MIDPOINT && random.below(3) == 0) c.bits = CQ_EXACT_BITS;
+        if (CQ_MAX_BITS > 15 && random.below(4) == 0) c.bits = CQ_EXACT_BITS;
         c.step = static_cast<uint32_t>(random());
         for (uint32_t k = 0; k < c.components; ++k) c.origin[k] = static_cast<uint32_t>(random());
         values.push_back(fill(c, static_cast<Texture>(random.below(4))));
@@ -150,10 +149,8 @@ struct Picture {
             put(array, 0, 3u * m.num_faces);
             put(array, 3u * m.first_virtual_face, 3u * m.num_virtual_faces);
         }
-        for (const cq_index *array : {m.out, m.valence}) {
-            put(array, 0, m.num_vertices);
-            put(array, m.first_virtual, m.num_virtual);
-        }
+        put(m.valence, 0, m.num_vertices);   // out[] may be any of a vertex's halfedges
+        put(m.valence, m.first_virtual, m.num_virtual);
         for (uint32_t k = 0; k < d.shape.num_channels; ++k)
             for (uint32_t j = 0; j < num_shown(&d, k); ++j) numbers.push_back(static_cast<uint32_t>(d.channel[k][j]));
     }

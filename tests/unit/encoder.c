@@ -106,7 +106,9 @@ TEST(the_map_leads_to_the_values_of_each_vertex) {
 static int has_positions(const cq_shape *shape) {
     uint32_t k;
     for (k = 0; k < shape->num_channels; ++k)
-        if (shape->channel[k].kind == CQ_POSITION && shape->channel[k].merge == CQ_MIDPOINT) return 1;
+        if (shape->channel[k].kind == CQ_POSITION && shape->channel[k].merge == CQ_AVERAGE &&
+            shape->channel[k].bits <= CQ_MAX_BITS)
+            return 1;
     return 0;
 }
 
@@ -137,31 +139,12 @@ static void check_goal(cq_goal goal, int least) {
 }
 
 TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
-    check_goal(CQ_SMALLEST, 2);
-    check_goal(CQ_BEST_LOOKING, 1);
     check_goal(CQ_LEAST_CONNECTIVITY, 2);
 }
 
 /* Of two costs that differ only in how the coder's interval is rounded. */
 static int about_the_same(uint64_t a, uint64_t b) {
     return a < b ? b - a <= b / 100 : a - b <= a / 100;
-}
-
-/* The plan is the same one: what is collapsed, and so what any part of the stream shows. Only bits of splits differ. */
-TEST(a_fast_stream_has_the_same_meshes_in_the_same_order) {
-    FOR_EACH_SAMPLE(s, c) {
-        coded fast;
-        s.input.shape.fast = 1;
-        code(&fast, &s.input);
-        REQUIRE_EQ(fast.result, CQ_OK);
-        CHECK(memcmp(fast.map, c.map, s.mesh.num_vertices * sizeof *c.map) == 0);
-        CHECK(memcmp(fast.face_map, c.face_map, s.mesh.num_faces * sizeof *c.face_map) == 0);
-        CHECK_EQ(fast.report->num_levels, c.report->num_levels);
-        CHECK_EQ(fast.report->base_vertices, c.report->base_vertices);
-        CHECK_EQ(fast.report->base, c.report->base);
-        CHECK(about_the_same(fast.report->flags, c.report->flags));
-        uncode(&fast);
-    }
 }
 
 /* A roof over a square, rising from two eaves by `slope` a step to a ridge. */
@@ -185,7 +168,7 @@ static void roof_make(sample *s, int32_t slope) {
 }
 
 /* Of a roof; with its positions as numbers that mean something else; with its positions. */
-TEST(the_connectivity_of_a_fast_stream_costs_less_with_positions) {
+TEST(connectivity_costs_less_with_positions) {
     uint64_t cost[3];
     int k;
     for (k = 0; k < 3; ++k) {
@@ -193,7 +176,6 @@ TEST(the_connectivity_of_a_fast_stream_costs_less_with_positions) {
         coded c;
         roof_make(&s, 1);
         s.input.goal = CQ_LEAST_CONNECTIVITY;
-        s.input.shape.fast = 1;
         s.input.shape.num_channels = k > 0;
         if (k < 2) s.input.shape.channel[0].kind = CQ_GENERIC;
         code(&c, &s.input);
@@ -214,8 +196,34 @@ static int64_t roof_face_area(const cq_decoder *d, size_t f) {
     return (int64_t)(b[0] - a[0]) * (c[1] - a[1]) - (int64_t)(b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/* How far the vertices of a roof are off it, and its square's area, with at most `vertices` of them. */
-static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, int32_t *off, int64_t *area, int *turned) {
+/* How far above or below a face the roof's point x, y is; -1 if the face is not below or above it. */
+static double roof_distance(const cq_decoder *d, size_t f, int32_t x, int32_t y, int32_t height) {
+    const cq_value *at[3];
+    double share[3], area = (double)roof_face_area(d, f), z = 0;
+    int k;
+    for (k = 0; k < 3; ++k) at[k] = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f + (size_t)k];
+    for (k = 0; k < 3; ++k) {
+        const cq_value *a = at[(k + 1) % 3], *b = at[(k + 2) % 3];
+        share[k] = (double)(b[0] - a[0]) * (y - a[1]) - (double)(b[1] - a[1]) * (x - a[0]);
+        if (area <= 0 || share[k] < 0) return -1;
+        z += share[k] / area * at[k][2];
+    }
+    return fabs(z - height);
+}
+
+/* The same of the nearest face; without one, as far as the roof is wide. */
+static double roof_distance_of(const cq_decoder *d, int32_t x, int32_t y, int32_t height) {
+    double least = ROOF * ROOF_SPACING;
+    size_t f;
+    for (f = 0; f < d->mesh.num_faces; ++f) {
+        const double distance = roof_distance(d, f, x, y, height);
+        if (distance >= 0 && distance < least) least = distance;
+    }
+    return least;
+}
+
+/* How far a roof's points inside its square are off the mesh of at most so many vertices, and that square's area. */
+static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, double *off, int64_t *area, int *turned) {
     cq_bytes in;
     decoding d;
     size_t i;
@@ -225,11 +233,9 @@ static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, int32
     while (d.decoder->mesh.num_vertices < vertices && cq_decode(d.decoder, &in, 1) == CQ_OK) {}
     *off = *turned = 0;
     *area = 0;
-    for (i = 0; i < d.decoder->mesh.num_vertices; ++i) {
-        const cq_value *at = d.decoder->channel[0] + 3 * i;
-        int32_t height = at[2] - roof_height(at[0], slope);
-        if (height < 0) height = -height;
-        if (height > *off) *off = height;
+    for (i = 0; i < ROOF * ROOF; ++i) {
+        const int32_t x = (int32_t)(i % ROOF) * ROOF_SPACING, y = (int32_t)(i / ROOF) * ROOF_SPACING;
+        *off = fmax(*off, roof_distance_of(d.decoder, x, y, roof_height(x, slope)));
     }
     for (i = 0; i < d.decoder->mesh.num_faces; ++i) {
         *area += roof_face_area(d.decoder, i);
@@ -238,22 +244,21 @@ static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, int32
     decoding_free(&d);
 }
 
-static void check_roofs(cq_goal goal) {
+TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
     const int64_t all = 2 * (int64_t)((ROOF - 1) * ROOF_SPACING) * ((ROOF - 1) * ROOF_SPACING);
     int32_t slope;
     for (slope = 0; slope < 8; ++slope) {
         sample s;
         coded c;
-        int32_t off;
+        double off;
         int64_t area;
         int turned;
         roof_make(&s, slope);
-        s.input.goal = goal;
         code(&c, &s.input);
         REQUIRE_EQ(c.result, CQ_OK);
         roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);
-        CHECK(off <= slope);                 /* merged vertices are rounded */
-        CHECK(area >= all - all / 1000);
+        CHECK(off <= 0.001);
+        CHECK_EQ(area, all);
         CHECK_EQ(turned, 0);
         uncode(&c);
         s.input.goal = CQ_LEAST_CONNECTIVITY;
@@ -264,11 +269,6 @@ static void check_roofs(cq_goal goal) {
         uncode(&c);
         sample_free(&s);
     }
-}
-
-TEST(the_goals_balanced_and_best_looking_keep_planes_creases_and_boundaries) {
-    check_roofs(CQ_BALANCED);
-    check_roofs(CQ_BEST_LOOKING);
 }
 
 /* They grow with the loss, whatever the shift, by one octave where it doubles. */
@@ -326,26 +326,23 @@ static void model_edge(loss_model *l, const double *v, const double *w, const do
     l->sum += model_dot(area, area);
 }
 
-/* Both ends of h go to x. */
+/* The second end of h goes to the first. */
 static loss_model model_loss(const cq_mesh *m, const cq_value *positions, cq_index h) {
-    const cq_index end[2] = {m->origin[h], cq_target(m, h)};
+    const cq_index to = m->origin[h], from = cq_target(m, h);
     loss_model l = {0, 1e9};
-    double at[64][3], x[3];
+    double at[64][3];
     cq_index g;
-    int i, k;
+    int i;
     for (g = 0; g < m->first_virtual; ++g)
         for (i = 0; i < 3; ++i) at[g][i] = (double)positions[3 * g + (cq_index)i];
-    for (i = 0; i < 3; ++i) x[i] = floor((at[end[0]][i] + at[end[1]][i]) / 2);
-    for (k = 0; k < 2; ++k) {
-        g = m->out[end[k]];
-        do {
-            cq_index y = cq_target(m, g), z = m->origin[cq_prev(g)], other = end[1 - k];
-            if (cq_is_virtual(m, y)) model_edge(&l, at[end[k]], at[z], x);
-            else if (cq_is_virtual(m, z)) model_edge(&l, at[end[k]], at[y], x);
-            else model_triangle(&l, at[end[k]], at[y], at[z], x, y != other && z != other);
-            g = cq_clockwise(m, g);
-        } while (g != m->out[end[k]]);
-    }
+    g = m->out[from];
+    do {
+        cq_index y = cq_target(m, g), z = m->origin[cq_prev(g)];
+        if (cq_is_virtual(m, y)) model_edge(&l, at[from], at[z], at[to]);
+        else if (cq_is_virtual(m, z)) model_edge(&l, at[from], at[y], at[to]);
+        else model_triangle(&l, at[from], at[y], at[z], at[to], y != to && z != to);
+        g = cq_clockwise(m, g);
+    } while (g != m->out[from]);
     return l;
 }
 
@@ -358,44 +355,6 @@ static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, in
             grid += (int32_t)(next_random(&seed) % (uint32_t)(2 * noise + 1));
             positions[3 * v + i] = (cq_value)((int32_t)grid * ((int32_t)1 << shift));
         }
-}
-
-/* Octave of what the edge at vertex v loses. */
-static uint32_t loss_octave(cqi_plan *p, cq_index v) {
-    cqi_fan fan[2];
-    fan->centre = CQ_NONE;
-    p->most_loss = CQI_ANY_LOSS - 1;
-    return cqi_loss_of(p, fan, p->mesh.out[v]) / CQI_OCTAVE;
-}
-
-/* Almost all edges of the sample lead to a pole of the largest valence that is taken; the edges of the poles themselves
- * and of vertex 0 lose other amounts. */
-TEST(the_first_limit_is_what_half_of_the_edges_lose_up_to_the_largest_valence) {
-    enum { N = CQ_MAX_VALENCE };
-    cq_value positions[3 * (N + 2)];
-    triangles t = triangles_bipyramid(N);
-    built b;
-    cqi_plan p;
-    int v;
-    for (v = 0; v < N + 2; ++v) {
-        const double turn = 2 * 3.14159265358979 * v / N, radius = v < N ? 1000 : 0;
-        positions[3 * v] = (cq_value)(4000 + radius * cos(turn));
-        positions[3 * v + 1] = (cq_value)(4000 + radius * sin(turn));
-        positions[3 * v + 2] = (cq_value)(v < N ? 4000 : v == N ? 3900 : 8000);
-    }
-    CHECK(build(&b, &t) == CQ_OK);
-    memset(&p, 0, sizeof p);
-    p.mesh = b.mesh;
-    p.positions = positions;
-    for (v = 1; v < N; ++v) {
-        CHECK_EQ(cq_target(&b.mesh, b.mesh.out[v]), N + 1);
-        CHECK_EQ(loss_octave(&p, (cq_index)v), loss_octave(&p, 1));
-    }
-    CHECK(loss_octave(&p, 0) != loss_octave(&p, 1));
-    CHECK(loss_octave(&p, N) != loss_octave(&p, 1));
-    CHECK_EQ(cqi_first_limit(&p, N + 2), loss_octave(&p, 1) * CQI_OCTAVE);
-    unbuild(&b);
-    triangles_free(&t);
 }
 
 /* Compares all edges; returns how many triangles were turned. */
@@ -413,19 +372,16 @@ static int check_losses(const triangles *t, int32_t noise, int shift) {
     loss_positions(positions, 6, noise, shift, (uint64_t)noise + (uint64_t)shift);
     for (h = 0; h < 3 * t->num_faces; ++h) {
         loss_model expected = model_loss(&b.mesh, positions, h);
-        cqi_fan fan[2];
-        uint32_t loss;
-        fan->centre = CQ_NONE;
-        loss = cqi_loss_of(&p, fan, h);
+        uint32_t loss = cqi_loss_of(&p, h);
         if (expected.least > 0.127) CHECK(loss != CQI_ANY_LOSS);
         if (expected.least < 0.123) CHECK_EQ(loss, CQI_ANY_LOSS);
         turned += loss == CQI_ANY_LOSS;
         if (loss != CQI_ANY_LOSS && expected.sum > 1e6 * exp2(4 * shift))
             CHECK(fabs((double)loss / CQI_OCTAVE - 1 - log2(expected.sum)) < 0.35);
         p.most_loss = loss;                                /* with a limit it tells on which side of that it is */
-        CHECK_EQ(cqi_loss_of(&p, fan, h), loss);
+        CHECK_EQ(cqi_loss_of(&p, h), loss);
         p.most_loss = loss < CQI_OCTAVE ? 0 : loss - 1;
-        CHECK(loss == 0 || cqi_loss_of(&p, fan, h) > p.most_loss);
+        CHECK(loss == 0 || cqi_loss_of(&p, h) > p.most_loss);
         p.most_loss = CQI_ANY_LOSS - 1;
     }
     unbuild(&b);
@@ -512,7 +468,7 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
     sample_free(&s);
 }
 
-/* Which is what it needs, but for blocks of 16-bit indices that end in the middle of a word. */
+/* Which is what it needs, but for blocks that end in the middle of a word. */
 TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
     FOR_EACH_SAMPLE(s, c) {
         const size_t size = cq_encoder_bytes(&c.shape);
@@ -522,7 +478,7 @@ TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
         cq_input in = s.input;
         CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
         CHECK(e->replay.memory + e->replay.memory_size == (const uint8_t *)memory + size);
-        CHECK(e->replay.memory_size - cq_decoder_bytes(&c.shape) <= 8 * (4 - sizeof(cq_index)));
+        CHECK(e->replay.memory_size - cq_decoder_bytes(&c.shape) <= 40);
         exact_free(memory);
     }
 }
@@ -650,7 +606,7 @@ TEST(channels_outside_their_ranges_are_an_argument_error) {
         {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, CQ_PER_FACE},
         {CQ_GENERIC, 1, 8, CQ_PER_FACE + 1}, {CQ_GENERIC, 1, 8, 255}, {CQ_NUMBER, 2, 8, 0}, {CQ_GROUP, 2, 8, 0},
         {CQ_NORMAL, 1, 8, 0}, {CQ_NORMAL, 4, 8, 0}, {CQ_TEXCOORD, 3, 8, 0}, {CQ_COLOR, 2, 8, 0},
-        {CQ_GENERIC, 1, CQ_EXACT_BITS, CQ_MIDPOINT}, {CQ_GENERIC, 1, 31, CQ_KEEP}, {CQ_GENERIC, 1, 33, CQ_KEEP}};
+        {CQ_GENERIC, 1, 31, 0}, {CQ_GENERIC, 1, 33, 0}};
     size_t k;
     for (k = 0; k < sizeof bad / sizeof bad[0]; ++k) {
         sample s;
@@ -667,8 +623,8 @@ TEST(channels_outside_their_ranges_are_an_argument_error) {
 }
 
 TEST(values_wider_than_a_build_has_are_not_supported) {
-    static const struct { int bits, merge; } wide[] = {{16, CQ_MIDPOINT}, {24, CQ_KEEP}, {CQ_EXACT_BITS, CQ_KEEP},
-                                                       {CQ_EXACT_BITS, CQ_PER_FACE}};
+    static const struct { int bits, merge; } wide[] = {{16, CQ_AVERAGE}, {24, CQ_COPY}, {CQ_EXACT_BITS, CQ_AVERAGE},
+                                                       {CQ_EXACT_BITS, CQ_COPY}, {CQ_EXACT_BITS, CQ_PER_FACE}};
     size_t k;
     for (k = 0; k < sizeof wide / sizeof wide[0]; ++k) {
         sample s;
@@ -704,19 +660,6 @@ TEST(more_than_eight_channels_are_an_argument_error) {
     s.input.shape.num_channels = 0xffffffffu;
     CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_ARGUMENT);
     sample_free(&s);
-}
-
-TEST(a_stream_is_fast_or_not) {
-    static const uint32_t fast[] = {0, 1, 2, 128, 0xffffffffu};
-    size_t k;
-    for (k = 0; k < sizeof fast / sizeof fast[0]; ++k) {
-        sample s;
-        cq_place place;
-        sample_make(&s, 1);
-        s.input.shape.fast = fast[k];
-        CHECK_EQ(encode_once(&s.input, &place), fast[k] > 1 ? CQ_ERROR_ARGUMENT : CQ_OK);
-        sample_free(&s);
-    }
 }
 
 TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
@@ -832,7 +775,7 @@ TEST(progress_goes_forward_and_never_beyond_its_total) {
         CHECK_EQ(encode_once(&s.input, &place), CQ_OK);
         CHECK_EQ(p.bad, 0);
         if (which_s == 4) CHECK(p.calls > 0);
-        CHECK(p.calls <= c.report->num_levels + 1);   /* not at every step */
+        CHECK(p.calls <= c.report->num_components + 1);   /* not at every step */
     }
 }
 
@@ -845,8 +788,8 @@ TEST(streams_refine_a_coarse_base) {
     REQUIRE_EQ(sample_code(&s, &c, 4), CQ_OK);
     CHECK(c.report->num_levels >= 4);
     CHECK(c.report->base_vertices < 30);
-    /* The paper's Table 1 has 3.04 bits per vertex for its torus. */
-    CHECK((c.report->base + c.report->flags + c.report->indices) / 65536 < 304 * s.mesh.num_vertices / 100);
+    /* The bound of the paper's section 3 is 4.85 bits per vertex; a regular mesh stays far below it. */
+    CHECK((c.report->base + c.report->flags + c.report->indices) / 65536 < 320 * s.mesh.num_vertices / 100);
     uncode(&c);
     sample_free(&s);
 }
@@ -953,10 +896,8 @@ int main(int argc, char **argv) {
     RUN(the_stream_is_the_same_if_nobody_asks_for_maps);
     RUN(the_map_leads_to_the_values_of_each_vertex);
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
-    RUN(a_fast_stream_has_the_same_meshes_in_the_same_order);
-    RUN(the_connectivity_of_a_fast_stream_costs_less_with_positions);
-    RUN(the_goals_balanced_and_best_looking_keep_planes_creases_and_boundaries);
-    RUN(the_first_limit_is_what_half_of_the_edges_lose_up_to_the_largest_valence);
+    RUN(connectivity_costs_less_with_positions);
+    RUN(the_goal_balanced_keeps_planes_creases_and_boundaries);
     RUN(losses_are_compared_by_their_logarithms);
     RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
@@ -974,7 +915,6 @@ int main(int argc, char **argv) {
     RUN(values_wider_than_a_build_has_are_not_supported);
     RUN(counts_that_an_index_cannot_number_are_too_large_to_encode);
     RUN(more_than_eight_channels_are_an_argument_error);
-    RUN(a_stream_is_fast_or_not);
     RUN(a_value_outside_its_bits_is_an_error_at_its_vertex);
     RUN(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face);
     RUN(a_mesh_that_is_no_manifold_is_refused_with_its_place);
