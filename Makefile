@@ -51,10 +51,12 @@ KEEP = mkdir -p build/printed && { { $(1); echo $$? >build/printed/$@.status; } 
 demo: build/cqm build/meshes ## encodes and decodes some meshes and prints a table
 	@$(call KEEP,tests/demo/demo.sh)
 
-ref_data: build/cqm build/meshgen ## makes the reference meshes and the streams of this format version again
+REF_DATA = build/cqm build/meshgen build/tests/reference/channels build/tests/reference/dump
+
+ref_data: $(REF_DATA) ## makes the reference meshes and the streams of this format version again
 	@ref_data/ref_data.sh make
 
-check-ref: build/cqm build/meshgen ## decodes the reference streams of all versions and compares hashes
+check-ref: $(REF_DATA) ## decodes the reference streams of all versions and compares hashes
 	@ref_data/ref_data.sh check
 
 # -- Rates and priors ----------------------------------------------------------------------------------------------
@@ -68,6 +70,7 @@ SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/info.c $(
 
 # The oriented manifolds of build/meshes with at least 300 vertices, by what the round trip of all meshes expects.
 MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$1 }' tests/meshes/expected.tsv)
+ALL_MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" { print $$1 }' tests/meshes/expected.tsv)
 
 .PHONY: table1 rates train check-train effects memory speed
 
@@ -150,7 +153,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples channels inputs embedded meshes reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -255,7 +258,7 @@ deps: ## installs what the tests need, if missing (Debian and Ubuntu)
 verify-deps: deps ## installs what `make verify` needs beside that
 	$(call install,$(VERIFY_PACKAGES))
 
-build/log/ref_data.log: build/cqm build/meshgen
+build/log/ref_data.log: $(REF_DATA)
 	@mkdir -p $(@D)
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
@@ -279,6 +282,11 @@ build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)
 	@tests/meshes/check.sh build/tests/cqm >$@ 2>&1 || true
 	@echo "meshes: $$(tail -n 1 $@)"
+
+build/log/bases.log: build/cqm build/meshes tests/meshes/bases.py
+	@mkdir -p $(@D)
+	@python3 tests/meshes/bases.py build/cqm build/bases $(ALL_MANIFOLDS) >$@ 2>&1 || true
+	@echo "bases: $$(tail -n 1 $@)"
 
 # The second decoder, tests/reference/decoder.py, must agree; SPEC.md must have the header's tables.
 REFERENCE = $(wildcard tests/reference/*.py) SPEC.md build/cqm build/tests/reference/dump build/tests/reference/channels
@@ -547,9 +555,9 @@ build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regre
 	@$$< >$$@ 2>&1 || true
 	@echo "fuzz$(1): $$$$(tail -n 1 $$@)"
 endef
-$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK) -DCQI_LARGE_MESH=1))
+$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK)))
 $(eval $(call fuzz_variant,-16,$(SANITIZERS) $(COUNT_WORK) -DCQ_INDEX_BITS=16))
-$(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all -DCQI_LARGE_MESH=1))
+$(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all))
 
 build/fuzz/work: fuzz/work.c $(FUZZ_DEPENDS)
 	@mkdir -p $(@D)
