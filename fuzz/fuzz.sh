@@ -32,7 +32,7 @@ build() {
     lean*) flags+=(-fno-sanitize-coverage=trace-cmp) ;;     # no byte of a range coder is compared with anything
     esac
     [ ${#mutator[@]} = 0 ] || build_mutator "$variant" -o "${mutator[@]}"
-    "$clang" -std=c99 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all -DCQI_LARGE_MESH=1 \
+    "$clang" -std=c99 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all \
         -I"$header_dir" -Iexamples "fuzz/$name.c" "${mutator[@]}" -lm -o "build/fuzz/bin/$variant"
 }
 
@@ -88,7 +88,7 @@ coverage() {
     local name objects=() version=${clang#clang}
     for name in $(base_names) all; do
         if [ "$name" != all ]; then
-            "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping -DCQI_LARGE_MESH=1 \
+            "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping \
                 -I"$header_dir" -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
             # shellcheck disable=SC2046
             LLVM_PROFILE_FILE="build/fuzz/$name.profraw" "build/fuzz/bin/$name-coverage" -runs=0 $(inputs "$name") \

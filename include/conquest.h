@@ -1848,7 +1848,6 @@ typedef struct cqi_plan {
     const cq_value *positions;          /* those that decide what is collapsed; or NULL */
     const cq_value *measured;           /* those that the levels' errors are measured with; or NULL */
     uint32_t most_loss;                 /* of a collapse at this level; CQI_ANY_LOSS: whatever it is */
-    uint32_t level_loss;                /* how much it grows from level to level */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
     int tries;                          /* of this level with other first patches */
     const cq_value *const *input;       /* values as handed in */
@@ -4252,13 +4251,13 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 /* -- What a collapse loses: the goal balanced --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
- * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of the merged vertex
- * from the planes of the triangles around both ends, times their areas; and from the lines of boundary edges, times
+ * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes of
+ * the triangles around B, times their areas; and from the lines of boundary edges, times
  * their squared lengths. A crease has planes on both sides, and so resists by itself. A collapse that turns a triangle
  * over, or leaves it an eighth of its area as seen along its normal, loses anything.
  *
  * A level refuses collapses that lose more than a limit, and still takes the smallest valence of the others. At first
- * the limit is what half of the edges lose, or less. It grows from level to level about as the losses of a smooth
+ * the limit is half of what half of the edges lose, or less. It grows from level to level about as the losses of a smooth
  * surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7 times.
  * What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits. It
  * also grows when a level is not worth its walk; in the end it falls.
@@ -4282,7 +4281,6 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 
 /* The triangles around a vertex, with offsets from it. */
 typedef struct cqi_fan_of_input {
-    cq_index centre;
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
@@ -4334,7 +4332,6 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     f->vertex[n] = f->vertex[0];
     f->at[n] = f->at[0];
     f->size = n;
-    f->centre = v;
 }
 
 static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
@@ -4834,7 +4831,6 @@ static void cqi_set_goal(cqi_plan *p, const cq_input *in)
     p->measured = in->values[channel];
     if (in->goal == CQ_LEAST_CONNECTIVITY) return;
     p->positions = p->measured;
-    p->level_loss = CQI_LEVEL_LOSS;
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
@@ -4852,7 +4848,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
             if (p->measured) cqi_measure_level(p, notes);
             p->level++;
             p->tries = 0;
-            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += p->level_loss;
+            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += CQI_LEVEL_LOSS;
         } else if (p->most_loss != CQI_ANY_LOSS) {
             cqi_allow_more_loss(p);
         } else if (p->tries < 2) {

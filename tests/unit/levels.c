@@ -273,17 +273,24 @@ static void surface_sample(sample *s, int which) {
     }
 }
 
+/* Encodes a sample; its stream, to be fed to the decoder. */
+static cq_bytes code_and_begin(coded *c, decoding *d, sample *s) {
+    cq_bytes in;
+    code(c, &s->input);
+    decoding_begin(d, c->bytes, c->size);
+    in.data = c->bytes;
+    in.size = c->size;
+    return in;
+}
+
 /* At the beginning of each level no vertex of the exact mesh is further from the mesh than the decoder says. */
 static void check_errors(sample *s, uint32_t *levels, double *loosest) {
     coded c;
     decoding d;
     cq_bytes in;
     uint32_t level = 0, before = CQ_NO_LIMIT;
-    code(&c, &s->input);
+    in = code_and_begin(&c, &d, s);
     REQUIRE_EQ(c.result, CQ_OK);
-    decoding_begin(&d, c.bytes, c.size);
-    in.data = c.bytes;
-    in.size = c.size;
     do {
         d.result = cq_decode(d.decoder, &in, 1);
         if (d.decoder->level == level) continue;
@@ -412,11 +419,8 @@ TEST(each_vertex_of_a_sphere_has_its_own_normal_at_every_step) {
     for (v = 0; v < s.mesh.num_vertices; ++v)
         for (k = 0; k < 3; ++k) from[3 * v + k] = (float)s.values[0][3 * v + k] - 2047.5f;
     REQUIRE_EQ(cq_quantise_normals(10, from, s.mesh.num_vertices, s.values[1], NULL), CQ_OK);
-    code(&c, &s.input);
+    in = code_and_begin(&c, &d, &s);
     REQUIRE_EQ(c.result, CQ_OK);
-    decoding_begin(&d, c.bytes, c.size);
-    in.data = c.bytes;
-    in.size = c.size;
     do {
         d.result = cq_decode(d.decoder, &in, 1);
         if (d.decoder->mesh.num_vertices == 0) continue;
