@@ -268,12 +268,12 @@ build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@tests/demo/examples.sh >$@ 2>&1 || true
 	@echo "examples: $$(tail -n 1 $@)"
 
-build/log/channels.log: build/tests/cqm build/meshgen tests/demo/channels.py
+build/log/channels.log: build/tests/cqm build/meshgen tests/demo/channels.py tests/demo/checks.py
 	@mkdir -p $(@D)
 	@python3 tests/demo/channels.py build/tests/cqm build/meshgen build/channels >$@ 2>&1 || true
 	@echo "channels: $$(tail -n 1 $@)"
 
-build/log/inputs.log: build/tests/cqm tests/demo/inputs.py
+build/log/inputs.log: build/tests/cqm tests/demo/inputs.py tests/demo/checks.py
 	@mkdir -p $(@D)
 	@python3 tests/demo/inputs.py build/tests/cqm build/inputs >$@ 2>&1 || true
 	@echo "inputs: $$(tail -n 1 $@)"

@@ -11,25 +11,9 @@ import struct
 import subprocess
 import sys
 
-CQM, MESHGEN, FOLDER = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-passed, failed = 0, 0
+from checks import check, finish, run as cqm
 
-
-def check(name, condition):
-    global passed, failed
-    if condition:
-        passed += 1
-    else:
-        failed += 1
-        print("FAIL ", name)
-
-
-def cqm(*arguments, status=0):
-    """Standard error and output; the exit status must be as told."""
-    done = subprocess.run([CQM, *map(str, arguments)], capture_output=True, check=False)
-    check(f"cqm {' '.join(map(str, arguments))}: status {done.returncode}, {done.stderr.decode()}",
-          done.returncode == status)
-    return done.stderr.decode(), done.stdout.decode()
+MESHGEN, FOLDER = sys.argv[2], pathlib.Path(sys.argv[3])
 
 
 # -- Meshes: dictionaries of lists -------------------------------------------------------------------------------------
@@ -381,8 +365,7 @@ def main():
     for test in (test_all_channels, test_alpha, test_choice, test_error, test_order_of_coarse_meshes, test_materials,
                  test_what_is_told):
         test(mesh)
-    print(f"{passed} passed, {failed} failed")
-    return 1 if failed or not passed else 0
+    return finish()
 
 
 if __name__ == "__main__":

@@ -12,29 +12,18 @@ import struct
 import subprocess
 import sys
 
-CQM, FOLDER = sys.argv[1], pathlib.Path(sys.argv[2])
-passed, failed = 0, 0
+from checks import CQM, check, finish, run
+
+FOLDER = pathlib.Path(sys.argv[2])
 
 # A tetrahedron. Each coordinate is 0 or 1, so that all formats hold it.
 POSITIONS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
 
 
-def check(name, condition):
-    global passed, failed
-    if condition:
-        passed += 1
-    else:
-        failed += 1
-        print("FAIL ", name)
-
-
 def cqm(*arguments, status=0):
     """What is said on standard error; the exit status must be as told."""
-    done = subprocess.run([CQM, *map(str, arguments)], capture_output=True, check=False)
-    check(f"cqm {' '.join(map(str, arguments))}: status {done.returncode}, {done.stderr.decode()}",
-          done.returncode == status)
-    return done.stderr.decode()
+    return run(*arguments, status=status)[0]
 
 
 def write(name, content):
@@ -569,8 +558,7 @@ def main():
         path.unlink()
     for test in TESTS:
         test()
-    print(f"{passed} passed, {failed} failed")
-    return 1 if failed or not passed else 0
+    return finish()
 
 
 if __name__ == "__main__":
