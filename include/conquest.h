@@ -365,7 +365,7 @@ typedef struct cq_level {
     uint32_t num_patches;            /* patches conquered */
     uint32_t num_splits;             /* of these, split; the others are isolated */
     uint32_t sum_i, sum_j;           /* of the indices of all splits */
-    uint32_t error;                  /* of the mesh before the level: cq_decoder.error */
+    uint32_t error;                  /* of the mesh before the level: no exact vertex is further away, 1/16 step */
     uint64_t flags, indices, values; /* cost */
 } cq_level;
 
@@ -578,8 +578,8 @@ typedef struct cq_decoder {
     cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
                                               CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
-    uint32_t error;                        /* of the mesh when the last level began: estimated distance of the exact
-                                              vertices from it, in 1/16 of the positions' step; 0 at CQ_DONE */
+    uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
+                                              it, in 1/16 of the positions' step; 0 at CQ_DONE */
     uint32_t num_components;               /* of the mesh, once the base is read */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
 
@@ -1854,7 +1854,10 @@ typedef struct cqi_plan {
     cqi_collapse *note;                 /* component after component, each from its finest level on */
     cq_index num_notes;
     cq_index next;                      /* of the component and level that is replayed */
-    uint32_t *error;                    /* of each vertex: how far what it stands for is from the mesh, 1/16 step */
+    cq_index *attached;                 /* to each face: a removed vertex that is near it, or CQ_NONE */
+    cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
+    cq_index root;                      /* of the component that is measured: first in its list, see decoded */
+    uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
     uint8_t *passed;                    /* last level that passed over the vertex */
     cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
                                            not yet there. Before: next vertex of the component */
@@ -4232,7 +4235,7 @@ size_t cq_encoder_bytes(const cq_shape *s)
     if (!s || !cqi_countable(s)) return 0;
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
-    plan = (v + 1) * (sizeof(cqi_collapse) + sizeof(uint32_t) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
+    plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
     return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s));
 }
@@ -4441,15 +4444,94 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 
 /* -- How far a level is from the exact surface --
  *
- * A collapse moves the surface around B; by how much is measured as the distance of B from the triangles that A has
- * instead. What B stood for may be that much further away now, so error[v] is how far the exact vertices that v stands
- * for are from the surface. That misses what stands for A or a vertex of the ring and was nearest to B's part: a
- * level's error is half as much again as the largest of these. It is an estimate, not a proven bound; no level that
- * the tests measure is further away. */
+ * Each vertex that has been removed is attached to a face. Its distance from the mesh is at most that from its face,
+ * whichever face that is: so the largest such distance bounds the error, and needs no assumption. A collapse replaces
+ * faces around A and B by its cover, the faces that A has instead of B's. What was attached to the old faces, and B, is
+ * attached to the cover, each vertex to a face that is near it; all others stay where they are.
+ *
+ * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly that is seen
+ * without a division, and the first face for which it is seen will do. Else the nearest one is looked for; if that is
+ * too far, also outside the cover, though in the same component, before the error grows.
+ *
+ * Time: the faces of a level's patches are all different, and those that a collapse replaces and its cover belong to
+ * one patch. So a level attaches each vertex once at most, to one of less than CQ_MAX_VALENCE faces. Looking outside
+ * passes over the vertices of the component, CQI_LOOKS times a level, or more often if finer ones have not.
+ *
+ * Bounds: coordinates of corners, from the centre, are at most 2^13, edges 2^14, normals 2^27, areas below 2^56, to_u
+ * and to_v at most 2^41. Attached vertices are below 2^15, and 2^15.4 from other corners. So their products with to_u
+ * are below 2^59, cross products with edges below 2^31, squares of these below 2^63. */
+#define CQI_CORNER_BITS 13
+#define CQI_LOOKS 4
+
+/* Coordinates that are shifted down lose less than a unit, all in the same direction: distances change by less than 2
+ * units. In 1/16. */
+#define CQI_ROUNDED 32
+
+typedef struct cqi_vector64 {
+    int64_t x, y, z;
+} cqi_vector64;
+
+/* A face u -> A -> v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates times the
+ * area, those of u and v; what is left of the area is that of A. */
+typedef struct cqi_facet {
+    cq_index h;                             /* A -> v */
+    cqi_vector64 u, v, normal, to_u, to_v;
+    int64_t area;                           /* square of the normal */
+    int64_t limit, margin;                  /* see cqi_passes */
+} cqi_facet;
+
+/* How positions are seen: from a centre, in units of 2^shift. */
+typedef struct cqi_view {
+    cqi_vector64 centre;
+    int shift;
+} cqi_view;
+
+typedef struct cqi_cover {
+    cqi_view view;                          /* from A */
+    uint32_t slack;                         /* the error so far, in 1/16 unit */
+    cq_index rest;                          /* first of the vertices that did not pass */
+    int size;
+    cqi_facet facet[CQ_MAX_VALENCE];
+} cqi_cover;
+
+/* The nearest face so far, and how far it is, in 1/16 step. */
+typedef struct cqi_nearest {
+    cq_index h;
+    uint32_t error;
+} cqi_nearest;
+
+static inline int64_t cqi_dot64(cqi_vector64 a, cqi_vector64 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static inline cqi_vector64 cqi_cross64(cqi_vector64 a, cqi_vector64 b)
+{
+    cqi_vector64 n;
+    n.x = a.y * b.z - a.z * b.y;
+    n.y = a.z * b.x - a.x * b.z;
+    n.z = a.x * b.y - a.y * b.x;
+    return n;
+}
+
+static inline cqi_vector64 cqi_subtract64(cqi_vector64 a, cqi_vector64 b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+static inline int64_t cqi_abs64(int64_t x) { return x < 0 ? -x : x; }
+
+static inline int64_t cqi_larger64(int64_t a, int64_t b) { return a > b ? a : b; }
+
+static inline int64_t cqi_largest(cqi_vector64 a)
+{
+    return cqi_larger64(cqi_larger64(cqi_abs64(a.x), cqi_abs64(a.y)), cqi_abs64(a.z));
+}
 
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = (uint64_t)1 << 62;
+    while (bit > x) bit >>= 2;
     for (; bit; bit >>= 2) {
         if (x >= root + bit) {
             x -= root + bit;
@@ -4461,59 +4543,16 @@ static uint32_t cqi_root(uint64_t x)
     return (uint32_t)root;
 }
 
-/* Square of the distance from the origin to a segment, in 1/256. Offsets have 13 bits. */
-static uint64_t cqi_segment_square(cqi_vector a, cqi_vector b)
+static uint32_t cqi_root_above(uint64_t x)
 {
-    const cqi_vector along = cqi_subtract(b, a);
-    const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
-    const uint64_t to_a = 256 * (uint64_t)cqi_wide_dot(a, a), to_b = 256 * (uint64_t)cqi_wide_dot(b, b);
-    uint64_t less;
-    if (at <= 0) return to_a;
-    if (at >= length) return to_b;
-    less = (uint64_t)(at * at / length) * 256 + (uint64_t)(at * at % length) * 256 / (uint64_t)length;
-    return to_a > less ? to_a - less : 0;
+    const uint32_t root = cqi_root(x);
+    return root + ((uint64_t)root * root < x);
 }
 
-/* The same to a triangle. */
-static uint64_t cqi_triangle_square(cqi_vector a, cqi_vector b, cqi_vector c)
+/* The largest distance, in 1/16 step, whose square can be seen as this, in 1/256 square unit of 2^shift. */
+static uint32_t cqi_error_of_square(uint64_t square, int shift)
 {
-    const cqi_vector normal = cqi_cross(cqi_subtract(b, a), cqi_subtract(c, a));
-    const uint64_t edge = cqi_segment_square(a, b), other = cqi_segment_square(a, c), last = cqi_segment_square(b, c);
-    uint64_t least = edge < other ? edge : other;
-    if (cqi_wide_dot(normal, cqi_cross(a, b)) > 0 && cqi_wide_dot(normal, cqi_cross(b, c)) > 0 &&
-        cqi_wide_dot(normal, cqi_cross(c, a)) > 0) {
-        const int64_t volume = cqi_wide_dot(normal, a);
-        const uint64_t above = (uint64_t)(volume < 0 ? -volume : volume) * 16 / cqi_root((uint64_t)cqi_wide_dot(normal, normal));
-        return above * above;
-    }
-    return least < last ? least : last;
-}
-
-/* How far the removed vertex of a collapse is from what replaced it, in 1/16 step. */
-static uint32_t cqi_measure_collapse(const cqi_plan *p, const cqi_collapse *c)
-{
-    const cq_mesh *m = &p->mesh;
-    const cqi_vector none = { 0, 0, 0 };
-    cqi_vector at[CQ_MAX_VALENCE + 1];
-    int real[CQ_MAX_VALENCE + 1], n = c->q - c->p + 1, k, shift;
-    cq_index h = m->out[c->kept];
-    uint64_t square = UINT64_MAX;
-    uint32_t bits = 0;
-    for (k = 0; k <= n; k++, h = cq_clockwise(m, h)) {
-        const cq_index v = k < n ? cq_target(m, h) : c->kept;
-        real[k] = !cq_is_virtual(m, v);
-        at[k] = real[k] ? cqi_offset(p->measured, c->removed, v) : none;
-        bits |= cqi_abs(at[k].x) | cqi_abs(at[k].y) | cqi_abs(at[k].z);
-    }
-    shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
-    for (k = 0; shift && k <= n; k++) at[k] = cqi_shift(at[k], shift);
-    for (k = 0; k < n; k++) {
-        uint64_t x;
-        if (!real[k]) continue;
-        x = k + 1 < n && real[k + 1] ? cqi_triangle_square(at[n], at[k], at[k + 1]) : cqi_segment_square(at[n], at[k]);
-        if (x < square) square = x;
-    }
-    return cqi_root(square) << shift;
+    return (cqi_root_above(square) + (shift ? CQI_ROUNDED : 0)) << shift;
 }
 
 /* The least code of a number in 1/16 step that stands for it or more: eighths of octaves. */
@@ -4524,19 +4563,326 @@ static uint8_t cqi_error_code(uint32_t error)
     return (uint8_t)code;
 }
 
-/* Takes the collapses of a level into account, from that note on. */
-static void cqi_measure_level(cqi_plan *p, cq_index note)
+/* The error so far. */
+static uint32_t cqi_error_now(const cqi_plan *p) { return cqi_error_of_code(p->level_error[p->level]); }
+
+/* -- Distances of a point from a face -- */
+
+static inline cqi_vector64 cqi_shift64(cqi_vector64 x, int shift)
 {
-    uint32_t most = 0;
-    uint8_t code;
-    for (; note < p->num_notes; note++) {
-        const cqi_collapse *c = &p->note[note];
-        const uint32_t error = p->error[c->removed] + cqi_measure_collapse(p, c);
-        if (p->error[c->kept] < error) p->error[c->kept] = error;
-        most = error > most ? error : most;
+    x.x = cqi_floor_shift_wide(x.x, shift);
+    x.y = cqi_floor_shift_wide(x.y, shift);
+    x.z = cqi_floor_shift_wide(x.z, shift);
+    return x;
+}
+
+static inline cqi_vector64 cqi_see(const cqi_plan *p, const cqi_view *view, cq_index v)
+{
+    const cq_value *at = p->measured + 3 * (size_t)v;
+    cqi_vector64 x;
+    x.x = at[0] - view->centre.x;
+    x.y = at[1] - view->centre.y;
+    x.z = at[2] - view->centre.z;
+    return cqi_shift64(x, view->shift);
+}
+
+/* From a vertex, in steps. */
+static void cqi_set_view(const cqi_plan *p, cqi_view *view, cq_index centre)
+{
+    memset(view, 0, sizeof *view);
+    view->centre = cqi_see(p, view, centre);
+}
+
+static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
+{
+    f->u = u;
+    f->v = v;
+    f->normal = cqi_cross64(u, v);
+    f->area = cqi_dot64(f->normal, f->normal);
+    f->to_u = cqi_cross64(v, f->normal);
+    f->to_v = cqi_cross64(f->normal, u);
+}
+
+/* What passes is within the slack s. Its barycentric coordinates are -margin / area or more, at most two of them below
+ * 0. With these set to 0, and the others scaled so that they add up to 1, they are those of a point of the face: from
+ * the foot of the perpendicular it is at most 2 margin / area times the longest edge away, that is s / 2 or less. The
+ * perpendicular is at most 13/16 s; and (1/2)^2 + (13/16)^2 < 1. */
+static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
+{
+    const int64_t u = cqi_dot64(f->to_u, x) + f->margin, v = cqi_dot64(f->to_v, x) + f->margin;
+    if ((u | v | (f->area + 3 * f->margin - u - v)) < 0) return 0;
+    return cqi_abs64(cqi_dot64(f->normal, x)) <= f->limit;
+}
+
+/* Sets what passes, for a slack in 1/16 unit. A vector is at least as long as its largest coordinate, and at most 7/4
+ * times as long. */
+static void cqi_set_slack(cqi_facet *f, int64_t slack)
+{
+    const int64_t uv = cqi_larger64(cqi_largest(f->u), cqi_largest(f->v));
+    const int64_t longest = cqi_larger64(uv, cqi_largest(cqi_subtract64(f->u, f->v)));
+    f->limit = f->area ? slack * 13 * cqi_largest(f->normal) / 256 : -1;
+    f->margin = slack < 112 * longest ? f->area / (112 * longest) * slack : f->area;
+}
+
+/* Is x, as seen along a line at right angles to the segment from 0 to e, within the distance? */
+static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
+{
+    const cqi_vector64 n = cqi_cross64(x, e);
+    const int64_t at = cqi_dot64(x, e), length = cqi_dot64(e, e);
+    return at >= 0 && at <= length && cqi_dot64(n, n) <= distance * distance * length;
+}
+
+/* Is an edge of the face within the slack, if x is outside that edge? */
+static int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
+{
+    const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), distance = slack / 16;
+    return (v < 0 && cqi_is_beside(x, f->u, distance)) || (u < 0 && cqi_is_beside(x, f->v, distance)) ||
+           (u + v > f->area && cqi_is_beside(cqi_subtract64(x, f->u), cqi_subtract64(f->v, f->u), distance));
+}
+
+/* Square of the distance from a segment, in 1/256, rounded up. */
+static uint64_t cqi_segment_square(cqi_vector64 x, cqi_vector64 e)
+{
+    const cqi_vector64 rest = cqi_subtract64(x, e), n = cqi_cross64(x, e);
+    const int64_t at = cqi_dot64(x, e), length = cqi_dot64(e, e), area = cqi_dot64(n, n);
+    if (at <= 0) return (uint64_t)(256 * cqi_dot64(x, x));
+    if (at >= length) return (uint64_t)(256 * cqi_dot64(rest, rest));
+    return (uint64_t)(area / length * 256 + (area % length * 256 + length - 1) / length);
+}
+
+/* The same from the plane of a face. */
+static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
+{
+    const uint32_t length = cqi_root(256 * (uint64_t)f->area);
+    const uint64_t distance = (256 * (uint64_t)cqi_abs64(cqi_dot64(f->normal, x)) + length - 1) / length;
+    return distance * distance;
+}
+
+/* The same from the face: if that is not the distance from its plane, it is that from an edge which x is outside of. */
+static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
+{
+    const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), w = f->area - u - v;
+    uint64_t least = UINT64_MAX, other;
+    if (f->area && (u | v | w) >= 0) return cqi_plane_square(f, x);
+    if (v < 0 || !f->area) least = cqi_segment_square(x, f->u);
+    if (u < 0 || !f->area) {
+        other = cqi_segment_square(x, f->v);
+        least = other < least ? other : least;
     }
-    code = cqi_error_code(most + most / 2);
-    if (p->level_error[p->level] < code) p->level_error[p->level] = code;
+    if (w < 0 || !f->area) {
+        other = cqi_segment_square(cqi_subtract64(x, f->u), cqi_subtract64(f->v, f->u));
+        least = other < least ? other : least;
+    }
+    return least;
+}
+
+/* -- Covers -- */
+
+static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h / 3 < m->first_virtual_face; }
+
+/* Lists the real faces of a cover. Where a tip was cut off it has none, and those next to it serve. One of these is
+ * real: else A and B had no others than the removed faces, and could not have been collapsed. */
+static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *cover)
+{
+    const cq_index first = m->out[c->kept];
+    cq_index h = cq_clockwise(m, first);
+    int k;
+    cover->size = 0;
+    for (k = c->p; k < c->q; k++, h = cq_clockwise(m, h))
+        if (cqi_is_real_face(m, h)) cover->facet[cover->size++].h = h;
+    if (cover->size) return;
+    if (cqi_is_real_face(m, first)) cover->facet[cover->size++].h = first;
+    if (cqi_is_real_face(m, h)) cover->facet[cover->size++].h = h;
+    CQ_ASSERT(cover->size);
+}
+
+/* Reads the corners, and chooses the shift that keeps to the bounds: what is attached is within the error so far of the
+ * old faces, whose corners are those of the cover and B. */
+static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
+{
+    const cq_mesh *m = &p->mesh;
+    cqi_facet *f = cover->facet;
+    int64_t corner = 0, reach;
+    cqi_set_view(p, &cover->view, c->kept);
+    for (; f < cover->facet + cover->size; f++) {
+        f->u = cqi_see(p, &cover->view, m->origin[cq_prev(f->h)]);
+        f->v = cqi_see(p, &cover->view, cq_target(m, f->h));
+        corner = cqi_larger64(corner, cqi_larger64(cqi_largest(f->u), cqi_largest(f->v)));
+    }
+    reach = cqi_larger64(corner, cqi_largest(cqi_see(p, &cover->view, c->removed))) + cqi_error_now(p) / 16 + 1;
+    cover->view.shift = cqi_bit_length((uint32_t)(corner >> CQI_CORNER_BITS | reach >> (CQI_CORNER_BITS + 2)));
+}
+
+/* Lets pass what is within the error so far. */
+static void cqi_open_cover(const cqi_plan *p, cqi_cover *c)
+{
+    int k;
+    c->slack = cqi_error_now(p) >> c->view.shift;
+    if (c->view.shift) c->slack = c->slack > CQI_ROUNDED ? c->slack - CQI_ROUNDED : 0;
+    for (k = 0; k < c->size; k++) cqi_set_slack(&c->facet[k], c->slack);
+}
+
+static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
+{
+    cqi_facet *f = cover->facet;
+    cqi_list_cover(&p->mesh, c, cover);
+    cqi_scale_cover(p, cover, c);
+    for (; f < cover->facet + cover->size; f++)
+        cqi_set_facet(f, cqi_shift64(f->u, cover->view.shift), cqi_shift64(f->v, cover->view.shift));
+    cqi_open_cover(p, cover);
+}
+
+/* -- Outside the cover -- */
+
+/* Is the face of h nearer to v, and real? */
+static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
+{
+    const cq_mesh *m = &p->mesh;
+    cqi_view view;
+    cqi_vector64 a, b, x;
+    cqi_facet f;
+    uint32_t error;
+    int shift;
+    if (!cqi_is_real_face(m, h)) return;
+    cqi_set_view(p, &view, m->origin[h]);
+    a = cqi_see(p, &view, m->origin[cq_prev(h)]);
+    b = cqi_see(p, &view, cq_target(m, h));
+    x = cqi_see(p, &view, v);
+    shift = cqi_bit_length((uint32_t)((cqi_largest(a) | cqi_largest(b) | cqi_largest(x)) >> CQI_CORNER_BITS));
+    cqi_set_facet(&f, cqi_shift64(a, shift), cqi_shift64(b, shift));
+    error = cqi_error_of_square(cqi_facet_square(&f, cqi_shift64(x, shift)), shift);
+    if (error >= n->error) return;
+    n->error = error;
+    n->h = h;
+}
+
+/* Of the component, the vertex that is nearest to v. */
+static cq_index cqi_nearest_vertex(const cqi_plan *p, cq_index v)
+{
+    uint64_t least = UINT64_MAX;
+    cq_index w = p->root, best = w;
+    for (; w != CQ_NONE; w = p->decoded[w]) {
+        const uint64_t square = cqi_square_distance(p->measured, v, w);
+        if (square >= least || p->mesh.out[w] == CQ_NONE) continue;
+        least = square;
+        best = w;
+    }
+    return best;
+}
+
+/* Tries faces beside the nearest one so far, and around the nearest vertex. */
+static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
+{
+    const cq_mesh *m = &p->mesh;
+    cq_index h = n->h;
+    int k;
+    for (k = 0; k < 3; k++, h = cq_next(h)) cqi_try_face(p, m->twin[h], v, n);
+    if (n->error <= cqi_error_now(p) || !p->looks) return;
+    p->looks--;
+    h = m->out[cqi_nearest_vertex(p, v)];
+    for (k = 0; k < CQ_MAX_VALENCE; k++, h = cq_clockwise(m, h)) cqi_try_face(p, h, v, n);
+}
+
+/* -- Attaching -- */
+
+/* The first face that x passes, from face `from` of the cover on; or an edge of one. CQ_NONE: there is none. */
+static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
+{
+    int k;
+    for (k = from; k < c->size; k++)
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+    for (k = 0; k < from; k++)
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+    for (k = 0; k < c->size; k++)
+        if (cqi_passes_edge(&c->facet[k], x, c->slack)) return c->facet[k].h;
+    return CQ_NONE;
+}
+
+/* Of the cover, the face that is nearest to x, and the square of its distance. */
+static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_t *least)
+{
+    cq_index h = c->facet[0].h;
+    int k;
+    *least = cqi_facet_square(&c->facet[0], x);
+    for (k = 1; k < c->size; k++) {
+        const uint64_t square = cqi_facet_square(&c->facet[k], x);
+        if (square >= *least) continue;
+        *least = square;
+        h = c->facet[k].h;
+    }
+    return h;
+}
+
+/* The nearest face to v that is found. The error grows if that is further away. */
+static cq_index cqi_nearest_face(cqi_plan *p, cqi_cover *c, cq_index v)
+{
+    cqi_nearest n;
+    uint64_t square;
+    n.h = cqi_nearest_in_cover(c, cqi_see(p, &c->view, v), &square);
+    if (square <= (uint64_t)c->slack * c->slack) return n.h;
+    n.error = cqi_error_of_square(square, c->view.shift);
+    cqi_look_outside(p, v, &n);
+    if (n.error <= cqi_error_now(p)) return n.h;
+    p->level_error[p->level] = cqi_error_code(n.error);
+    cqi_open_cover(p, c);
+    return n.h;
+}
+
+static void cqi_push(cqi_plan *p, cq_index *list, cq_index v)
+{
+    p->follower[v] = *list;
+    *list = v;
+}
+
+/* Attaches those of a list that pass, trying face `from` first. */
+static void cqi_attach_passing(cqi_plan *p, cqi_cover *c, cq_index v, int from)
+{
+    while (v != CQ_NONE) {
+        const cq_index next = p->follower[v], h = cqi_first_pass(c, cqi_see(p, &c->view, v), from);
+        cqi_push(p, h == CQ_NONE ? &c->rest : &p->attached[h / 3], v);
+        v = next;
+    }
+}
+
+static void cqi_attach_rest(cqi_plan *p, cqi_cover *c)
+{
+    while (c->rest != CQ_NONE) {
+        const cq_index v = c->rest;
+        c->rest = p->follower[v];
+        cqi_push(p, &p->attached[cqi_nearest_face(p, c, v) / 3], v);
+    }
+}
+
+static cq_index cqi_detach(cqi_plan *p, cq_index f)
+{
+    const cq_index v = p->attached[f];
+    p->attached[f] = CQ_NONE;
+    return v;
+}
+
+static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
+{
+    cqi_cover cover;
+    cq_index first[CQ_MAX_VALENCE];
+    int k;
+    cqi_find_cover(p, &cover, c);
+    for (k = 0; k < cover.size; k++) first[k] = cqi_detach(p, (cq_index)(cover.facet[k].h / 3));
+    cover.rest = p->follower[c->removed] = CQ_NONE;
+    cqi_attach_passing(p, &cover, c->removed, 0);
+    for (k = 0; k < cover.size; k++) cqi_attach_passing(p, &cover, first[k], k);
+    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[0]), 0);
+    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[1]), cover.size - 1);
+    cqi_attach_rest(p, &cover);
+}
+
+/* Takes the collapses of a level into account, from that note on. */
+static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
+{
+    uint8_t *code = &p->level_error[p->level];
+    if (code[0] < code[-1]) code[0] = code[-1];
+    p->root = root;
+    p->looks = CQI_LOOKS + (p->level > 1 ? p->looks : 0);
+    for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
 }
 
 /* -- Choosing collapses -- */
@@ -4791,14 +5137,14 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct. */
+/* Lays out the encoder behind its struct. What is attached to faces has its place in the memory of the replay, which
+ * begins when all is measured. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
     cqi_plan *p = &e->plan;
     const cq_shape *s = &in->shape;
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
     p->note = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
-    p->error = (uint32_t *)cqi_take(arena, v, sizeof(uint32_t));
     p->decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->seed = (cqi_seed *)cqi_take(arena, v, sizeof(cq_index)); /* a component has three vertices or more */
@@ -4807,7 +5153,6 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     p->face_input = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->face_decoded = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->passed = (uint8_t *)cqi_take(arena, v, 1);
-    memset(p->error, 0, v * sizeof(uint32_t));
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
@@ -4816,6 +5161,9 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     e->replay.plan = p;
     e->replay.memory = arena->next;
     e->replay.memory_size = arena->left;
+    p->attached = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
+    p->follower = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    memset(p->attached, 0xff, f * sizeof(cq_index));
 }
 
 static void cqi_progress(const cq_input *in, uint32_t done)
@@ -4845,7 +5193,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
         const cq_index notes = p->num_notes;
         p->refused_loss = CQI_ANY_LOSS;
         if (cqi_simplify(p, seed)) {
-            if (p->measured) cqi_measure_level(p, notes);
+            if (p->measured) cqi_measure_level(p, seed->notes, notes);
             p->level++;
             p->tries = 0;
             if (p->most_loss != CQI_ANY_LOSS) p->most_loss += CQI_LEVEL_LOSS;
