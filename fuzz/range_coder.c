@@ -81,7 +81,7 @@ static void decode(input in, const uint8_t *data, size_t size, int faithful) {
         if (faithful && s.kind == 0) REQUIRE(got == s.bit);
         if (faithful && s.kind == 1) REQUIRE(got >= s.start && got - s.start < s.freq);
         if (faithful && s.kind == 2) REQUIRE(got == s.value);
-        for (k = 0; k < MODELS; k++) REQUIRE(models[k] >= 32 && models[k] <= 65504);
+        for (k = 0; k < MODELS; k++) REQUIRE(models[k] >= 1 && models[k] <= 65534);
     }
     if (faithful) REQUIRE(d.count >= size);   /* no byte is in vain */
 }

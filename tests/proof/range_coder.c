@@ -4,7 +4,7 @@
  *     decoder   2^24 <= range < 2^32 and code < range
  *     encoder   2^24 <= range < 2^32, low + range < 2^33, -1 <= cache <= 255, and
  *               low + range <= 2^32 if cache is -1 or 255: no carry can be lost
- *     model     32 <= probability <= 65504
+ *     model     1 <= probability <= 65534
  *
  * The encoder's number is what it has put out, then cache, then `pending` bytes 0xff, then low; the interval of the
  * code is [number, number + range). Putting out bytes keeps the number, and the end picks a number of the interval. */
@@ -27,7 +27,7 @@ static int encoder_holds(const cq_range_encoder *e)
     return e->range >= CQI_MIN_RANGE && encoder_holds_in_step(e);
 }
 
-static int model_holds(cq_bit_model model) { return model >= 32 && model <= 65504; }
+static int model_holds(cq_bit_model model) { return model >= 1 && model <= 65534; }
 
 /* Reads from `size` bytes of any contents; `count` may be anything: it is never used beyond `size`. */
 static cq_range_decoder any_decoder(void)

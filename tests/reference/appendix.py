@@ -87,14 +87,14 @@ def bit_tables(enum):
 def appendix():
     header = HEADER.read_text(encoding="utf-8")
     enum = enum_values(header)
-    bits, bare, located, linear, yes, gain, logistic, reciprocal, inverse, rule = (
+    bits, bare, located, linear, yes, gain, logistic, reciprocal, inverse, root = (
         table(header, name) for name in ("prior_bit", "prior_bare", "prior_located", "prior_linear", "prior_yes",
-                                         "prior_gain", "logistic", "reciprocal", "inverse", "rule_class"))
+                                         "prior_gain", "logistic", "reciprocal", "inverse", "inverse_root"))
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
     assert len(bare) == len(located) == enum["CQI_WEIGHTS"]
     assert len(yes) == len(gain) == enum["CQI_QUESTIONS"]
     assert len(linear) == 2 * enum["CQI_FAN_CLASSES"] * enum["CQI_FEATURES"]
-    assert rule == [min(max(k - enum["CQ_MAX_VALENCE"], 0), 5) for k in range(len(rule))]  # 8.4
+    assert root == [min(round(65536 / math.sqrt((k + 0.5) / 32)), 65535) for k in range(32, 128)]
     assert logistic == [round(65536 / (1 + math.exp((63.5 - k) / 8))) for k in range(24, 104)]
     assert reciprocal == [0, 65535] + [round(65536 / k) for k in range(2, len(reciprocal))]
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
@@ -113,6 +113,7 @@ def appendix():
     text += "\n### A.6 logistic\n\n65536 / (1 + exp((39.5 - k) / 8)), rounded, for k = 0 .. 79:\n\n" + block(logistic)
     text += "\n### A.7 Reciprocals\n\nreciprocal[n], 65536 / n rounded, for n = 0 .. 25:\n\n" + block(reciprocal)
     text += "\ninverse[k], 2^14 / (1 + (k + 1/2) / 64) rounded, for k = 0 .. 63:\n\n" + block(inverse)
+    text += "\n### A.8 inverse root\n\n2^16 / sqrt((k + 32.5) / 32), rounded, for k = 0 .. 95:\n\n" + block(root)
     return text
 
 
@@ -185,11 +186,11 @@ def check():
                        ("residual", "TOP[n] is model n - %d and BITS[n] is model %d + n"),
                        ("expected", "16 · e if e < %d, else 16 · (%d + e mod 2)"),
                        ("CQI_RING_BITS", "min(%d - bits(m),"), ("CQI_FRACTION", "- bits(m), %d)"),
-                       ("CQI_NEAR", "top - %d list = the pairs with scores of low or more"),
-                       ("CQI_TRIES", "while rank < %d: while"), ("CQI_LISTED", "only the first %d pairs"),
+                       ("CQI_NEAR", "top - %d, or top - 2^30 without a position channel list = the pairs with scores of low or more"),
+                       ("CQI_TRIES", "while rank < %d: while"),
                        ("learn", "65536 · bit - P + 1024 >> %d with a position channel error = 65536 · bit - P + 2048 >> %d"),
                        ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),
-                       ("CQI_RIVALS", "the first %d of"),
+                       ("CQI_RIVALS", "the first %d with"),
                        ("questions", "The first %d questions are named HIT[0 .. %d], the other %d"),
                        ("CQI_LESS", "half(mean(3 · spread x, S)) - 2 · h - %d"),
                        ("CQI_LESS_ABOVE", "half(rough) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),

@@ -29,7 +29,8 @@ class Tables:
         text = SPEC.read_text(encoding="utf-8")
         appendix = text[text.index("## Appendix A."):]
         lists = [[int(n) for n in re.findall(r"-?\d+", block)] for block in re.findall(r"```\n(.*?)```", appendix, re.S)]
-        self.bits, self.bare, self.located, linear, self.yes, self.gain, self.logistic, self.reciprocal, self.inverse = lists
+        self.bits, self.bare, self.located, linear, self.yes, self.gain, self.logistic, self.reciprocal, self.inverse, \
+            self.inverse_root = lists
         rows = re.findall(r"^\| ([A-Z_2]+) \| (\d+) \| (\d+) \| ", appendix, re.M)
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
@@ -44,7 +45,7 @@ TABLES = Tables()
 
 # 8.2
 END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, GAP_3, END_OPPOSITE, INNER_OPPOSITE, RULE = \
-    0, 32, 96, 112, 144, 304, 560, 592, 608, 624
+    0, 32, 96, 112, 144, 384, 640, 672, 688, 704
 
 
 # -- 1.2 Numbers -------------------------------------------------------------------------------------------------------
@@ -66,10 +67,6 @@ def log8(a):
 def div(a, b):
     n = b.bit_length() - 1
     return a * TABLES.inverse[(b << 6 >> n) % 64] >> 14 + n
-
-
-def norm(v):
-    return 11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4
 
 
 def sign(a):
@@ -211,7 +208,7 @@ class Header:
 # -- 3. Range decoder --------------------------------------------------------------------------------------------------
 
 def adapted(m, bit, rate):
-    return m + (65504 - m >> rate) if bit else m - (m - 32 >> rate)
+    return m + (65535 - m >> rate) if bit else m - (m >> rate)
 
 
 class RangeDecoder:
@@ -556,17 +553,19 @@ class Ring:
         logarithms = [log8(sq + 1) for sq in self.sq]
         a, b = sorted(x for x, real in zip(logarithms, self.real) if real)[:2]
         base = (a + b) // 2 - 8
-        self.length = [clamp(quotient(3 * (x - base), 8), 0, 14) if real else 15
+        self.length = [clamp(3 * (x - base) >> 3, 0, 14) if real else 15
                        for x, real in zip(logarithms, self.real)]
 
     def find_angles(self):
         here, there = [0] * self.size, [0] * self.size
         for k in range(self.size):
             following = (k + 1) % self.size
-            a, b = self.s[k], self.s[following]
-            area = norm(shifted(cross(a, b), 4)) + 1
-            here[k] = clamp(div(self.sq[following] - dot(a, b), area), -64, 64)
-            there[following] = clamp(div(self.sq[k] - dot(a, b), area), -64, 64)
+            a, b, ab = self.sq[k], self.sq[following], dot(self.s[k], self.s[following])
+            square = a * b - ab * ab | 1 << 12
+            n = square.bit_length() - 1 & ~1
+            root = TABLES.inverse_root[(square >> n - 5) - 32]
+            here[k] = (b - ab) * root >> n // 2 + 12
+            there[following] = (a - ab) * root >> n // 2 + 12
         self.opposite = [clamp(a + b + 26 >> 2, 0, 15) for a, b in zip(here, there)]
 
     def alternatives(self, order):  # 8.4
@@ -578,7 +577,7 @@ class Ring:
                 best = min(best, self.val[k])
         return result
 
-    def features(self):  # 8.2
+    def features(self, located):  # 8.2
         """Pairs (p, q) in their order, and the numbers of the weights of each."""
         low, high = self.alternatives(range(self.size)), self.alternatives(range(self.size - 1, -1, -1))
 
@@ -592,8 +591,9 @@ class Ring:
             numbers = end(p, 0) + end(q, 1)
             for k in range(p + 1, q):
                 numbers += [INNER_LENGTH + self.length[k], INNER_KIND + self.kind[k], INNER_OPPOSITE + self.opposite[k]]
-            numbers.append(JOINT + 16 * clamp(self.size - 3, 0, 9) + min(q - p, 15))
-            numbers.append(RULE + 6 * clamp(low[p] - (q - p), 0, 5) + clamp(high[q] - (q - p), 0, 5))
+            numbers.append(JOINT + 24 * clamp(self.size - 3, 0, 9) + q - p)
+            if not located:
+                numbers += [RULE + low[p] + 24 - (q - p), RULE + 56 + high[q] + 24 - (q - p)]
             result.append(numbers)
         return pairs, result
 
@@ -601,22 +601,22 @@ class Ring:
 class Pairs:
     """The weights of 8.2."""
 
-    NEAR, TRIES, LISTED, NAT = 3072, 16, 48, 4096
+    NEAR, TRIES, NAT = 3072, 16, 4096
 
     def __init__(self, located):
         self.located = located
         self.weight = [256 * n for n in (TABLES.located if located else TABLES.bare)]
 
     def decode(self, coder, ring):  # 8.6
-        pairs, features = ring.features()
+        pairs, features = ring.features(self.located)
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
         everything = range(len(pairs))
-        low = max(scores) - self.NEAR
-        listed = [k for k in everything if scores[k] >= low][:self.LISTED]
+        low = max(scores) - (self.NEAR if self.located else 1 << 30)
+        listed = [k for k in everything if scores[k] >= low]
         rank = 0
         while rank < self.TRIES:
             while not listed and rank < self.TRIES:
-                listed = [k for k in everything if low - self.NEAR <= scores[k] < low][:self.LISTED]
+                listed = [k for k in everything if low - self.NEAR <= scores[k] < low]
                 low -= self.NEAR
                 rank += 1
             if not listed:
@@ -637,7 +637,7 @@ class Pairs:
         r = min(rank, 7)
         extra = [GAP + 32 * r + gap(rest[0])] + [GAP_3 + gap(rest[1])] * (r == 0)
         bit, error = self.decision(coder, pair, best + sum(self.weight[w] for w in extra))
-        for w in extra + features:  # 8.7
+        for w in extra + features if error else []:  # 8.7
             if -8 * self.NAT < self.weight[w] + error < 8 * self.NAT:
                 self.weight[w] += error
         return bit
@@ -747,7 +747,8 @@ class Place:
     def find_offsets(self):
         fan = self.fan
         self.at = [self.offset(v) for v in fan.v]
-        self.out = {k: [clamp(c, -32768, 32768) for c in self.offset(fan.w[k])] for k in fan.known}
+        self.out = {k: self.offset(fan.w[k]) for k in fan.known}
+        fan.known = [k for k in fan.known if all(-32768 <= c < 32768 for c in self.out[k])]
         self.mean = mean_of(total(self.at), fan.size)
 
     def following(self, k):
@@ -786,14 +787,17 @@ class Place:
             for j in range(k + 2, size):
                 if (k, j) != (0, size - 1):
                     result.append(shifted(plus(at[k], at[j]), 1))
-        return result[:16]
+        return [r for r in result if abs(r[0]) < 1 << 14 and abs(r[1]) < 1 << 14][:16]
 
     @staticmethod
     def apart(a, b):
         return max(abs(a[0] - b[0]), abs(a[1] - b[1]))
 
     def vote(self):
+        """The number of the question, or None."""
         rivals = self.rivals()
+        if not rivals:
+            return None
         self.radius = 14 * self.extent // 256 + ((3 << self.h) // 2 if self.h >= 0 else 0)
 
         def agree(a, b):
@@ -817,7 +821,7 @@ class Place:
         question = None
         if questions.is_used(Questions.HIT, self.decoder.vertices) and not self.fan.at_boundary and self.fan.size >= 4:
             question = self.vote()
-            hit = questions.ask(coder, question)
+            hit = 0 if question is None else questions.ask(coder, question)
         x, y, z = self.coordinates(hit)
         self.learn(question)
         result = [0, 0, 0]

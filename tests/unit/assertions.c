@@ -137,7 +137,7 @@ TEST(rates_are_1_to_8) {
 }
 
 TEST(models_keep_away_from_0_and_1) {
-    static const cq_bit_model wrong[] = { 0, 31, 65505, 65535 };
+    static const cq_bit_model wrong[] = { 0, 65535 };
     static size_t k;
     begin();
     for (k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
@@ -145,9 +145,9 @@ TEST(models_keep_away_from_0_and_1) {
         TRIPS("model", cq_encode_bit(&encoder, &model, 4, 1));
         TRIPS("model", cq_decode_bit(&decoder, &model, 4));
     }
-    model = 32;
+    model = 1;
     PASSES(cq_encode_bit(&encoder, &model, 4, 0));
-    model = 65504;
+    model = 65534;
     PASSES(cq_decode_bit(&decoder, &model, 4));
 }
 
