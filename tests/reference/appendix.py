@@ -26,7 +26,7 @@ WIDTH = 118
 
 # Names of SPEC.md for the tables of the header, and where they are used.
 BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHER_LEVEL", "OTHER_LEVEL", "7.1"),
-              ("BEGINS", "BEGINS", "7.3"), ("ERROR", "ERROR", "7.2"), ("SIDE", "SIDE", "7.5"),
+              ("BEGINS", "BEGINS", "7.3"), ("RULED", "RULED", "7.1"), ("ERROR", "ERROR", "7.2"), ("SIDE", "SIDE", "7.5"),
               ("PASSED", "PASSED", "7.4"), ("GROW", "KIND_GROW", "5.4"), ("TURN", "KIND_TURN", "5.4"),
               ("CLOSE", "KIND_CLOSE", "5.4"), ("FLAG", "FLAG", "7.4"), ("BASE", "OF_BASE", "6.1"),
               ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
@@ -186,7 +186,7 @@ def check():
                        ("residual", "TOP[n] is model n - %d and BITS[n] is model %d + n"),
                        ("expected", "16 · e if e < %d, else 16 · (%d + e mod 2)"),
                        ("CQI_RING_BITS", "min(%d - bits(m),"), ("CQI_FRACTION", "- bits(m), %d)"),
-                       ("CQI_NEAR", "top - %d, or top - 2^30 without a position channel list = the pairs with scores of low or more"),
+                       ("CQI_NEAR", "top - %d, or top - 2^30 if the level is ruled"),
                        ("CQI_TRIES", "while rank < %d: while"),
                        ("learn", "65536 · bit - P + 1024 >> %d with a position channel error = 65536 · bit - P + 2048 >> %d"),
                        ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),

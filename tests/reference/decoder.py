@@ -577,7 +577,7 @@ class Ring:
                 best = min(best, self.val[k])
         return result
 
-    def features(self, located):  # 8.2
+    def features(self, ruled):  # 8.2
         """Pairs (p, q) in their order, and the numbers of the weights of each."""
         low, high = self.alternatives(range(self.size)), self.alternatives(range(self.size - 1, -1, -1))
 
@@ -592,7 +592,7 @@ class Ring:
             for k in range(p + 1, q):
                 numbers += [INNER_LENGTH + self.length[k], INNER_KIND + self.kind[k], INNER_OPPOSITE + self.opposite[k]]
             numbers.append(JOINT + 24 * clamp(self.size - 3, 0, 9) + q - p)
-            if not located:
+            if ruled:
                 numbers += [RULE + low[p] + 24 - (q - p), RULE + 56 + high[q] + 24 - (q - p)]
             result.append(numbers)
         return pairs, result
@@ -608,10 +608,10 @@ class Pairs:
         self.weight = [256 * n for n in (TABLES.located if located else TABLES.bare)]
 
     def decode(self, coder, ring):  # 8.6
-        pairs, features = ring.features(self.located)
+        pairs, features = ring.features(self.ruled)
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
         everything = range(len(pairs))
-        low = max(scores) - (self.NEAR if self.located else 1 << 30)
+        low = max(scores) - (1 << 30 if self.ruled else self.NEAR)
         listed = [k for k in everything if scores[k] >= low]
         rank = 0
         while rank < self.TRIES:
@@ -1064,6 +1064,8 @@ class Decoder:
         self.read_error()
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
         self.read_active()
+        self.pairs.ruled = not self.header.position or self.coder.bit("RULED")
+        self.end_step()
         before, self.splits = self.count_active(), 0
         self.conquest()
         if self.splits < before // 16 + 1:
