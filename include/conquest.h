@@ -391,7 +391,6 @@ typedef struct cq_report {
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
-#define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
  * the spoke from v to the L of that gate. */
@@ -420,7 +419,10 @@ enum {
 #define CQI_RING_BITS 14
 #define CQI_FRACTION 4
 #define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* a place further off counts as that far */
-enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
+enum {
+    CQI_LARGE_VALENCE = 31,                                     /* and more, of a vertex beside the centre */
+    CQI_RULE_CLASSES = CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1   /* of an alternative's valence less that of B */
+};
 typedef struct cqi_ring {
     int size;
     int boundary;                                /* place of the virtual vertex; CQ_MAX_VALENCE: none */
@@ -438,16 +440,18 @@ typedef struct cqi_ring {
 } cqi_ring;
 
 /* Candidates for the pair of common neighbours. Scores by p and q add up: */
+#define CQI_LISTED 48                            /* pairs, at most */
 typedef struct cqi_choice {
     int32_t end_p[CQ_MAX_VALENCE];               /* of a ring vertex as p, less those that it and all before it have */
     int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it; */
-    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p */
+    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p; */
+    int32_t of_rule[CQ_MAX_VALENCE];             /* or of that and the rule, for a q */
+    int16_t rule[2 * CQI_RULE_CLASSES];          /* weights of the rule, */
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* and what it compares: see cqi_find_alternatives */
     int32_t best[CQ_MAX_VALENCE];                /* of the best pair with a q */
     int count;                                   /* pairs that are listed: */
-    int32_t score[CQI_PAIRS];
-    uint8_t p[CQI_PAIRS], q[CQI_PAIRS];
-    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* see cqi_find_alternatives */
-    int32_t of_rule[CQ_MAX_VALENCE];             /* of_steps and the rule, for a q */
+    uint8_t p[CQI_LISTED], q[CQI_LISTED];
+    int32_t score[CQI_LISTED];
 } cqi_choice;
 
 /* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
@@ -495,8 +499,8 @@ enum {
     CQI_GAP_3 = CQI_GAP + 8 * 32,                            /* [score above the third] */
     CQI_END_OPPOSITE = CQI_GAP_3 + 32,                       /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
-    CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][56], see cqi_score_rule */
-    CQI_WEIGHTS = CQI_RULE + 2 * 56
+    CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
+    CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
 };
 
 /* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
@@ -756,6 +760,13 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
+/* Has the processor vectors of 16-bit numbers? It makes no difference to the result. */
+#if defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
+#define CQI_VECTORS 1
+#else
+#define CQI_VECTORS 0
+#endif
+
 /* A function that keeps its variables off the stack of its callers' other callees. */
 #ifdef __GNUC__
 #define CQI_APART __attribute__((noinline))
@@ -787,8 +798,8 @@ static int cqi_bit_length(uint32_t x)
 
 static int cqi_bit_length_wide(uint64_t x)
 {
-#if defined(__GNUC__) && __SIZEOF_LONG_LONG__ == 8
-    return x ? 64 - __builtin_clzll(x) : 0;
+#if defined(__GNUC__) && __SIZEOF_LONG__ == 8
+    return x ? 64 - __builtin_clzl(x) : 0;
 #else
     const uint32_t high = (uint32_t)(x >> 32);
     return high ? 32 + cqi_bit_length(high) : cqi_bit_length((uint32_t)x);
@@ -2130,82 +2141,82 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
 };
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
     -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 6, 0, 0, 3, 5, 7, 3, 1, 3, -1, 1,
-    -2, -3, -4, 3, -2, -1, -3, 4, -3, -4, -5, 3, -3, -4, -6, 5, -1, -2, -3, 0, 12, 14,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 6, 0, 1, 3, 5, 7, 3, 1, 3, -1, 1,
+    -2, -3, -4, 3, -2, -1, -3, 4, -3, -4, -5, 3, -3, -4, -5, 5, -1, -2, -3, 0, 12, 14,
     0, 1, 4, 5, 1, 5, 1, 1, 1, 5, -2, -3, -5, -2, -2, -3, -4, 3, -5, -5, -5, 2,
     -4, -4, -5, 3, -3, -3, -3, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 3, 0, 0, -6, 0, -2, 0, -8, 0, -1, 0, -3, 1, 1, 2, -2, 1, 1, 1, -1,
-    3, 2, 3, -5, 3, 2, 2, 0, 2, 1, 0, -2, 0, 25, 33, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 18, 32, 26, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 21, 25, 13, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, 11, 18,
-    16, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -18,
-    2, 13, 14, 9, -23, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -35, -2, 8, 17, 12, 1, -14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -35, -6, 6, 11, 14, 6, 2, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -37, -12, 2, 9, 10, 9, 9, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -37, -25, -6, 3, 0, 2, 10, -1, -2, -1, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -26, -11, -4, -6, -6, -4, -3, -5, -6, -5, -4, -4,
-    -3, -2, -2, -2, -1, -1, 0, 0, 0, 0, -16, -12, -8, -4, 1, 6, 6, 5, 4, 2, 1, 1,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -27, -18,
+    0, 0, 3, 0, 0, -6, 0, -2, 0, -7, 0, -1, 0, -3, 1, 1, 2, -2, 1, 1, 1, -1,
+    3, 2, 3, -5, 3, 2, 2, 0, 2, 1, 0, -2, 0, 25, 34, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 19, 32, 26, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 22, 25, 11, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 12, 18,
+    15, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17,
+    2, 13, 14, 8, -25, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -35, -1, 8, 16, 11, 0, -15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -35, -5, 6, 10, 13, 5, 2, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -36, -12, 2, 8, 9, 8, 8, -3, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -36, -24, -6, 3, -1, 2, 10, -1, -2, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -26, -10, -3, -5, -6, -3, -4, -4, -5, -4, -4, -4,
+    -3, -2, -2, -1, 0, 0, 0, 0, 0, 0, -16, -11, -8, -4, 0, 5, 6, 6, 4, 3, 1, 1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -27, -17,
     -14, -12, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -26, -18, -16, -12, -4, -1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 18, -24, -16, -7, 2,
+    0, 0, 0, 0, 0, 0, 0, 0, -26, -18, -15, -12, -5, -1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 17, -24, -15, -8, 1,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 2, -23, -8, 16, 22, 18, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, -20, -10, 1, 4, 1, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -23, -8, 16, 22, 16, 8, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -21, -10, 1, 4, 1, 0,
+    0, 0, 0, 17, -17, -5, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, -12, 7, 29, 41, 42, 22, 5, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 17, -17, -5, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12, 7, 29, 41, 41, 24, 7, 4,
-    1, 1, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0,
-    0, 34, -14, -8, -4, -3, 0, 2, 0, 3, 4, 3, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 43, -14, -8, -4, -3, 0, 2, 1, 3, 3, 2, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -2, -2, -1, -2, -5, -6,
-    -13, -20, -18, -15, 1, 8, 6, 5, 5, 6, 5, 6, 3, 4, -1, 0, 0, 0, 0, -2, -2, -1,
-    -3, -4, -6, -7, 12, 14, 8, 9, 6, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, -1, -2, -2, -1, -2, -2, -2, -2, -4, -6, -16, -25, -27, 4, 9, 6, 6, 5, 6, 6,
-    8, 5, 3, 2, -1, 1, -1, 1, 0, -2, -2, -3, -3, -4, -6, -6, 12, 11, 9, 6, 6, 6,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -2, -1, -3, -4,
+    -13, -20, -18, -14, 1, 8, 6, 5, 5, 5, 4, 7, 3, 4, -1, 0, 0, 0, 0, -2, -2, -2,
+    -2, -5, -7, -8, 10, 13, 8, 9, 6, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, -1, -1, -2, -2, -2, -3, -3, -4, -5, -8, -17, -25, -28, 4, 9, 7, 6, 5, 6, 7,
+    8, 5, 3, 2, -1, 1, 0, 1, 0, -1, -1, -2, -1, -4, -6, -7, 11, 11, 9, 6, 6, 6,
     8, 0,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    -4, -2, -1, 0, 0, -1, -1, -2, -2, -2, -2, -3, -3, -3, -2, 1, -3, -2, -1, 0, 0, -1,
-    -1, -1, -2, -2, -2, -2, -2, -3, -2, -2, 0, 1, 0, -3, 0, 1, 1, -4, 0, 1, -2, -5,
+    -4, -2, -1, 0, 0, -1, -1, -2, -2, -2, -3, -3, -3, -3, -2, 1, -3, -2, -1, 0, 0, -1,
+    -1, -2, -2, -2, -2, -2, -2, -3, -2, -2, 0, 1, 0, -3, 0, 0, 1, -4, 0, 1, -2, -5,
     -2, -1, -2, -3, -1, 0, 1, -2, -2, 0, 0, -3, -3, 0, 1, -1, -2, 0, 2, -1, 0, 2,
-    0, -2, -1, 0, 0, 0, -1, 0, -3, 0, -2, -2, -3, -2, -2, -1, -1, -1, -3, -1, 0, 0,
+    0, -2, -1, 0, 1, 0, -1, 0, -3, 0, -2, -2, -3, -2, -2, -1, -1, -1, -3, -1, -1, 0,
     -3, -1, 0, 1, -3, -1, 1, 2, -10, -8, -7, -6, -3, -1, 1, 1, 1, 1, 1, 1, 1, 1,
     1, -6, -7, 0, 0, -2, -2, -4, 0, -2, -1, -1, 0, -1, 1, 1, 0, 1, 0, 0, -1, -2,
     0, 0, 0, -1, 0, 0, -1, 2, -1, -2, -2, -1, 0, 25, 35, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 30, 29, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 22, 27, 21, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 22, 27, 21, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 16, 22,
     23, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -23,
     6, 17, 19, 16, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -35, -1, 10, 16, 12, 9, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -37, -7, 4, 8, 9, 8, -1, -9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, -36, -14, -2, 3, 2, 6, 2, -9, -5, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -37, -24, -7, -4, -3, 0, 3, -1, -4, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -44, -27, -15, -10, -11, -11, -10, -5, -6, -5, -5, -3, -1,
-    -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, -13, -7, 0, 4, 4, 7, 7, 3, 2, 1, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, -17, -7,
-    0, 0, 3, 3, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -3, -16, -9, -2, 0, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, -15, -6, -1, 2,
-    3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -7, -14, -4, 4, 5, 2, 1, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -13, -2, 5, 4, 2, 0,
+    0, 0, 0, 0, 0, 0, 0, -37, -24, -7, -4, -3, 0, 3, -1, -5, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -44, -27, -15, -10, -11, -12, -10, -4, -6, -5, -5, -2, -1,
+    -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -7, 0, 4, 4, 7, 7, 3, 2, 1, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, -16, -7,
+    1, 0, 3, 4, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -3, -16, -8, -2, 0, 4, 1, 1, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, -15, -6, -2, 3,
+    2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -6, -14, -4, 5, 5, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -13, -1, 6, 5, 2, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -6, -11, 0, 6, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -7, 6, 20, 20, 10, 2, 1, 1,
+    0, 0, 0, -6, -11, 0, 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -7, 7, 20, 19, 9, 2, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 1, -7, -2, 1, 4, 5, 1, 0, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, -7, -6, -6, -5, -6, -5, -4, -3, -3, -2,
+    0, 2, -7, -2, 1, 4, 5, 1, 0, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, -7, -6, -6, -6, -6, -5, -4, -3, -3, -2,
     -2, -1, -1, -1, -1, -2, 3, 2, 1, 1, 1, 1, 0, -2, -3, -3, -4, -5, -5, -5, -5, -5,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1,
-    -6, -15, -20, -20, -3, 3, 2, 1, 1, 0, 0, 2, 0, 1, -1, 0, 0, 0, 0, -1, 0, 0,
-    0, -1, 0, 2, 7, 5, 4, 3, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
+    -6, -15, -20, -20, -3, 3, 2, 1, 1, 0, 0, 2, 1, 1, -1, 0, 0, 0, 0, -1, 0, 0,
+    0, -1, -1, 2, 6, 5, 4, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -2, -9, -18, -25, -2, 4, 2, 1, 1, 0, -1,
-    1, 0, 0, 1, -1, 0, 0, 1, 0, 0, 0, -1, 0, -1, 0, 3, 7, 3, 2, 1, 0, 0,
+    1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 4, 7, 3, 2, 1, 0, 0,
     -1, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
@@ -3022,17 +3033,34 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Adds the votes of a rival for all. A loop of a fixed length, of which compilers make vector instructions: it does not
- * matter what it says of those beyond the last one. */
-static void cqi_add_votes(cqi_fan *f, int from, int16_t radius)
+/* Votes of a rival for the first ones, of which those for it are the same. */
+static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
 {
     const int16_t x = f->rival_x[from], y = f->rival_y[from], half = (int16_t)(radius / 2);
-    int k;
-    for (k = 0; k < CQI_RIVALS; k++) {
+    int k, all = 0;
+    for (k = 0; k < count; k++) {
         const int16_t dx = (int16_t)(f->rival_x[k] - x), dy = (int16_t)(f->rival_y[k] - y);
         const int16_t ax = (int16_t)(dx < 0 ? -dx : dx), ay = (int16_t)(dy < 0 ? -dy : dy);
-        const int16_t apart = ax > ay ? ax : ay;
-        f->vote[k] = (int16_t)(f->vote[k] + (apart < radius) + (apart < half));
+        const int16_t apart = ax > ay ? ax : ay, vote = (int16_t)((apart < radius) + (apart < half));
+        f->vote[k] = (int16_t)(f->vote[k] + vote);
+        all += vote;
+    }
+    return all;
+}
+
+/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for what
+ * is not there. */
+static void cqi_count_votes(cqi_fan *f, int16_t radius)
+{
+    int k;
+    memset(f->vote, 0, sizeof f->vote);
+    for (k = 0; k < f->num_rivals; k++) {
+#if CQI_VECTORS
+        cqi_add_votes(f, k, CQI_RIVALS, radius);
+        f->vote[k] = (int16_t)(f->vote[k] - (radius > 0) - (radius > 1));
+#else
+        f->vote[k] = (int16_t)cqi_add_votes(f, k, k, radius);
+#endif
     }
 }
 
@@ -3042,8 +3070,7 @@ static void cqi_vote(cqi_fan *f, int shift)
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
     int k, best = 0, n = 0;
     cqi_vector sum = { 0, 0, 0 };
-    memset(f->vote, 0, sizeof f->vote);
-    for (k = 0; k < f->num_rivals; k++) cqi_add_votes(f, k, (int16_t)radius);
+    cqi_count_votes(f, (int16_t)radius);
     for (k = 1; k < f->num_rivals; k++)
         if (f->vote[k] > f->vote[best]) best = k;
     for (k = 0; k < f->num_rivals; k++) {
@@ -3052,7 +3079,7 @@ static void cqi_vote(cqi_fan *f, int shift)
         n++;
     }
     f->radius = radius;
-    f->votes = f->vote[best] - (radius > 0) - (radius > 1); /* without its own */
+    f->votes = f->vote[best];
     f->agreed = cqi_product_of(sum, cqi_reciprocal[n], 16);
 }
 
@@ -3507,8 +3534,8 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  *
  * Without positions lengths and angles are of one class, and say nothing. */
 
-#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely */
-#define CQI_ANY_SCORE ((int32_t)1 << 30)
+#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely; */
+#define CQI_NEAR_RULED (3 * CQI_NAT) /* of a level that is ruled */
 #define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
@@ -3658,16 +3685,13 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* Weights of the rule for a q; at the smallest valence of an alternative, plus p. */
-static int cqi_rule(int q) { return CQI_RULE + CQ_MAX_VALENCE - q; }
-
 static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
 /* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
  * of its valence minus that of B, for all p with a q. For another goal than that they would give 0.03 bit. */
-static const int32_t *cqi_score_rule(const int16_t *w, cqi_choice *c, int q)
+static const int32_t *cqi_score_rule(cqi_choice *c, int q)
 {
-    const int16_t *const before = w + cqi_rule(q), *const after = before + 56 + c->after[q];
+    const int16_t *const before = c->rule + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
     int p;
     for (p = 0; p < q; p++)
         c->of_rule[p] = c->of_steps[CQ_MAX_VALENCE - q + p] + before[c->before[p]] + after[p];
@@ -3677,7 +3701,7 @@ static const int32_t *cqi_score_rule(const int16_t *w, cqi_choice *c, int q)
 /* Scores of p with a q, by p, beside those of the ends. */
 static const int32_t *cqi_score_steps(const cq_decoder *d, cqi_choice *c, int q)
 {
-    return d->ruled ? cqi_score_rule(d->model.weight, c, q) : c->of_steps + CQ_MAX_VALENCE - q;
+    return d->ruled ? cqi_score_rule(c, q) : c->of_steps + CQ_MAX_VALENCE - q;
 }
 
 /* The score of the best pair of all, and of each q. */
@@ -3709,7 +3733,7 @@ static void cqi_list_pairs(const cq_decoder *d, cqi_choice *c, int32_t low, int3
         of_steps = cqi_score_steps(d, c, q);
         for (p = 0; p < q; p++) {
             const int32_t x = c->end_q[q] + c->end_p[p] + of_steps[p];
-            if (x < low || x >= high) continue;
+            if (x < low || x >= high || n == CQI_LISTED) continue;
             c->score[n] = x;
             c->p[n] = (uint8_t)p;
             c->q[n++] = (uint8_t)q;
@@ -3765,7 +3789,7 @@ static inline void cqi_nudge(int16_t *weight, int32_t error)
 static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
 {
     const cqi_ring *r = &d->ring;
-    int16_t *const w = d->model.weight;
+    int16_t *w = d->model.weight;
     int k;
     cqi_nudge(&w[CQI_END_LENGTH + r->length[p]], error);
     cqi_nudge(&w[CQI_END_LENGTH + 16 + r->length[q]], error);
@@ -3780,8 +3804,9 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
         cqi_nudge(&w[CQI_INNER_OPPOSITE + r->opposite[k]], error);
     }
     if (!d->ruled) return;
-    cqi_nudge(&w[cqi_rule(q) + d->now.choice.before[p]], error);
-    cqi_nudge(&w[cqi_rule(q) + 56 + d->now.choice.after[q] + p], error);
+    w += CQI_RULE + CQ_MAX_VALENCE - q;
+    cqi_nudge(&w[d->now.choice.before[p]], error);
+    cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
 /* Is it the best listed pair? Asks, and learns from the answer. */
@@ -3813,30 +3838,32 @@ static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
     *p = number - *q * (*q - 1) / 2;
 }
 
-/* Scores all pairs of the ring, and lists the best ones: those with scores from *low on. By the rule that is all of
- * them, since its weights are not copied. */
-static void cqi_score_pairs(cq_decoder *d, int32_t *low)
+/* What scores of pairs are the sums of. Later ones are of these, too, whatever the weights have learned by then. */
+static void cqi_score_parts(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
-    const int16_t *const of_steps = d->model.weight + cqi_joint(&d->ring);
+    const int16_t *const w = d->model.weight, *const of_steps = w + cqi_joint(&d->ring);
     int k;
-    cqi_classify_ring(d);
-    cqi_score_ends(d->model.weight, &d->ring, c);
+    cqi_score_ends(w, &d->ring, c);
     for (k = 1; k < d->ring.size; k++) c->of_steps[CQ_MAX_VALENCE - k] = of_steps[k];
-    if (d->ruled) cqi_find_alternatives(&d->ring, c);
-    *low = cqi_best_score(d, c) - (d->ruled ? CQI_ANY_SCORE : CQI_NEAR);
-    cqi_list_pairs(d, c, *low, INT32_MAX);
+    if (!d->ruled) return;
+    memcpy(c->rule, w + CQI_RULE, sizeof c->rule);
+    cqi_find_alternatives(&d->ring, c);
 }
 
 /* Codes the pair p, q of the patch. Pairs are listed by nats of their scores. */
 static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     cqi_choice *c = &d->now.choice;
+    const int32_t near = d->ruled ? CQI_NEAR_RULED : CQI_NEAR;
     int rank;
     int32_t low;
-    cqi_score_pairs(d, &low);
+    cqi_classify_ring(d);
+    cqi_score_parts(d);
+    low = cqi_best_score(d, c) - near;
+    cqi_list_pairs(d, c, low, INT32_MAX);
     for (rank = 0; rank < CQI_TRIES; rank++) {
-        for (; !c->count && rank < CQI_TRIES; rank++, low -= CQI_NEAR) cqi_list_pairs(d, c, low - CQI_NEAR, low);
+        for (; !c->count && rank < CQI_TRIES; rank++, low -= near) cqi_list_pairs(d, c, low - near, low);
         if (!c->count) break;
         if (cqi_code_try(d, rank, *p, *q)) {
             *p = c->p[c->count - 1];
