@@ -13,7 +13,7 @@ CQM_SOURCES = $(wildcard examples/cqm/*.c) $(MESH_FILE)
 CQM_HEADERS = $(HEADER) examples/cqm/cqm.h $(MESH_FILE_HEADERS)
 
 .DELETE_ON_ERROR:
-.PHONY: all help clean demo deps meshes ref_data check-ref test run summary
+.PHONY: all help clean install uninstall demo deps meshes ref_data check-ref test run summary
 
 EXAMPLES = build/minimal_decode build/stream build/game_loop
 
@@ -33,6 +33,54 @@ $(EXAMPLES): build/%: examples/%.c $(HEADER)
 build/meshgen: tests/meshgen/meshgen.c
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
+
+# -- Installation: also the package for CMake and pkg-config; examples/cmake has its parts --
+
+PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+VERSION = $(shell sed -n 's/^.define CQ_VERSION_STRING "\(.*\)".*/\1/p' $(HEADER))
+PACKAGE = examples/cmake
+INSTALLED = $(PREFIX)/include/conquest.h $(LIBDIR)/libconquest.a $(LIBDIR)/pkgconfig/conquest.pc \
+    $(LIBDIR)/cmake/conquest/conquestConfig.cmake $(LIBDIR)/cmake/conquest/conquestConfigVersion.cmake \
+    $(PREFIX)/bin/cqm $(PREFIX)/share/man/man1/cqm.1
+
+install: $(addprefix $(DESTDIR),$(INSTALLED)) ## header, library, packages for CMake and pkg-config, cqm: PREFIX=DIR
+
+uninstall: ## removes what `make install` has installed
+	rm -f $(addprefix $(DESTDIR),$(INSTALLED))
+
+# $(1) folder, $(2) where its files are, $(3) mode
+define install_from
+$(DESTDIR)$(1)/%: $(2)/%
+	install -D -m $(3) $$< $$@
+endef
+$(eval $(call install_from,$(PREFIX)/include,include,644))
+$(eval $(call install_from,$(PREFIX)/bin,build,755))
+$(eval $(call install_from,$(PREFIX)/share/man/man1,build,644))
+$(eval $(call install_from,$(LIBDIR),build/package,644))
+$(eval $(call install_from,$(LIBDIR)/cmake/conquest,build/package,644))
+
+$(DESTDIR)$(LIBDIR)/pkgconfig/conquest.pc: $(PACKAGE)/conquest.pc.in $(HEADER)
+	@mkdir -p $(@D)
+	sed 's,@PREFIX@,$(PREFIX),; s,@LIBDIR@,$(LIBDIR:$(PREFIX)/%=$${prefix}/%),; s,@VERSION@,$(VERSION),' $< >$@
+
+build/cqm.1: examples/cqm/manual.sh build/cqm
+	$< build/cqm >$@
+
+build/package/libconquest.a: $(patsubst $(PACKAGE)/%.c,build/package/%.o,$(wildcard $(PACKAGE)/*.c))
+	$(AR) rcs $@ $^
+
+build/package/%.o: $(PACKAGE)/%.c $(HEADER)
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -Iinclude $(CFLAGS) -fPIC -c $< -o $@
+
+build/package/%.cmake: $(PACKAGE)/%.cmake
+	@mkdir -p $(@D)
+	cp $< $@
+
+build/package/%: $(PACKAGE)/%.in $(HEADER)
+	@mkdir -p $(@D)
+	sed 's,@VERSION@,$(VERSION),' $< >$@
 
 clean: ## removes build/
 	rm -rf build
@@ -153,7 +201,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -164,7 +212,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 
 # What takes longer than a test may: make verify.
 VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
-    proof proof-bugs portability-all windows coverage mutation
+    proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -227,7 +275,8 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 cmake pkg-config man-db \
+    bsdextrautils $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
@@ -262,6 +311,18 @@ build/log/ref_data.log: $(REF_DATA)
 	@mkdir -p $(@D)
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
+
+VENDOR = build/cqm.1 build/package/libconquest.a $(HEADER) $(wildcard examples/cmake/* tests/vendor/* tests/vendor/*/*)
+
+build/log/vendor.log: $(VENDOR)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/vendor/vendor.sh >$@ 2>&1 || true
+	@echo "vendor: $$(tail -n 1 $@)"
+
+build/log/vendor-windows.log: $(VENDOR)
+	@mkdir -p $(@D)
+	@tests/vendor/vendor.sh windows >$@ 2>&1 || true
+	@echo "vendor-windows: $$(tail -n 1 $@)"
 
 build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
@@ -479,7 +540,7 @@ build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
 
 windows: ## builds cqm for Windows and macOS, compares what it does under wine with what it does here
 	$(call install,$(WINDOWS_PACKAGES))
-	@$(MAKE) --no-print-directory build/log/windows.log
+	@$(MAKE) --no-print-directory build/log/windows.log build/log/vendor-windows.log
 
 build/portability/venv/complete: tests/portability/requirements.txt
 	@mkdir -p $(@D)

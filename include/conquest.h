@@ -34,7 +34,9 @@
  *     base         the mesh that is left when no level collapses anything more; the head of the stream
  *
  * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either
- * while in use. Bytes are the same on every platform. */
+ * while in use. Bytes are the same on every platform.
+ *
+ * Changes: CHANGELOG.md lists them by version. The license is at the end of this file. */
 #ifndef CQ_CONQUEST_H
 #define CQ_CONQUEST_H
 
@@ -107,7 +109,8 @@ extern "C" {
 
 /* -- Versions and limits ------------------------------------------------------------------------------------------- */
 
-#define CQ_VERSION_STRING "0.1.0"    /* of this library */
+#define CQ_VERSION 100               /* of this library: 10000 * major + 100 * minor + patch */
+#define CQ_VERSION_STRING "0.1.0"    /* the same for humans */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
 #define CQ_MAX_CHANNELS 8            /* channels of one stream */
@@ -5729,3 +5732,27 @@ void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float 
 #endif /* CQ_NO_QUANTISER */
 
 #endif /* CONQUEST_IMPLEMENTATION */
+
+/* -- License -------------------------------------------------------------------------------------------------------
+ *
+ * MIT License
+ *
+ * Copyright (c) 2026 The conquest developers
+ *
+ * Permission is hereby granted, free of charge, to any person obtaining a copy
+ * of this software and associated documentation files (the "Software"), to deal
+ * in the Software without restriction, including without limitation the rights
+ * to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+ * copies of the Software, and to permit persons to whom the Software is
+ * furnished to do so, subject to the following conditions:
+ *
+ * The above copyright notice and this permission notice shall be included in all
+ * copies or substantial portions of the Software.
+ *
+ * THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+ * IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+ * FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+ * AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+ * LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+ * OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+ * SOFTWARE. */
