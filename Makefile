@@ -201,7 +201,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers vendor ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor python ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -275,7 +275,7 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 cmake pkg-config man-db \
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 python3-dev python3-venv cmake pkg-config man-db \
     bsdextrautils $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
@@ -323,6 +323,27 @@ build/log/vendor-windows.log: $(VENDOR)
 	@mkdir -p $(@D)
 	@tests/vendor/vendor.sh windows >$@ 2>&1 || true
 	@echo "vendor-windows: $$(tail -n 1 $@)"
+
+# The package is built as a wheel and installed, beside what it is tested with.
+PYTHON = build/python/venv/bin/python
+PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/*)
+
+build/python/venv/complete: tests/python/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/python/installed: build/python/venv/complete $(PYTHON_SOURCES)
+	@rm -rf build/python/wheels
+	$(PYTHON) -m pip wheel -q --no-deps --no-build-isolation -w build/python/wheels ./examples/python
+	$(PYTHON) -m pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	@touch $@
+
+build/log/python.log: build/python/installed build/cqm README.md $(wildcard tests/python/*)
+	@mkdir -p $(@D)
+	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m pytest -q -p no:cacheprovider >../../$@ 2>&1 || true
+	@echo "python: $$(tail -n 1 $@)"
 
 build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
