@@ -85,6 +85,20 @@ build/package/%: $(PACKAGE)/%.in $(HEADER)
 clean: ## removes build/
 	rm -rf build
 
+# -- A game engine's loop: SDL2 and OpenGL 3.3 --
+
+ENGINE_PACKAGES = pkg-config libsdl2-dev libepoxy-dev libgl-dev
+SDL = $(shell pkg-config --$(1) sdl2 epoxy)
+
+.PHONY: engine
+engine: ## builds examples/engine, which draws a mesh while it streams
+	$(call install,$(ENGINE_PACKAGES))
+	@$(MAKE) --no-print-directory build/engine
+
+build/engine: $(wildcard examples/engine/*) $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) $(call SDL,cflags) $(filter %.c,$^) $(call SDL,libs) $(LDLIBS) -lm -o $@
+
 # -- Meshes --------------------------------------------------------------------------------------------------------
 
 meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo into build/meshes
@@ -201,7 +215,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers vendor python ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor python engine ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -276,7 +290,7 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
 PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 python3-dev python3-venv cmake pkg-config man-db \
-    bsdextrautils $(EMBEDDED_PACKAGES) \
+    bsdextrautils $(ENGINE_PACKAGES) xvfb xauth libgl1-mesa-dri $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
@@ -344,6 +358,12 @@ build/log/python.log: build/python/installed build/cqm README.md $(wildcard test
 	@mkdir -p $(@D)
 	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m pytest -q -p no:cacheprovider >../../$@ 2>&1 || true
 	@echo "python: $$(tail -n 1 $@)"
+
+build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/complete tests/engine/engine.py
+	@mkdir -p $(@D)
+	@xvfb-run -a -s "-screen 0 1024x768x24" $(PYTHON) tests/engine/engine.py build/engine build/cqm \
+	    build/meshes/bunny00.off build/engine-test >$@ 2>&1 || true
+	@echo "engine: $$(tail -n 1 $@)"
 
 build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
