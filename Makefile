@@ -215,7 +215,8 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers vendor python engine ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor python engine ref_data examples channels inputs embedded meshes bases reference portability \
+    fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -289,8 +290,8 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 python3-dev python3-venv cmake pkg-config man-db \
-    bsdextrautils $(ENGINE_PACKAGES) xvfb xauth libgl1-mesa-dri $(EMBEDDED_PACKAGES) \
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
+    python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils $(ENGINE_PACKAGES) xvfb xauth libgl1-mesa-dri $(EMBEDDED_PACKAGES) \
     $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user

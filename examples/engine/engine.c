@@ -134,7 +134,8 @@ static void upload_indices(struct scene *s)
         at = end ? end : stop;
         last = (size_t)(at - s->dirty) << SHIFT;
         memset(begin, 0, (size_t)(at - begin));
-        upload(s, GL_ELEMENT_ARRAY_BUFFER, s->dec.mesh.origin, 3 * sizeof(cq_index), first, last < faces ? last : faces);
+        last = last < faces ? last : faces;
+        upload(s, GL_ELEMENT_ARRAY_BUFFER, s->dec.mesh.origin, 3 * sizeof(cq_index), first, last);
     }
 }
 
@@ -397,7 +398,8 @@ int main(int argc, char **argv)
     SDL_Thread *thread;
     int good = 0;
     if (argc < 2 || !read_options(&options, argv)) {
-        fprintf(stderr, "usage: engine [--rate BYTES] [--steps N] [--instances N] [--shot VERTICES FILE.ppm]... FILE.cqm\n");
+        fprintf(stderr, "usage: engine [--rate BYTES] [--steps N] [--instances N] [--shot VERTICES FILE.ppm]... "
+                        "FILE.cqm\n");
         return 2;
     }
     scene.options = &options;

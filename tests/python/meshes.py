@@ -51,7 +51,8 @@ def attributes(draw, num_vertices, num_faces):
         "materials": random.integers(0, 5, num_faces),
         "generic": random.normal(size=(num_vertices, draw(st.integers(2, 4)))),
     }
-    return {name: everything[name] for name in draw(st.lists(st.sampled_from(sorted(everything)), max_size=7, unique=True))}
+    names = draw(st.lists(st.sampled_from(sorted(everything)), max_size=7, unique=True))
+    return {name: everything[name] for name in names}
 
 
 def turned(faces):

@@ -8,7 +8,8 @@ enum { VERTICES = 6, FACES = 8, BITS = 10 };
 /* 1 if the decoded mesh has the positions of the one that was encoded, each where the map says. */
 static int round_trip(void)
 {
-    static const cq_index indices[3 * FACES] = { 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5 };
+    static const cq_index indices[3 * FACES] = { 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                                 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5 };
     static const cq_value positions[3 * VERTICES] = { 1023, 512, 512, 0, 512, 512, 512, 1023, 512,
                                                       512, 0, 512, 512, 512, 1023, 512, 512, 0 };
     static uint64_t memory[4096];

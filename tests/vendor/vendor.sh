@@ -45,7 +45,8 @@ install_moved() {
 manual_is_complete() {
     local page=$work/moved/share/man/man1/cqm.1 option
     [ -z "$(man --warnings -l "$page" 2>&1 >"$work/page")" ] || return 1
-    for option in $(for c in encode decode info verify; do "$work/moved/bin/cqm" $c --help; done | grep -o '^  --[a-z-]*'); do
+    for option in $(for c in encode decode info verify; do "$work/moved/bin/cqm" $c --help; done |
+            grep -o '^  --[a-z-]*'); do
         col -b <"$work/page" | grep -q -e "^ *$option" || { echo "no $option"; return 1; }
     done
     grep -q -e --bits "$work/page"
@@ -81,7 +82,8 @@ cmake_installs() {
         diff <(cd "$work/other" && find . -type f | sort) \
              <(cd "$work/moved" && find . -type f ! -path '*/bin/*' ! -path '*/man/*' | sort) &&
         diff -r -x '*.a' -x '*.pc' "$work/other/lib" "$work/moved/lib" &&
-        [ "$(PKG_CONFIG_PATH=$work/other/lib/pkgconfig pkg-config --variable=includedir conquest)" = "$work/other/include" ]
+        [ "$(PKG_CONFIG_PATH=$work/other/lib/pkgconfig pkg-config --variable=includedir conquest)" = \
+            "$work/other/include" ]
 }
 
 # -- Warnings ------------------------------------------------------------------------------------------------------

@@ -189,8 +189,8 @@ class Decoder:
 
     @property
     def error(self) -> float | None:
-        """How far vertices of the exact mesh are from this one at most, in the unit of the vertices; 0 if complete, None
-        if the stream does not tell."""
+        """How far vertices of the exact mesh are from this one at most, in the unit of the vertices; 0 if complete,
+        None if the stream does not tell."""
         if self.complete:
             return 0.0
         for channel in self._channels(self._decoder.shape):
