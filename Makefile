@@ -291,8 +291,8 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
 PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
-    python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils $(ENGINE_PACKAGES) xvfb xauth libgl1-mesa-dri $(EMBEDDED_PACKAGES) \
-    $(PORTABILITY_PACKAGES)
+    python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils xvfb xauth libgl1-mesa-dri \
+    $(ENGINE_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 
