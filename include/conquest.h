@@ -86,6 +86,7 @@
 #define cq_decoder_bytes CQI_SYMBOL(cq_decoder_bytes)
 #define cq_decoder_init CQI_SYMBOL(cq_decoder_init)
 #define cq_decode CQI_SYMBOL(cq_decode)
+#define cq_keep_lods CQI_SYMBOL(cq_keep_lods)
 #define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
 #define cq_encode CQI_SYMBOL(cq_encode)
 #define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
@@ -647,6 +648,29 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * complete the mesh has no vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
+
+/* -- Levels of detail -----------------------------------------------------------------------------------------------
+ *
+ * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
+ * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. */
+typedef struct cq_lod {
+    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices, and with */
+    uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
+    cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
+    cq_index num_faces;     /* out */
+    uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
+    size_t first;           /* out: of its indices, 3 * num_faces of them */
+} cq_lod;
+
+/* Keeps the levels that are due. Call it after each cq_decode: a level has up to as many vertices too many as the budget
+ * of that had steps.
+ *
+ * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
+ * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
+ *
+ * Returns how many are kept; a level that finds no room is not, nor are those behind it. Without errors in the stream,
+ * a max_error is reached at CQ_DONE. */
+CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
@@ -4302,6 +4326,44 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
         }
     }
     return cqi_run(d, in, budget);
+}
+
+/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
+
+/* The first level says its error when it begins, so that 0 is no error yet. */
+static int cqi_knows_error(const cq_decoder *d)
+{
+    return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
+}
+
+static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
+{
+    return d->mesh.num_vertices && d->mesh.num_vertices >= lod->min_vertices &&
+           (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
+}
+
+size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
+{
+    const size_t corners = 3 * (size_t)d->mesh.num_faces;
+    size_t end = 0, k = 0;
+    CQ_ASSERT((!count || lod) && (!capacity || indices));
+    while (k < count && lod[k].num_vertices) {
+        end = lod[k].first + 3 * (size_t)lod[k].num_faces;
+        k++;
+    }
+    for (; k < count && cqi_is_due(d, &lod[k]); k++) {
+        const int is_new = !k || lod[k - 1].num_vertices != d->mesh.num_vertices;
+        if (is_new) {
+            if (corners > capacity - end) break;
+            memcpy(indices + end, d->mesh.origin, corners * sizeof(cq_index));
+            end += corners;
+        }
+        lod[k].first = end - corners;
+        lod[k].num_vertices = d->mesh.num_vertices;
+        lod[k].num_faces = d->mesh.num_faces;
+        lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
+    }
+    return k;
 }
 
 /* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
