@@ -492,10 +492,10 @@ QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildca
 
 .PHONY: quality deps-quality
 quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
-	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/venv/complete
+	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/lods build/quality/venv/complete
 	@build/quality/venv/bin/python tests/quality/surface_test.py
-	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
-	    $(QUALITY_MESHES) $(QUALITY_MORE))
+	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality/lods \
+	    build/quality $(QUALITY_MESHES) $(QUALITY_MORE))
 
 deps-quality:
 	$(call install,$(QUALITY_PACKAGES))
@@ -503,6 +503,10 @@ deps-quality:
 build/quality/peers: tests/quality/peers.cpp $(MESH_FILE:examples/%.c=build/bench/%.o)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $^ $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
+
+build/quality/lods: tests/quality/lods.c $(MESH_FILE:examples/%.c=build/bench/%.o) $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples $(filter-out $(HEADER),$^) $(LDLIBS) -lm -o $@
 
 build/quality/venv/complete: tests/quality/requirements.txt
 	@mkdir -p $(@D)
