@@ -13,7 +13,7 @@ CQM_SOURCES = $(wildcard examples/cqm/*.c) $(MESH_FILE)
 CQM_HEADERS = $(HEADER) examples/cqm/cqm.h $(MESH_FILE_HEADERS)
 
 .DELETE_ON_ERROR:
-.PHONY: all help clean demo deps meshes ref_data check-ref test run summary
+.PHONY: all help clean install uninstall demo deps meshes ref_data check-ref test run summary
 
 EXAMPLES = build/minimal_decode build/stream build/game_loop
 
@@ -34,8 +34,70 @@ build/meshgen: tests/meshgen/meshgen.c
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
+# -- Installation: also the package for CMake and pkg-config; examples/cmake has its parts --
+
+PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+VERSION = $(shell sed -n 's/^.define CQ_VERSION_STRING "\(.*\)".*/\1/p' $(HEADER))
+PACKAGE = examples/cmake
+INSTALLED = $(PREFIX)/include/conquest.h $(LIBDIR)/libconquest.a $(LIBDIR)/pkgconfig/conquest.pc \
+    $(LIBDIR)/cmake/conquest/conquestConfig.cmake $(LIBDIR)/cmake/conquest/conquestConfigVersion.cmake \
+    $(PREFIX)/bin/cqm $(PREFIX)/share/man/man1/cqm.1
+
+install: $(addprefix $(DESTDIR),$(INSTALLED)) ## header, library, packages for CMake and pkg-config, cqm: PREFIX=DIR
+
+uninstall: ## removes what `make install` has installed
+	rm -f $(addprefix $(DESTDIR),$(INSTALLED))
+
+# $(1) folder, $(2) where its files are, $(3) mode
+define install_from
+$(DESTDIR)$(1)/%: $(2)/%
+	install -D -m $(3) $$< $$@
+endef
+$(eval $(call install_from,$(PREFIX)/include,include,644))
+$(eval $(call install_from,$(PREFIX)/bin,build,755))
+$(eval $(call install_from,$(PREFIX)/share/man/man1,build,644))
+$(eval $(call install_from,$(LIBDIR),build/package,644))
+$(eval $(call install_from,$(LIBDIR)/cmake/conquest,build/package,644))
+
+$(DESTDIR)$(LIBDIR)/pkgconfig/conquest.pc: $(PACKAGE)/conquest.pc.in $(HEADER)
+	@mkdir -p $(@D)
+	sed 's,@PREFIX@,$(PREFIX),; s,@LIBDIR@,$(LIBDIR:$(PREFIX)/%=$${prefix}/%),; s,@VERSION@,$(VERSION),' $< >$@
+
+build/cqm.1: examples/cqm/manual.sh build/cqm
+	$< build/cqm >$@
+
+build/package/libconquest.a: $(patsubst $(PACKAGE)/%.c,build/package/%.o,$(wildcard $(PACKAGE)/*.c))
+	$(AR) rcs $@ $^
+
+build/package/%.o: $(PACKAGE)/%.c $(HEADER)
+	@mkdir -p $(@D)
+	$(CC) -std=c99 $(WARNINGS) $(CPPFLAGS) -Iinclude $(CFLAGS) -fPIC -c $< -o $@
+
+build/package/%.cmake: $(PACKAGE)/%.cmake
+	@mkdir -p $(@D)
+	cp $< $@
+
+build/package/%: $(PACKAGE)/%.in $(HEADER)
+	@mkdir -p $(@D)
+	sed 's,@VERSION@,$(VERSION),' $< >$@
+
 clean: ## removes build/
 	rm -rf build
+
+# -- A game engine's loop: SDL2 and OpenGL 3.3 --
+
+ENGINE_PACKAGES = pkg-config libsdl2-dev libepoxy-dev libgl-dev
+SDL = $(shell pkg-config --$(1) sdl2 epoxy)
+
+.PHONY: engine
+engine: ## builds examples/engine, which draws a mesh while it streams
+	$(call install,$(ENGINE_PACKAGES))
+	@$(MAKE) --no-print-directory build/engine
+
+build/engine: $(wildcard examples/engine/*) $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) $(call SDL,cflags) $(filter %.c,$^) $(call SDL,libs) $(LDLIBS) -lm -o $@
 
 # -- Meshes --------------------------------------------------------------------------------------------------------
 
@@ -153,7 +215,8 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor python engine ref_data examples channels inputs embedded meshes bases reference portability \
+    fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -164,7 +227,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 
 # What takes longer than a test may: make verify.
 VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
-    proof proof-bugs portability-all windows coverage mutation
+    proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -227,8 +290,9 @@ $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 .SECONDARY:
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev python3 $(EMBEDDED_PACKAGES) \
-    $(PORTABILITY_PACKAGES)
+PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
+    python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils xvfb xauth libgl1-mesa-dri \
+    $(ENGINE_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 
@@ -262,6 +326,45 @@ build/log/ref_data.log: $(REF_DATA)
 	@mkdir -p $(@D)
 	@ref_data/ref_data.sh check >$@ 2>&1 || true
 	@echo "ref_data: $$(tail -n 1 $@)"
+
+VENDOR = build/cqm.1 build/package/libconquest.a $(HEADER) $(wildcard examples/cmake/* tests/vendor/* tests/vendor/*/*)
+
+build/log/vendor.log: $(VENDOR)
+	@mkdir -p $(@D)
+	@CLANG=$(CLANG) tests/vendor/vendor.sh >$@ 2>&1 || true
+	@echo "vendor: $$(tail -n 1 $@)"
+
+build/log/vendor-windows.log: $(VENDOR)
+	@mkdir -p $(@D)
+	@tests/vendor/vendor.sh windows >$@ 2>&1 || true
+	@echo "vendor-windows: $$(tail -n 1 $@)"
+
+# The package is built as a wheel and installed, beside what it is tested with.
+PYTHON = build/python/venv/bin/python
+PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/*)
+
+build/python/venv/complete: tests/python/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/python/installed: build/python/venv/complete $(PYTHON_SOURCES)
+	@rm -rf build/python/wheels
+	$(PYTHON) -m pip wheel -q --no-deps --no-build-isolation -w build/python/wheels ./examples/python
+	$(PYTHON) -m pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	@touch $@
+
+build/log/python.log: build/python/installed build/cqm README.md $(wildcard tests/python/*)
+	@mkdir -p $(@D)
+	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m pytest -q -p no:cacheprovider >../../$@ 2>&1 || true
+	@echo "python: $$(tail -n 1 $@)"
+
+build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/complete tests/engine/engine.py
+	@mkdir -p $(@D)
+	@xvfb-run -a -s "-screen 0 1024x768x24" $(PYTHON) tests/engine/engine.py build/engine build/cqm \
+	    build/meshes/bunny00.off build/engine-test >$@ 2>&1 || true
+	@echo "engine: $$(tail -n 1 $@)"
 
 build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
 	@mkdir -p $(@D)
@@ -389,10 +492,10 @@ QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildca
 
 .PHONY: quality deps-quality
 quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
-	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/venv/complete
+	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/lods build/quality/venv/complete
 	@build/quality/venv/bin/python tests/quality/surface_test.py
-	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality \
-	    $(QUALITY_MESHES) $(QUALITY_MORE))
+	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality/lods \
+	    build/quality $(QUALITY_MESHES) $(QUALITY_MORE))
 
 deps-quality:
 	$(call install,$(QUALITY_PACKAGES))
@@ -400,6 +503,10 @@ deps-quality:
 build/quality/peers: tests/quality/peers.cpp $(MESH_FILE:examples/%.c=build/bench/%.o)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $^ $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
+
+build/quality/lods: tests/quality/lods.c $(MESH_FILE:examples/%.c=build/bench/%.o) $(HEADER)
+	@mkdir -p $(@D)
+	$(COMPILE) -Iexamples $(filter-out $(HEADER),$^) $(LDLIBS) -lm -o $@
 
 build/quality/venv/complete: tests/quality/requirements.txt
 	@mkdir -p $(@D)
@@ -479,7 +586,7 @@ build/log/portability-all.log: $(HEADER) $(wildcard tests/portability/*)
 
 windows: ## builds cqm for Windows and macOS, compares what it does under wine with what it does here
 	$(call install,$(WINDOWS_PACKAGES))
-	@$(MAKE) --no-print-directory build/log/windows.log
+	@$(MAKE) --no-print-directory build/log/windows.log build/log/vendor-windows.log
 
 build/portability/venv/complete: tests/portability/requirements.txt
 	@mkdir -p $(@D)

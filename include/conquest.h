@@ -34,7 +34,9 @@
  *     base         the mesh that is left when no level collapses anything more; the head of the stream
  *
  * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either
- * while in use. Bytes are the same on every platform. */
+ * while in use. Bytes are the same on every platform.
+ *
+ * Changes: CHANGELOG.md lists them by version. The license is at the end of this file. */
 #ifndef CQ_CONQUEST_H
 #define CQ_CONQUEST_H
 
@@ -84,6 +86,7 @@
 #define cq_decoder_bytes CQI_SYMBOL(cq_decoder_bytes)
 #define cq_decoder_init CQI_SYMBOL(cq_decoder_init)
 #define cq_decode CQI_SYMBOL(cq_decode)
+#define cq_keep_lods CQI_SYMBOL(cq_keep_lods)
 #define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
 #define cq_encode CQI_SYMBOL(cq_encode)
 #define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
@@ -107,7 +110,8 @@ extern "C" {
 
 /* -- Versions and limits ------------------------------------------------------------------------------------------- */
 
-#define CQ_VERSION_STRING "0.1.0"    /* of this library */
+#define CQ_VERSION 100               /* of this library: 10000 * major + 100 * minor + patch */
+#define CQ_VERSION_STRING "0.1.0"    /* the same for humans */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
 #define CQ_MAX_CHANNELS 8            /* channels of one stream */
@@ -648,6 +652,29 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * complete the mesh has no vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
+
+/* -- Levels of detail -----------------------------------------------------------------------------------------------
+ *
+ * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
+ * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. */
+typedef struct cq_lod {
+    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices, and with */
+    uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
+    cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
+    cq_index num_faces;     /* out */
+    uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
+    size_t first;           /* out: of its indices, 3 * num_faces of them */
+} cq_lod;
+
+/* Keeps the levels that are due. Call it after each cq_decode: a level has up to as many vertices too many as the budget
+ * of that had steps.
+ *
+ * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
+ * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
+ *
+ * Returns how many are kept; a level that finds no room is not, nor are those behind it. Without errors in the stream,
+ * a max_error is reached at CQ_DONE. */
+CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
@@ -4328,6 +4355,44 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
     return cqi_run(d, in, budget);
 }
 
+/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
+
+/* The first level says its error when it begins, so that 0 is no error yet. */
+static int cqi_knows_error(const cq_decoder *d)
+{
+    return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
+}
+
+static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
+{
+    return d->mesh.num_vertices && d->mesh.num_vertices >= lod->min_vertices &&
+           (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
+}
+
+size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
+{
+    const size_t corners = 3 * (size_t)d->mesh.num_faces;
+    size_t end = 0, k = 0;
+    CQ_ASSERT((!count || lod) && (!capacity || indices));
+    while (k < count && lod[k].num_vertices) {
+        end = lod[k].first + 3 * (size_t)lod[k].num_faces;
+        k++;
+    }
+    for (; k < count && cqi_is_due(d, &lod[k]); k++) {
+        const int is_new = !k || lod[k - 1].num_vertices != d->mesh.num_vertices;
+        if (is_new) {
+            if (corners > capacity - end) break;
+            memcpy(indices + end, d->mesh.origin, corners * sizeof(cq_index));
+            end += corners;
+        }
+        lod[k].first = end - corners;
+        lod[k].num_vertices = d->mesh.num_vertices;
+        lod[k].num_faces = d->mesh.num_faces;
+        lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
+    }
+    return k;
+}
+
 /* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
 
 #ifndef CQ_NO_ENCODER
@@ -5756,3 +5821,27 @@ void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float 
 #endif /* CQ_NO_QUANTISER */
 
 #endif /* CONQUEST_IMPLEMENTATION */
+
+/* -- License -------------------------------------------------------------------------------------------------------
+ *
+ * MIT License
+ *
+ * Copyright (c) 2026 The conquest developers
+ *
+ * Permission is hereby granted, free of charge, to any person obtaining a copy
+ * of this software and associated documentation files (the "Software"), to deal
+ * in the Software without restriction, including without limitation the rights
+ * to use, copy, modify, merge, publish, distribute, sublicense, and/or sell
+ * copies of the Software, and to permit persons to whom the Software is
+ * furnished to do so, subject to the following conditions:
+ *
+ * The above copyright notice and this permission notice shall be included in all
+ * copies or substantial portions of the Software.
+ *
+ * THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR
+ * IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY,
+ * FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+ * AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+ * LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM,
+ * OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+ * SOFTWARE. */

@@ -48,8 +48,8 @@ limited() { # seconds command...
 
 # The stages, those first that kill most in the least time; each prints what must be the same as without a mutant. 2: it
 # does not compile. Not optimised: that is built ten times as fast.
-stages=(portability unit/range_coder unit/header unit/quantiser unit/mesh unit/encoder unit/decoder unit/levels same_code
-    unit-16/header unit-16/mesh unit-16/encoder unit-16/decoder fuzz ref_data narrow
+stages=(portability unit/range_coder unit/header unit/quantiser unit/mesh unit/encoder unit/decoder unit/levels unit/lods
+    same_code unit-16/header unit-16/mesh unit-16/encoder unit-16/decoder fuzz ref_data narrow
     checked/range_coder checked/header checked/mesh checked/encoder checked/decoder checked/levels
     property/range_coder property/quantiser property/mesh property/codec)
 

@@ -3,6 +3,7 @@
 //     peers copy IN OUT                    the same mesh in another format
 //     peers draco BITS IN OUT              encodes with libdraco, positions at so many bits; prints the bytes, decodes
 //     peers simplify VERTICES IN OUT       simplifies with libmeshoptimizer
+//     peers reduce TRIANGLES IN OUT        the same, as triangles are what it counts
 #include <draco/compression/decode.h>
 #include <draco/compression/encode.h>
 #include <draco/mesh/mesh.h>
@@ -104,11 +105,11 @@ Mesh through_draco(const Mesh &in, int bits)
     return mesh_of_draco(*result.value());
 }
 
-// As close to the number of vertices as the simplifier gets; triangles are what it counts.
-Mesh simplified(const Mesh &in, size_t vertices)
+// As close to the number of triangles as the simplifier gets.
+Mesh reduced(const Mesh &in, size_t triangles)
 {
     Mesh out;
-    size_t target = in.indices.size() * vertices / in.vertices() / 3 * 3;
+    size_t target = 3 * triangles;
     out.indices.resize(in.indices.size());
     out.indices.resize(meshopt_simplify(out.indices.data(), in.indices.data(), in.indices.size(), in.positions.data(),
                                         in.vertices(), 3 * sizeof(float), target, 1.0f, 0, nullptr));
@@ -118,12 +119,19 @@ Mesh simplified(const Mesh &in, size_t vertices)
     return out;
 }
 
+Mesh simplified(const Mesh &in, size_t vertices)
+{
+    return reduced(in, in.indices.size() * vertices / in.vertices() / 3);
+}
+
 Mesh make(const std::string &what, const std::vector<std::string> &words)
 {
     if (what == "copy" && words.size() == 2) return load(words[0]);
     if (what == "draco" && words.size() == 3) return through_draco(load(words[1]), std::stoi(words[0]));
     if (what == "simplify" && words.size() == 3) return simplified(load(words[1]), std::stoul(words[0]));
-    throw std::runtime_error("usage: peers copy IN OUT | draco BITS IN OUT | simplify VERTICES IN OUT");
+    if (what == "reduce" && words.size() == 3) return reduced(load(words[1]), std::stoul(words[0]));
+    throw std::runtime_error("usage: peers copy IN OUT | draco BITS IN OUT | simplify VERTICES IN OUT | "
+                             "reduce TRIANGLES IN OUT");
 }
 
 } // namespace

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Bytes against distance from the exact mesh, for each goal and for other libraries.   SPDX-License-Identifier: MIT
 
-    quality.py CQM PEERS OUT MESH...
+    quality.py CQM PEERS LODS OUT MESH...
 
-writes OUT/results.csv, OUT/targets.txt, OUT/table.md and for each mesh OUT/NAME.png (curves) and OUT/NAME-sheet.png.
+writes OUT/results.csv, OUT/targets.txt, OUT/table.md, OUT/lods.md (levels of detail) and for each mesh OUT/NAME.png
+(curves) and OUT/NAME-sheet.png.
 Distances are in per cent of the diagonal of the bounding box. The exit status does not depend on the targets.
 """
 import csv
+import math
 import pathlib
 import subprocess
 import sys
@@ -17,14 +19,15 @@ import surface
 GOALS = ["balanced", "least-connectivity"]
 PERCENTS = [1, 2, 5, 10, 25, 50, 100]
 DRACO_BITS = range(3, 13)
+LEVELS = [32, 16, 8, 4, 2]      # parts of the vertices
 COLUMNS = ["mesh", "codec", "setting", "bytes", "vertices", "rms", "hausdorff", "flipped"]
 
 
 class Measured:
     """A mesh file, with all that was made of it."""
 
-    def __init__(self, cqm, peers, out, path):
-        self.cqm, self.peers = cqm, peers
+    def __init__(self, cqm, peers, lods, out, path):
+        self.cqm, self.peers, self.lods = cqm, peers, lods
         self.name = pathlib.Path(path).stem
         self.work = out / "work"
         self.work.mkdir(parents=True, exist_ok=True)
@@ -69,6 +72,17 @@ class Measured:
         path = self.work / "simplified.ply"
         self.run(self.peers, "simplify", vertices, self.input, path)
         self.add("meshoptimizer", f"{vertices} vertices", None, path)
+
+    def levels(self):
+        """For each level of detail, the coarsest first, its triangles and the rows of ours and of meshoptimizer's."""
+        counts = [str(len(self.exact[0]) // part) for part in LEVELS]
+        told = self.run(self.lods, self.work / "balanced.cqm", self.work / "level", *counts).split("\n")
+        for k, line in enumerate(filter(None, told)):
+            triangles = int(line.split()[1])
+            ours = self.add("level of detail", f"{triangles} triangles", None, self.work / f"level-{k}.ply")[0]
+            path = self.work / "reduced.ply"
+            self.run(self.peers, "reduce", triangles, self.input, path)
+            yield triangles, ours, self.add("meshoptimizer", f"{triangles} triangles", None, path)[0]
 
 
 def measure(mesh):
@@ -151,6 +165,38 @@ def table_head():
     return ["| " + " | ".join(names) + " |", "| --- | --- |" + " ---: |" * (len(names) - 2)]
 
 
+# -- Levels of detail ------------------------------------------------------------------------------------------------
+
+
+LOD_HEAD = ["| mesh | triangles | RMS: ours, simplifier | Hausdorff: ours, simplifier |", "| --- | ---: | ---: | ---: |"]
+CHAIN_HEAD = ["", "| mesh, and five levels | one vertex buffer | simplifier, a vertex buffer each | coarsest alone: ours | "
+              "simplifier, one vertex buffer |", "| --- | ---: | ---: | ---: | ---: |"]
+VERTEX, TRIANGLE = 12, 12       # bytes of positions and of indices
+
+
+def lod_tables(mesh):
+    """Rows of both tables, and the logarithms of our distances over those of the simplifier."""
+    levels = list(mesh.levels())
+    rows, ratios = [], []
+    for triangles, ours, theirs in levels:
+        rows.append(f"| {mesh.name} | {triangles} | {ours['rms']:.4f}, {theirs['rms']:.4f} | "
+                    f"{ours['hausdorff']:.3f}, {theirs['hausdorff']:.3f} |")
+        ratios.append([math.log(ours[what] / theirs[what]) for what in ("rms", "hausdorff")])
+    everything = VERTEX * len(mesh.exact[0]) + TRIANGLE * len(mesh.exact[1])
+    chain = TRIANGLE * sum(triangles for triangles, _, _ in levels)
+    each = chain + VERTEX * sum(theirs["vertices"] for _, _, theirs in levels)
+    first = TRIANGLE * levels[0][0]
+    sizes = [everything + chain, everything + each, first + VERTEX * levels[0][1]["vertices"],
+             first + VERTEX * len(mesh.exact[0])]
+    return rows, f"| {mesh.name} | " + " | ".join(f"{size / 1e3:.0f} KB" for size in sizes) + " |", ratios
+
+
+def lod_summary(ratios):
+    rms, hausdorff = (math.exp(sum(pair[k] for pair in ratios) / len(ratios)) for k in (0, 1))
+    return (f"levels of detail: {rms:.2f} times the RMS, {hausdorff:.2f} times the Hausdorff distance of the simplifier's "
+            f"with as many triangles (geometric mean of {len(ratios)})")
+
+
 def write(out, rows, lines, tables):
     with open(out / "results.csv", "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
@@ -161,20 +207,25 @@ def write(out, rows, lines, tables):
 
 
 def main():
-    cqm, peers, out, *paths = sys.argv[1:]
+    cqm, peers, lods, out, *paths = sys.argv[1:]
     out = pathlib.Path(out)
     rows, lines, tables = [], [], table_head()
+    levels, chains, ratios = LOD_HEAD, CHAIN_HEAD, []
     for path in paths:
-        mesh = Measured(cqm, peers, out, path)
+        mesh = Measured(cqm, peers, lods, out, path)
         cells = measure(mesh)
         pictures.curves(mesh.rows, out / f"{mesh.name}.png")
         pictures.sheet(cells, surface.is_closed(mesh.exact), out / f"{mesh.name}-sheet.png")
         judged = targets(mesh)
+        more_levels, chain, more_ratios = lod_tables(mesh)
+        levels, chains, ratios = levels + more_levels, chains + [chain], ratios + more_ratios
         print("\n".join(judged), flush=True)
         rows += mesh.rows
         lines += judged
         tables += table(mesh)
         write(out, rows, lines, tables)      # what is there if the rest is not waited for
+        (out / "lods.md").write_text("\n".join(levels + chains + ["", lod_summary(ratios)]) + "\n", encoding="utf-8")
+    print(lod_summary(ratios))
 
 
 if __name__ == "__main__":

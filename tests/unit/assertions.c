@@ -28,6 +28,18 @@ static inline void trip(const char *condition) {
 
 #define PASSES(call) TRIPS("nothing", call)
 
+/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
+
+TEST(levels_that_are_asked_for_have_a_place) {
+    static cq_decoder decoder;
+    static cq_lod lod;
+    static cq_index index;
+    PASSES(cq_keep_lods(&decoder, &lod, 1, &index, 1));
+    PASSES(cq_keep_lods(&decoder, NULL, 0, NULL, 0));
+    TRIPS("lod", cq_keep_lods(&decoder, NULL, 1, &index, 1));
+    TRIPS("indices", cq_keep_lods(&decoder, &lod, 1, NULL, 1));
+}
+
 /* -- Mesh ---------------------------------------------------------------------------------------------------------- */
 
 static cq_mesh mesh;
@@ -226,6 +238,7 @@ TEST(normals_have_2_bits_or_more) {
 
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
+    RUN(levels_that_are_asked_for_have_a_place);
     RUN(only_halfedges_of_faces_can_be_asked_about);
     RUN(only_what_can_be_collapsed_is_collapsed);
     RUN(spokes_of_a_split_are_two_of_one_vertex);

@@ -1,0 +1,239 @@
+"""What a channel of a stream is as an array, in both directions. SPDX-License-Identifier: MIT
+
+An attribute is known by its name, which tells what its numbers mean:
+
+    name       array                           in the stream                              default bits
+    normals    float (V, 3), any length        octahedral pairs                           10
+    texcoords  float (V, 2)                    a grid over their box                      12
+    colors     uint8 or float 0..1 (V, 3|4)    multiples of 1 / (2^bits - 1)              8
+    weights    float 0..1 (V, 1..4)            multiples of 1 / (2^bits - 1)              12
+    joints     int (V, 1..4)                   as they are                                as many as they need
+    numbers    int (V,)                        as they are                                as many as they need
+    groups     int (V,)                        as they are                                as many as they need
+    materials  int (F,), of faces              as they are                                as many as they need
+    generic    float or int (V, 1..4)          a grid over their box; ints as they are    12
+
+A second one of a kind has the name of the first and "_1", a third "_2". With 32 bits floats come back bit for bit.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._conquest import ffi, lib
+from .errors import raise_mesh_error
+
+Array = NDArray[Any]
+Values = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Kind:
+    name: str
+    kind: int
+    merge: int
+    components: tuple[int, ...]
+    bits: int                     # of floats
+    integers: bool = False        # numbers as they are
+    unit: bool = False            # floats 0..1
+
+
+ANY = (1, 2, 3, 4)
+POSITIONS = Kind("positions", lib.CQ_POSITION, lib.CQ_AVERAGE, (3,), 12)
+KINDS = {kind.name: kind for kind in (
+    Kind("normals", lib.CQ_NORMAL, lib.CQ_AVERAGE, (3,), 10),
+    Kind("texcoords", lib.CQ_TEXCOORD, lib.CQ_AVERAGE, (2,), 12),
+    Kind("colors", lib.CQ_COLOR, lib.CQ_AVERAGE, (3, 4), 8, unit=True),
+    Kind("weights", lib.CQ_WEIGHTS, lib.CQ_AVERAGE, ANY, 12, unit=True),
+    Kind("joints", lib.CQ_JOINTS, lib.CQ_COPY, ANY, 0, integers=True),
+    Kind("numbers", lib.CQ_NUMBER, lib.CQ_COPY, (1,), 0, integers=True),
+    Kind("groups", lib.CQ_GROUP, lib.CQ_COPY, (1,), 0, integers=True),
+    Kind("materials", lib.CQ_GROUP, lib.CQ_PER_FACE, (1,), 0, integers=True),
+    Kind("generic", lib.CQ_GENERIC, lib.CQ_AVERAGE, ANY, 12),
+)}
+EXACT = int(lib.CQ_EXACT_BITS)
+
+
+def find_kind(name: str) -> Kind:
+    """The kind of an attribute; TypeError if there is none of that name."""
+    kind = KINDS.get(re.sub(r"_[1-9]\d*$", "", name))
+    if kind is None:
+        raise TypeError(f"no attribute {name!r}; there are {', '.join(KINDS)}")
+    return kind
+
+
+def float_bits(number: float) -> int:
+    return int(np.float32(number).view(np.uint32))
+
+
+def bits_float(bits: int) -> float:
+    return float(np.uint32(bits).view(np.float32))
+
+
+def floats(array: Array) -> Any:
+    return ffi.from_buffer("float[]", array)
+
+
+# -- To the stream --
+
+
+def as_rows(name: str, array: ArrayLike, count: int, components: tuple[int, ...]) -> Array:
+    """An array (count, components); ValueError if it has another shape."""
+    rows = np.asarray(array)
+    if rows.ndim == 1 and 1 in components:
+        rows = rows[:, None]
+    if rows.ndim != 2 or rows.shape[0] != count or rows.shape[1] not in components:
+        raise ValueError(f"{name}: shape {np.shape(array)}, expected ({count}, {' or '.join(map(str, components))})")
+    return rows
+
+
+def quantise(name: str, channel: Any, rows: Array) -> Values:
+    """Floats on the grid of the channel, or copied if it is exact."""
+    single = np.ascontiguousarray(rows, np.float32)
+    values = np.empty(single.shape, np.int32)
+    place = ffi.new("cq_place *")
+    result = lib.cq_quantise(channel, floats(single), len(single), ffi.from_buffer("int32_t[]", values), place)
+    if result != lib.CQ_OK:
+        raise_mesh_error(result, place, name)
+    return values
+
+
+def fit_grid(name: str, channel: Any, rows: Array) -> None:
+    single = np.ascontiguousarray(rows, np.float32)
+    place = ffi.new("cq_place *")
+    result = lib.cq_fit_grid(channel, floats(single), len(single), place)
+    if result != lib.CQ_OK:
+        raise_mesh_error(result, place, name)
+
+
+def take_doubles(channel: Any, rows: Array) -> Values | None:
+    """Positions for which floats are too coarse, on a grid that is computed in doubles; None if floats do."""
+    if rows.dtype != np.float64 or channel.bits == EXACT or not len(rows) or not np.isfinite(rows).all():
+        return None
+    low = rows.min(axis=0)
+    step = np.float32((rows.max(axis=0) - low).max() / (2 ** channel.bits - 1))
+    if np.spacing(np.float32(np.abs(rows).max())) <= step or step == 0:
+        return None
+    origin = low.astype(np.float32)
+    origin = np.where(origin > low, np.nextafter(origin, np.float32(-np.inf)), origin)
+    step = np.nextafter(np.float32((rows.max(axis=0) - origin).max() / (2 ** channel.bits - 1)), np.float32(np.inf))
+    channel.step = float_bits(float(step))
+    for k, number in enumerate(origin):
+        channel.origin[k] = float_bits(number)
+    values: Values = np.rint((rows - origin) / np.float64(step)).astype(np.int32)
+    return values
+
+
+def take_integers(name: str, channel: Any, rows: Array) -> Values:
+    if rows.size and (rows.min() < 0 or rows.max() > 2 ** 32 - 1):
+        raise ValueError(f"{name}: a number that is not 0 .. 2^32 - 1")
+    needed = max(int(rows.max()).bit_length(), 1) if rows.size else 1
+    channel.bits = needed if needed <= lib.CQ_MAX_BITS else EXACT
+    channel.step = float_bits(1)
+    return np.ascontiguousarray(rows.astype(np.uint32)).view(np.int32)
+
+
+def take_normals(name: str, channel: Any, rows: Array) -> Values:
+    single = np.ascontiguousarray(rows, np.float32)
+    values = np.empty((len(single), 2), np.int32)
+    place = ffi.new("cq_place *")
+    channel.components = 2
+    result = lib.cq_quantise_normals(channel.bits, floats(single), len(single),
+                                     ffi.from_buffer("int32_t[]", values), place)
+    if result != lib.CQ_OK:
+        raise_mesh_error(result, place, name)
+    return values
+
+
+def take(name: str, kind: Kind, channel: Any, rows: Array, bits: int | None) -> Values:
+    """Describes an array in a cq_channel; its values, int32 (count, components)."""
+    is_integer = rows.dtype.kind in "iub"
+    channel.kind, channel.merge, channel.components = kind.kind, kind.merge, rows.shape[1]
+    channel.bits = kind.bits if bits is None else bits
+    if kind.integers and not is_integer:
+        raise TypeError(f"{name}: numbers have to be integers")
+    if kind.integers or (is_integer and kind.kind == lib.CQ_GENERIC):
+        channel.merge = lib.CQ_COPY if kind.merge == lib.CQ_AVERAGE else kind.merge
+        return take_integers(name, channel, rows)
+    if kind.unit and is_integer:
+        rows = rows / np.float32(np.iinfo(rows.dtype).max)
+    if channel.bits == EXACT:
+        return quantise(name, channel, rows)
+    if not 1 <= channel.bits <= lib.CQ_MAX_BITS:
+        raise ValueError(f"{name}: bits have to be 1 .. {lib.CQ_MAX_BITS} or {EXACT}")
+    if kind.kind == lib.CQ_NORMAL:
+        return take_normals(name, channel, rows)
+    if kind.kind == lib.CQ_POSITION:
+        values = take_doubles(channel, rows)
+        if values is not None:
+            return values
+    if kind.unit:
+        channel.step = float_bits(1 / (2 ** channel.bits - 1))
+    else:
+        fit_grid(name, channel, rows)
+    return quantise(name, channel, rows)
+
+
+# -- From the stream --
+
+
+def name_channels(shape: Any) -> list[str]:
+    """The names of all channels: the first of positions is "positions"."""
+    names: list[str] = []
+    for channel in shape.channel[0:shape.num_channels]:
+        of_faces = channel.merge == lib.CQ_PER_FACE
+        name = "positions" if channel.kind == lib.CQ_POSITION else next(
+            (k.name for k in KINDS.values() if k.kind == channel.kind
+             and (k.kind != lib.CQ_GROUP or (k.merge == lib.CQ_PER_FACE) == of_faces)), "generic")
+        earlier = sum(re.fullmatch(rf"{name}(_\d+)?", other) is not None for other in names)
+        names.append(f"{name}_{earlier}" if earlier else name)
+    return names
+
+
+def are_doubles(channel: Any) -> bool:
+    """Are floats too coarse for this grid?"""
+    if channel.kind != lib.CQ_POSITION or channel.bits == EXACT:
+        return False
+    step = bits_float(channel.step)
+    ends = [abs(bits_float(channel.origin[k])) + step * 2 ** channel.bits for k in range(channel.components)]
+    return bool(np.isfinite(step) and np.isfinite(ends).all() and max(ends) < float(np.finfo(np.float32).max)
+                and np.spacing(np.float32(max(ends))) > 2 * step > 0)
+
+
+def are_integers(channel: Any) -> bool:
+    """Are the values themselves what a reader wants?"""
+    whole = channel.step == float_bits(1) and not any(channel.origin)
+    return bool(channel.kind in (lib.CQ_JOINTS, lib.CQ_NUMBER, lib.CQ_GROUP)
+                or (channel.kind == lib.CQ_GENERIC and channel.merge != lib.CQ_AVERAGE and whole))
+
+
+def is_bytes(channel: Any) -> bool:
+    return bool(channel.kind == lib.CQ_COLOR and channel.bits == 8 and channel.step == float_bits(1 / 255)
+                and not any(channel.origin))
+
+
+def make_array(channel: Any, count: int) -> Array:
+    """An array of the type and shape that give_rows fills."""
+    dtype: Any = (np.uint32 if are_integers(channel) else np.uint8 if is_bytes(channel)
+                  else np.float64 if are_doubles(channel) else np.float32)
+    components = 3 if channel.kind == lib.CQ_NORMAL else channel.components
+    return np.empty((count, components) if components > 1 else (count,), dtype)
+
+
+def give_rows(channel: Any, values: Values, to: Array) -> None:
+    """Writes what the values, int32 (count, components), mean to an array of make_array."""
+    if are_integers(channel):
+        to[...] = values.view(np.uint32).reshape(to.shape)
+    elif is_bytes(channel):
+        to[...] = values
+    elif are_doubles(channel):
+        to[...] = [bits_float(channel.origin[k]) for k in range(3)] + np.float64(bits_float(channel.step)) * values
+    elif channel.kind == lib.CQ_NORMAL and channel.components == 2:
+        lib.cq_reconstruct_normals(channel.bits, ffi.from_buffer("int32_t[]", values), len(values), floats(to))
+    else:
+        lib.cq_reconstruct(ffi.addressof(channel), ffi.from_buffer("int32_t[]", values), len(values), floats(to))

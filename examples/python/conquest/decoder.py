@@ -1,0 +1,263 @@
+"""A stream, or the start of one, to arrays. SPDX-License-Identifier: MIT"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import channels
+from ._conquest import ffi, lib
+from .errors import StreamError, TruncatedError, raise_stream_error
+
+Buffer = Union[bytes, bytearray, memoryview]
+MAX_MEMORY = 1 << 32
+
+
+def _address(pointer: Any) -> int:
+    return int(ffi.cast("uintptr_t", pointer))
+
+
+@dataclass
+class Mesh:
+    """A decoded mesh.
+
+    vertices    float32 (V, 3); float64 where floats are too coarse for the grid.
+    faces       uint32 (F, 3), counter-clockwise.
+    attributes  by name, arrays (V, ...) or, for materials, (F,): conquest.channels says which.
+    complete    is it all of what was encoded?
+    error       how far the vertices of the exact mesh are from this one at most, in the unit of the vertices; 0 if
+                complete, None if the stream does not tell.
+    """
+
+    vertices: NDArray[Any]
+    faces: NDArray[np.uint32]
+    attributes: dict[str, NDArray[Any]] = field(default_factory=dict)
+    complete: bool = True
+    error: float | None = 0.0
+
+
+class Decoder:
+    """Decodes bytes as they arrive.
+
+        decoder = Decoder()
+        for piece in pieces:
+            decoder.feed(piece)
+            draw(decoder.vertices, decoder.faces)
+        decoder.finish()
+
+    Vertices never change once they are there, so their arrays only grow at the end: what was decoded is computed once,
+    and an array that was taken before stays right. Faces do change: `faces` is a view of the decoder's own memory,
+    to be copied if it has to stay as it is. All arrays are read-only.
+
+    max_memory  bytes that a header may ask for; more is a MemoryError.
+    """
+
+    def __init__(self, max_memory: int = MAX_MEMORY) -> None:
+        self._decoder = ffi.new("cq_decoder *")
+        self._max_memory = max_memory
+        self._waiting = b""                    # bytes that are not decoded yet: a header in parts, or steps were spent
+        self._memory: NDArray[np.uint32] | None = None
+        self._names: list[str] = []
+        self._arrays: list[NDArray[Any]] = []  # of the channels, as readers want them, with room for the full mesh
+        self._filled: list[int] = []           # how much of them is there
+        self._result = int(lib.CQ_NEED_INPUT)
+        self._used = 0
+
+    # -- Input --
+
+    def feed(self, piece: Buffer = b"", steps: int | None = None) -> bool:
+        """Decodes the next piece of the stream.
+
+        steps  at most so many; a step is a split or something as small, some microseconds. None: all that can be done.
+
+        Returns True if more can be decoded without another piece: steps were spent, feed(steps=...) goes on. Bytes
+        behind the end of the stream are not used. Raises StreamError, then and at each later call; the mesh that was
+        there before stays.
+        """
+        self._raise_again()
+        data: Buffer = piece
+        if self._waiting or self._memory is None:
+            data, self._waiting = self._waiting + bytes(memoryview(piece).cast("B")), b""
+        if self._memory is None and not self._begin(data):
+            self._waiting = bytes(data)
+            return False
+        rest = self._decode(data, lib.CQ_NO_LIMIT if steps is None else steps)
+        if self._result == lib.CQ_OK:
+            self._waiting = rest
+        return self._result == int(lib.CQ_OK)
+
+    def finish(self) -> None:
+        """Says that no more input will come. Raises TruncatedError if the stream has not ended: the mesh is a coarser
+        one, with all that its bytes tell."""
+        self.feed()
+        if self._memory is None:
+            self._result, self._used = int(lib.CQ_TRUNCATED), len(self._waiting)
+        elif not self.complete:
+            self._result = int(lib.cq_decode(self._decoder, ffi.NULL, lib.CQ_NO_LIMIT))
+        self._raise_again()
+
+    def _raise_again(self) -> None:
+        if self._result < 0 or self._result == lib.CQ_TRUNCATED:
+            raise_stream_error(self._result, self._used)
+
+    def _begin(self, data: Buffer) -> bool:
+        """Reads the header and gets memory, once there are enough bytes for that."""
+        shape = ffi.new("cq_shape *")
+        self._result = int(lib.cq_peek(ffi.from_buffer("uint8_t[]", data), len(data), shape, ffi.NULL, ffi.NULL))
+        self._raise_again()
+        if self._result == lib.CQ_NEED_INPUT:
+            return False
+        size = lib.cq_decoder_bytes(shape)
+        if size == 0 or size > self._max_memory:
+            raise MemoryError(f"the stream asks for {size or 'too many'} bytes, of {self._max_memory} that it may have")
+        self._memory = np.empty(size // 4 + 1, np.uint32)
+        lib.cq_decoder_init(self._decoder, ffi.from_buffer(self._memory), self._memory.nbytes)
+        self._names = channels.name_channels(shape)
+        self._arrays = [channels.make_array(channel, self._room(shape, channel)) for channel in self._channels(shape)]
+        self._filled = [0] * len(self._names)
+        return True
+
+    def _decode(self, data: Buffer, steps: int) -> bytes:
+        """Decodes; returns the bytes that are left. Afterwards the shape in the decoder is known."""
+        pointer = ffi.from_buffer("uint8_t[]", data)
+        piece = ffi.new("cq_bytes *", (pointer, len(pointer)))
+        self._result = int(lib.cq_decode(self._decoder, piece, steps))
+        self._used += len(pointer) - piece.size
+        self._raise_again()
+        return bytes(ffi.buffer(piece.data, piece.size)) if piece.size else b""
+
+    # -- The mesh of this moment --
+
+    @staticmethod
+    def _channels(shape: Any) -> list[Any]:
+        return [shape.channel[k] for k in range(shape.num_channels)]
+
+    @staticmethod
+    def _room(shape: Any, channel: Any) -> int:
+        return int(shape.num_faces if channel.merge == lib.CQ_PER_FACE else shape.num_vertices)
+
+    def _view(self, pointer: Any, count: int, components: int) -> NDArray[np.uint32]:
+        """Part of the decoder's memory, which it keeps alive."""
+        if self._memory is None or count == 0:
+            view = np.empty((0, components), np.uint32)
+        else:
+            begin = (_address(pointer) - _address(ffi.from_buffer(self._memory))) // 4
+            view = self._memory[begin:begin + count * components].reshape(count, components)
+        view.flags.writeable = False
+        return view
+
+    def _array(self, k: int) -> NDArray[Any]:
+        """Channel k: what has come since the last call is computed."""
+        channel = self._decoder.shape.channel[k]
+        count = self._room(self._decoder.mesh, channel)
+        done, array = self._filled[k], self._arrays[k]
+        if count > done:
+            values = self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
+            channels.give_rows(channel, values[done:], array[done:count])
+            self._filled[k] = count
+        view = array[:count]
+        view.flags.writeable = False
+        return view
+
+    @property
+    def complete(self) -> bool:
+        """Is the mesh the one that was encoded?"""
+        return self._result == int(lib.CQ_DONE)
+
+    @property
+    def bytes_used(self) -> int:
+        """Bytes of the stream that were decoded."""
+        return self._used
+
+    @property
+    def total_vertices(self) -> int | None:
+        """Vertices of the full mesh; None until the header has come."""
+        return int(self._decoder.shape.num_vertices) if self._memory is not None else None
+
+    @property
+    def total_faces(self) -> int | None:
+        """Faces of the full mesh; None until the header has come."""
+        return int(self._decoder.shape.num_faces) if self._memory is not None else None
+
+    @property
+    def level(self) -> int:
+        """Levels begun."""
+        return int(self._decoder.level)
+
+    @property
+    def error(self) -> float | None:
+        """How far vertices of the exact mesh are from this one at most, in the unit of the vertices; 0 if complete,
+        None if the stream does not tell."""
+        if self.complete:
+            return 0.0
+        for channel in self._channels(self._decoder.shape):
+            if (channel.kind, channel.merge) == (lib.CQ_POSITION, lib.CQ_AVERAGE) and channel.bits != channels.EXACT:
+                steps = int(self._decoder.error) / 16
+                return steps * channels.bits_float(channel.step) if self.level else None
+        return None
+
+    @property
+    def vertices(self) -> NDArray[Any]:
+        """float32 (V, 3), or float64 where floats are too coarse for the grid; (V, 0) if the stream has none."""
+        if "positions" in self._names:
+            return self._array(self._names.index("positions"))
+        return np.empty((int(self._decoder.mesh.num_vertices), 0), np.float32)
+
+    @property
+    def faces(self) -> NDArray[np.uint32]:
+        """uint32 (F, 3), a view of the decoder's memory: it changes while decoding goes on."""
+        return self._view(self._decoder.mesh.origin, int(self._decoder.mesh.num_faces), 3)
+
+    @property
+    def attributes(self) -> dict[str, NDArray[Any]]:
+        """By name, as conquest.channels lists them: arrays (V, ...), of materials (F,)."""
+        return {name: self._array(k) for k, name in enumerate(self._names) if name != "positions"}
+
+    def values(self, name: str) -> NDArray[np.int32]:
+        """The integers of an attribute or of "positions" as they are in the stream, int32 (V, components), a view."""
+        k = self._names.index(name)
+        channel = self._decoder.shape.channel[k]
+        count = self._room(self._decoder.mesh, channel)
+        return self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
+
+    def changed_blocks(self, since: int, shift: int = 6) -> NDArray[np.bool_]:
+        """Which blocks of 2^shift faces have changed since the mesh had `since` vertices: bool (blocks,). Of vertices
+        those from `since` on are new, and no other changes."""
+        blocks = np.zeros((int(self._decoder.mesh.num_faces) + (1 << shift) - 1) >> shift, np.uint8)
+        if blocks.size:
+            lib.cq_mesh_changes(ffi.addressof(self._decoder, "mesh"), since, shift,
+                                ffi.from_buffer("uint8_t[]", blocks))
+        return blocks.view(np.bool_)
+
+    def mesh(self) -> Mesh:
+        """The mesh of this moment, in arrays that stay as they are. Those that are full are not copied."""
+        attributes = {name: self._keep(array) for name, array in self.attributes.items()}
+        return Mesh(self._keep(self.vertices), self.faces.copy(), attributes, self.complete, self.error)
+
+    @staticmethod
+    def _keep(view: NDArray[Any]) -> NDArray[Any]:
+        whole = view.base
+        return whole if isinstance(whole, np.ndarray) and whole.shape == view.shape else view.copy()
+
+
+def decode(data: Buffer, *, partial: bool = False, max_memory: int = MAX_MEMORY) -> Mesh:
+    """Decodes a stream.
+
+    partial     a stream that ends early gives the coarser mesh that it holds; else it is a TruncatedError.
+    max_memory  bytes that the header may ask for; more is a MemoryError.
+
+    Raises StreamError for bytes that are no stream, are corrupt or follow its end.
+    """
+    decoder = Decoder(max_memory)
+    try:
+        decoder.feed(data)
+        decoder.finish()
+    except TruncatedError:
+        if not partial:
+            raise
+    if decoder.complete and decoder.bytes_used < len(memoryview(data).cast("B")):
+        raise StreamError(int(lib.CQ_ERROR_CORRUPT), decoder.bytes_used)
+    return decoder.mesh()

@@ -1,0 +1,104 @@
+"""Files .cqm in trimesh and meshio. SPDX-License-Identifier: MIT"""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from .channels import KINDS
+from .decoder import decode
+from .encoder import encode
+
+
+def register() -> list[str]:
+    """Registers files .cqm with those of trimesh and meshio that are installed, and returns their names. Then
+    trimesh.load_mesh("a.cqm"), mesh.export("a.cqm"), meshio.read("a.cqm") and mesh.write("a.cqm") work, with normals,
+    texture coordinates and colors (trimesh) and arrays that have a name of conquest.channels (both). Keywords are those
+    of encode and decode; trimesh.load gives a scene, as of other formats."""
+    done = []
+    for name, function in (("trimesh", _register_trimesh), ("meshio", _register_meshio)):
+        try:
+            function()
+        except ModuleNotFoundError:
+            continue
+        done.append(name)
+    return done
+
+
+# -- trimesh --
+
+
+def _register_trimesh() -> None:
+    importlib.import_module("trimesh.exchange.load").mesh_loaders["cqm"] = _load_trimesh
+    importlib.import_module("trimesh.exchange.export")._mesh_exporters["cqm"] = _export_trimesh
+
+
+def _load_trimesh(file_obj: BinaryIO, file_type: str = "cqm", partial: bool = False, process: bool = False,
+                  **_: Any) -> dict[str, Any]:
+    mesh = decode(file_obj.read(), partial=partial)
+    result: dict[str, Any] = {"vertices": mesh.vertices, "faces": mesh.faces.astype(np.int64), "process": process}
+    more = mesh.attributes
+    if "normals" in more:
+        result["vertex_normals"] = more.pop("normals")
+    if "colors" in more and more["colors"].dtype == np.uint8:
+        result["vertex_colors"] = more.pop("colors")
+    elif "texcoords" in more:
+        visual = importlib.import_module("trimesh.visual")
+        result["visual"] = visual.TextureVisuals(uv=more.pop("texcoords").astype(np.float64))
+    if "materials" in more:
+        result["face_attributes"] = {"materials": more.pop("materials")}
+    result["vertex_attributes"] = more
+    return result
+
+
+def _export_trimesh(mesh: Any, **options: Any) -> bytes:
+    attributes = _known(mesh.vertex_attributes, mesh.face_attributes)
+    if "vertex_normals" in mesh._cache:          # those that were given or asked for; others follow from the faces
+        attributes["normals"] = mesh.vertex_normals
+    if mesh.visual.kind == "vertex":
+        attributes["colors"] = mesh.visual.vertex_colors
+    elif mesh.visual.kind == "texture" and mesh.visual.uv is not None:
+        attributes["texcoords"] = mesh.visual.uv
+    data: bytes = encode(mesh.vertices, mesh.faces, **attributes, **options)
+    return data
+
+
+# -- meshio --
+
+
+def _register_meshio() -> None:
+    meshio = importlib.import_module("meshio")
+    if "cqm" not in importlib.import_module("meshio._helpers").reader_map:
+        meshio.register_format("cqm", [".cqm"], _read_meshio, {"cqm": _write_meshio})
+
+
+def _read_meshio(path: Any) -> Any:
+    meshio = importlib.import_module("meshio")
+    data = path.read() if hasattr(path, "read") else Path(path).read_bytes()
+    mesh = decode(data)
+    of_faces = {name: [mesh.attributes.pop(name)] for name in list(mesh.attributes) if name.startswith("materials")}
+    return meshio.Mesh(mesh.vertices, [("triangle", mesh.faces.astype(np.int64))], point_data=mesh.attributes,
+                       cell_data=of_faces)
+
+
+def _write_meshio(path: Any, mesh: Any, **options: Any) -> None:
+    meshio = importlib.import_module("meshio")
+    if any(block.type != "triangle" for block in mesh.cells):
+        raise meshio.WriteError("a .cqm file has triangles only")
+    faces = np.concatenate([block.data for block in mesh.cells]) if mesh.cells else np.zeros((0, 3), np.uint32)
+    of_faces = {name: np.concatenate(arrays) for name, arrays in mesh.cell_data.items()}
+    data = encode(mesh.points, faces, **_known(mesh.point_data, of_faces), **options)
+    if hasattr(path, "write"):
+        path.write(data)
+    else:
+        Path(path).write_bytes(data)
+
+
+def _known(of_vertices: Any, of_faces: Any) -> dict[str, Any]:
+    """Attributes with a name of conquest.channels: of what they belong to."""
+    known = {name: array for name, array in of_vertices.items() if name in KINDS and name != "materials"}
+    known.update({name: array for name, array in of_faces.items() if name == "materials"})
+    return known

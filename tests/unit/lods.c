@@ -1,0 +1,206 @@
+/* Levels of detail that are kept while decoding. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "sample.h"
+#include "test.h"
+
+enum { TORUS = -1, CONNECTIVITY = 4 };   /* samples: 144 vertices on a grid of 12 bits; 240 without positions */
+
+/* A stream that is decoded with budgets of `budget`; levels are kept into memory of exactly `capacity`. */
+typedef struct chain {
+    sample s;
+    coded c;
+    decoding d;
+    cq_lod lod[4];
+    size_t count, capacity, kept;
+    cq_index *indices;
+} chain;
+
+static void chain_begin(chain *t, int which, size_t count, size_t capacity) {
+    size_t k;
+    memset(t, 0, sizeof *t);
+    if (which == TORUS) {
+        sample_begin(&t->s, triangles_torus(12, 12));
+        sample_channel(&t->s, CQ_POSITION, 3, 12);
+        code(&t->c, &t->s.input);
+    } else {
+        sample_code(&t->s, &t->c, which);
+    }
+    decoding_begin(&t->d, t->c.bytes, t->c.size);
+    t->count = count;
+    t->capacity = capacity;
+    t->indices = (cq_index *)exact_alloc(capacity * sizeof(cq_index));
+    for (k = 0; k < count; ++k) t->lod[k].max_error = CQ_NO_LIMIT;
+}
+
+static void chain_free(chain *t) {
+    exact_free(t->indices);
+    decoding_free(&t->d);
+    uncode(&t->c);
+    sample_free(&t->s);
+}
+
+/* Indices of the decoder are those of level k. */
+static int is_level(const chain *t, size_t k) {
+    const cq_mesh *m = &t->d.decoder->mesh;
+    const cq_lod *lod = &t->lod[k];
+    return lod->num_vertices == m->num_vertices && lod->num_faces == m->num_faces &&
+           !memcmp(t->indices + lod->first, m->origin, 3 * (size_t)m->num_faces * sizeof(cq_index));
+}
+
+/* Decodes all; each level is that of the moment when it is kept, and stays so. Returns the steps of the last call. */
+static void chain_run(chain *t, uint32_t budget) {
+    cq_bytes in;
+    cq_index *copy = (cq_index *)exact_alloc(t->capacity * sizeof(cq_index));
+    size_t k, done = 0;
+    in.data = t->c.bytes;
+    in.size = t->c.size;
+    do {
+        t->d.result = cq_decode(t->d.decoder, &in, budget);
+        t->kept = cq_keep_lods(t->d.decoder, t->lod, t->count, t->indices, t->capacity);
+        CHECK(!memcmp(copy, t->indices, done * sizeof(cq_index)));
+        for (k = 0; k < t->count; ++k) CHECK((t->lod[k].num_vertices != 0) == (k < t->kept));
+        for (k = 0; k < t->kept; ++k)
+            if (t->lod[k].first + 3 * (size_t)t->lod[k].num_faces > done) {
+                CHECK(is_level(t, k));
+                done = t->lod[k].first + 3 * (size_t)t->lod[k].num_faces;
+            }
+        memcpy(copy, t->indices, done * sizeof(cq_index));
+    } while (t->d.result == CQ_OK);
+    CHECK_EQ(t->d.result, CQ_DONE);
+    exact_free(copy);
+}
+
+static size_t all_corners(const chain *t) { return 3 * (size_t)t->s.mesh.num_faces; }
+
+TEST(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not) {
+    uint32_t budget;
+    for (budget = 1; budget < 40; budget += 7) {
+        chain t;
+        size_t k;
+        chain_begin(&t, TORUS, 4, 3 * 4 * 288);
+        for (k = 0; k < 4; ++k) t.lod[k].min_vertices = (cq_index)(40 + 34 * k);
+        chain_run(&t, budget);
+        CHECK_EQ(t.kept, 4);
+        for (k = 0; k < t.kept; ++k) {
+            CHECK(t.lod[k].num_vertices >= t.lod[k].min_vertices);
+            CHECK(t.lod[k].num_vertices < t.lod[k].min_vertices + budget);
+            CHECK_EQ(t.lod[k].num_faces, 2 * t.lod[k].num_vertices);
+        }
+        chain_free(&t);
+    }
+}
+
+/* Of the first level whose error is at most this, as the report tells. */
+static cq_index vertices_at(const cq_report *r, uint32_t error) {
+    uint32_t k = 0;
+    while (k < r->num_levels && r->level[k].error > error) ++k;
+    return (cq_index)(k == 0 ? r->base_vertices : r->level[k - 1].num_vertices);
+}
+
+TEST(levels_by_error_are_the_first_that_tell_it) {
+    chain t;
+    size_t k;
+    chain_begin(&t, TORUS, 3, 3 * 3 * 288);
+    REQUIRE(t.c.report->num_levels >= 6);
+    for (k = 0; k < 3; ++k) t.lod[k].max_error = t.c.report->level[t.c.report->num_levels - 5 + 2 * k].error;
+    chain_run(&t, 1);
+    CHECK_EQ(t.kept, 3);
+    for (k = 0; k < t.kept; ++k) {
+        CHECK_EQ(t.lod[k].num_vertices, vertices_at(t.c.report, t.lod[k].max_error));
+        CHECK(t.lod[k].error <= t.lod[k].max_error);
+    }
+    CHECK(t.lod[0].error > t.lod[2].error);
+    chain_free(&t);
+}
+
+TEST(no_error_is_not_told_before_the_first_level) {
+    chain t;
+    chain_begin(&t, TORUS, 1, 3 * 288);
+    REQUIRE(t.c.report->level[t.c.report->num_levels - 1].error > 0);
+    t.lod[0].max_error = 0;
+    chain_run(&t, 1);
+    CHECK_EQ(t.kept, 1);
+    CHECK_EQ(t.lod[0].num_vertices, 144);
+    CHECK_EQ(t.lod[0].error, 0);
+    chain_free(&t);
+}
+
+TEST(without_errors_levels_come_by_vertices_or_when_all_is_there) {
+    chain t;
+    chain_begin(&t, CONNECTIVITY, 3, 6 * 480);
+    t.lod[0].min_vertices = 30;
+    t.lod[1].min_vertices = 60;
+    t.lod[2].max_error = 1000;
+    chain_run(&t, 1);
+    CHECK_EQ(t.kept, 3);
+    CHECK_EQ(t.lod[0].num_vertices, 30);
+    CHECK_EQ(t.lod[0].error, CQ_NO_LIMIT);
+    CHECK_EQ(t.lod[2].num_vertices, 240);
+    CHECK_EQ(t.lod[2].error, 0);
+    chain_free(&t);
+}
+
+TEST(both_conditions_hold_and_levels_that_are_due_at_once_share_indices) {
+    chain t;
+    chain_begin(&t, TORUS, 4, 3 * (200 + 288));
+    t.lod[0].min_vertices = 100;
+    t.lod[0].max_error = t.c.report->level[1].error;
+    t.lod[1].min_vertices = 50;
+    t.lod[2].min_vertices = 100;
+    t.lod[3].max_error = 0;
+    REQUIRE(vertices_at(t.c.report, t.lod[0].max_error) < 100);
+    chain_run(&t, 1);
+    CHECK_EQ(t.kept, 4);
+    CHECK_EQ(t.lod[0].num_vertices, 100);
+    CHECK_EQ(t.lod[1].first, 0);
+    CHECK_EQ(t.lod[2].first, 0);
+    CHECK_EQ(t.lod[2].num_vertices, 100);
+    CHECK_EQ(t.lod[3].first, 3 * 200);
+    chain_free(&t);
+}
+
+TEST(a_level_without_room_is_not_kept_nor_are_those_behind_it) {
+    static const size_t room[3] = {6 * 40 - 1, 6 * (40 + 80), 6 * (40 + 80 + 120) - 1};
+    int k;
+    for (k = 0; k < 3; ++k) {
+        chain t;
+        chain_begin(&t, TORUS, 3, room[k]);
+        t.lod[0].min_vertices = 40;
+        t.lod[1].min_vertices = 80;
+        t.lod[2].min_vertices = 120;
+        chain_run(&t, 1);
+        CHECK_EQ(t.kept, k ? 2 : 0);
+        chain_free(&t);
+    }
+}
+
+TEST(levels_of_all_samples_are_kept) {
+    int which;
+    for (which = 0; which < SAMPLES; ++which) {
+        chain t;
+        chain_begin(&t, which, 2, 0);
+        exact_free(t.indices);
+        t.capacity = 2 * all_corners(&t);
+        t.indices = (cq_index *)exact_alloc(t.capacity * sizeof(cq_index));
+        t.lod[1].max_error = 0;
+        chain_run(&t, 1);
+        CHECK_EQ(t.kept, 2);
+        CHECK(t.lod[0].num_vertices > 0);
+        CHECK_EQ(t.lod[0].num_vertices, t.c.report->base_vertices);
+        CHECK_EQ(cq_keep_lods(t.d.decoder, NULL, 0, NULL, 0), 0);
+        chain_free(&t);
+    }
+}
+
+int main(int argc, char **argv) {
+    TEST_BEGIN(argc, argv);
+    RUN(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not);
+    RUN(levels_by_error_are_the_first_that_tell_it);
+    RUN(no_error_is_not_told_before_the_first_level);
+    RUN(without_errors_levels_come_by_vertices_or_when_all_is_there);
+    RUN(both_conditions_hold_and_levels_that_are_due_at_once_share_indices);
+    RUN(a_level_without_room_is_not_kept_nor_are_those_behind_it);
+    RUN(levels_of_all_samples_are_kept);
+    return TEST_END();
+}
