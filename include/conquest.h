@@ -70,6 +70,9 @@
 #define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
 #define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
 #define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
+#define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
+#define cq_read_rows CQI_SYMBOL(cq_read_rows)
+#define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
 #define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
 #define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
 #define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
@@ -95,7 +98,8 @@
 
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
- * that use floating point. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
+ * cq_encode takes oriented manifolds only. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
  * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
@@ -179,7 +183,8 @@ typedef enum cq_kind {
     CQ_JOINTS = 5,        /* of skinning: numbers of the joints */
     CQ_WEIGHTS = 6,       /* and their weights */
     CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
-    CQ_GROUP = 8          /* 1 component: the material or group that it belongs to */
+    CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
+    CQ_TURNED = 9         /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
 } cq_kind;
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
@@ -205,13 +210,52 @@ typedef struct cq_channel {
 
 /* Counts that decide how much memory a mesh needs, and the channels. */
 typedef struct cq_shape {
-    uint32_t num_vertices;
+    uint32_t num_vertices;           /* of the mesh; for cq_encode: rows */
     uint32_t num_faces;
     uint32_t num_boundary_loops;
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
+    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
+    uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
+    uint32_t num_materials;          /* 0: faces have none */
+    uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. 2^20 */
 } cq_shape;
+
+/* The faces of one material: a range of their numbers, which grows at its end. */
+typedef struct cq_material {
+    cq_index first, count;
+} cq_material;
+
+/* -- Rows and wedges -----------------------------------------------------------------------------------------------
+ *
+ * What a GPU calls a vertex is a row of its vertex buffers. Where a seam of normals or texture coordinates runs through
+ * a surface, several rows lie at one vertex of the mesh, and each is a wedge of the faces around it:
+ *
+ *           \  1  |  2  /            One mesh vertex with two rows. The faces around it have its number in
+ *             \   |   /              mesh.origin, which is what is refined, and one of the rows in `index`, which is
+ *               \ | /                the index buffer. Corners with the same row have the same mesh vertex, and the
+ *         ---- seam ----            two faces of an edge have the same two mesh vertices: so there is no crack.
+ *               / | \
+ *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
+ *           /  1  |  2  \            Per row: normals, texture coordinates and colours.
+ *
+ * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, then
+ * the row goes along, and gets what the new vertex has for the channels of the mesh vertex. cq_moved_rows tells which.
+ * With cq_input.clean no row moves.
+ *
+ * A mesh without seams has index == mesh.origin and a row for each vertex, and costs nothing of this.
+ *
+ * Aside are faces that are no surface, namely those that name a row or a position twice, or the same rows as another
+ * face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
+
+/* Faces and rows aside. Rows of their own are numbered behind those of the mesh: number shape.num_rows + k, or
+ * shape.num_vertices + k without wedges, is row k here. */
+typedef struct cq_aside {
+    uint32_t num_rows, num_faces;          /* shape's, or 0 before they are read */
+    cq_index *index;                       /* cq_index[3 * num_faces], rows */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* cq_value[num_rows][components], or cq_value[num_faces] */
+} cq_aside;
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -369,8 +413,23 @@ typedef struct cq_level {
     uint64_t flags, indices, values; /* cost */
 } cq_level;
 
+/* What an encoder had to do to make a mesh of the triangles. Nothing of it is lost: a decoder gets all of them back. */
+typedef struct cq_preparation {
+    uint32_t degenerate_faces;       /* aside: a row or a position twice */
+    uint32_t repeated_faces;         /* aside: the rows of another face */
+    uint32_t detached_faces;         /* cut off all around, for two of their vertices would have had two edges */
+    uint32_t turned_faces;           /* turned over in the mesh, to agree with their neighbours */
+    uint32_t unused_rows;            /* aside: of no face */
+    uint32_t merged_rows;            /* that are equal to another one, and have become one with it */
+    uint32_t copied_rows;            /* more rows than went in: of vertices that the surface meets itself at */
+    uint32_t seam_edges;             /* joined, though their faces have different rows */
+    uint32_t cut_edges;              /* not joined, though two faces or more lie there */
+    uint32_t locked_vertices;        /* kept in the base for that, or because the caller says so */
+} cq_preparation;
+
 typedef struct cq_report {
     cq_shape shape;
+    cq_preparation prepared;         /* by an encoder */
     uint32_t num_components;
     uint32_t num_levels;
     uint32_t base_vertices, base_faces;                        /* real */
@@ -581,9 +640,16 @@ CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
  * grow with each split. The rest is private. */
 typedef struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
-    cq_mesh mesh;                          /* of this moment; mesh.origin is the index buffer */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
-                                              CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
+    cq_mesh mesh;                          /* of this moment */
+    cq_index *index;                       /* cq_index[3 * mesh.num_faces], the index buffer: mesh.origin, or rows */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers, or
+                                              [num_rows], see "Rows and wedges"; with CQ_PER_FACE cq_value[num_faces],
+                                              in the order of the faces in origin */
+    cq_index *vertex;                      /* cq_index[num_rows], mesh vertices of the rows; NULL: of the same number */
+    cq_index num_rows;                     /* of this moment; mesh.num_vertices if vertex is NULL */
+    cq_aside aside;
+    cq_material *material;                 /* cq_material[shape.num_materials], of this moment: one draw call for each */
+    uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
                                               it, in 1/16 of the positions' step; 0 at CQ_DONE */
@@ -649,6 +715,18 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
+/* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
+ * the row: cq_value[count][components]. */
+CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
+
+/* The index buffer of faces first .. first + count - 1, with those that were turned over turned back: cq_index[3 *
+ * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
+CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
+
+/* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
+ * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
+CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
+
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
 /* What a collapse is chosen for; without positions, both are CQ_LEAST_CONNECTIVITY. */
@@ -661,11 +739,15 @@ typedef enum cq_goal {
 typedef struct cq_input {
     cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is
                                               found */
-    const cq_index *indices;               /* cq_index[3 * num_faces] */
+    const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
-    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers */
-    cq_index *face_map;                    /* the same for faces: cq_index[num_faces] */
+    const cq_index *material;              /* with num_materials: cq_index[num_faces], 0 .. num_materials - 1 */
+    const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
+    const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
+    int clean;                             /* 1: no row ever moves, at the cost of a larger base */
+    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded rows */
+    cq_index *face_map;                    /* the same for faces: cq_index[num_faces]; those aside follow the others */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
 } cq_input;
@@ -673,16 +755,21 @@ typedef struct cq_input {
 /* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
-/* Encodes a mesh.
+/* Encodes triangles, whatever they are: the rows and the index buffer of a GPU, any of them. What is not an oriented
+ * manifold is made one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A
+ * line can be carried as a face a, b, b and a point as a, a, a. Of rows with the same values in all channels one comes
+ * back, and of rows that the surface meets itself at several. Without a channel of positions rows are told apart by
+ * their numbers alone.
  *
- * in       in->shape.num_boundary_loops and _edges are set as found; start with zeros (a closed mesh) and on
+ * in       in->shape.num_boundary_loops, _edges and num_rows are set as found; start with zeros (a closed mesh) and on
  *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. An eighth more is mostly enough for boundaries at once.
  * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
- * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
+ * place    where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
  *
- * A decoder has its own order of vertices and faces, and a face may start at another corner: input vertex v is decoded
- * vertex in->map[v], input face f decoded face in->face_map[f]. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
+ * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
+ * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it is
+ * face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
  * cq_kind and cq_merge say.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
