@@ -433,7 +433,7 @@ typedef struct cq_report {
     uint32_t num_components;
     uint32_t num_levels;
     uint32_t base_vertices, base_faces;                        /* real */
-    uint64_t header, base, flags, indices, positions, channels;  /* cost; sum = 65536 * 8 * bytes */
+    uint64_t header, base, flags, indices, positions, channels, aside;  /* cost; sum = 65536 * 8 * bytes */
     size_t bytes;                    /* of the stream */
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 } cq_report;
@@ -602,6 +602,45 @@ enum {
     CQI_QUESTIONS = CQI_SAME + 4 * 8
 };
 
+/* Corners of the two faces that a split makes: of A, B and p in the left one, of A, B and q in the right one. */
+enum { CQI_LEFT_A, CQI_LEFT_B, CQI_AT_P, CQI_RIGHT_A, CQI_RIGHT_B, CQI_AT_Q, CQI_CORNERS };
+
+/* Models of the rows of these corners. */
+enum {
+    CQI_ALL_USUAL = 0,                        /* all are as is usual */
+    CQI_USUAL = 1,                            /* [corner][what the two before are] as is usual */
+    CQI_SECOND_CHOICE = CQI_USUAL + 4 * CQI_CORNERS, /* [corner] the other choice */
+    CQI_BASE_SAME = CQI_SECOND_CHOICE + CQI_CORNERS, /* [rows of the vertex] base: the row of the corner before */
+    CQI_BASE_NEW = CQI_BASE_SAME + 3,         /* [rows of the vertex] base: a new row */
+    CQI_SEAM_MODELS = CQI_BASE_NEW + 3,
+    CQI_SEAM_CONTEXTS = 27                    /* [A-p is a seam, no, a border][A-q][rows of A] */
+};
+
+/* A row that a split makes. */
+typedef struct cqi_new_row {
+    cq_index beside;                          /* the row that it is split from, or on the other side of the seam */
+    int corner;                               /* its first one; CQI_CORNERS: split from a row of A */
+} cqi_new_row;
+
+/* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
+#define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
+typedef struct cqi_seams {
+    cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
+    cq_bit_model equal[CQ_MAX_CHANNELS][8];   /* a channel of a new row is equal to that of another row */
+    cq_index num_rows;                        /* also those that are not yet in the mesh */
+    int full;                                 /* there were more */
+    uint32_t channel;                         /* the next one of the row that is being read */
+    cq_index vertex, corner, first;           /* of the base: what is read; the vertex' first row */
+    int fresh;                                /* its values are being read */
+    int p, q;                                 /* of the split, */
+    int context;
+    int num_new, next;                        /* and the rows that it makes */
+    cqi_new_row made[CQI_MAX_NEW_ROWS];
+    cq_index run[CQ_MAX_VALENCE];             /* rows of the corners that go to B, by their spokes */
+    cq_index row[CQI_CORNERS], usual[CQI_CORNERS], other[CQI_CORNERS];
+    cq_index wanted[CQI_CORNERS];             /* by an encoder */
+} cqi_seams;
+
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
@@ -633,6 +672,16 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
      + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
 #define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
 
+/* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
+ * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
+ * of faces. */
+#define CQ_WEDGE_BYTES(f, w, c) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
+     + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
+#define CQ_ASIDE_BYTES(f, r, c, d) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
+     + CQI_ROUND((cqi_size)(f) * (d) * sizeof(cq_value)))
+
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 
@@ -662,6 +711,7 @@ typedef struct cq_decoder {
     uint8_t *memory;
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
+    cqi_seams *seams;                      /* NULL without wedges */
     struct {
         uint8_t buffer[CQI_BUFFER_BYTES];
         size_t payload_left, payload_size; /* bytes not yet in the buffer; of the whole payload */
@@ -980,12 +1030,22 @@ static uint32_t cqi_components(const cq_channel *c)
 }
 #endif
 
-/* Numbers per vertex or, that is all channels of them, per face. */
-static uint32_t cqi_all_components(const cq_shape *s, int per_face)
+/* What the numbers of a channel belong to. */
+enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
+
+static int cqi_class(const cq_shape *s, uint32_t k)
+{
+    const int kind = s->channel[k].kind;
+    if (s->channel[k].merge == CQ_PER_FACE) return CQI_OF_FACE;
+    return s->num_rows && (kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR) ? CQI_OF_ROW : CQI_OF_VERTEX;
+}
+
+/* Numbers per vertex, per face or per row. */
+static uint32_t cqi_all_components(const cq_shape *s, int of)
 {
     uint32_t k, n = 0;
     for (k = 0; k < s->num_channels; k++)
-        if ((s->channel[k].merge == CQ_PER_FACE) == per_face) n += s->channel[k].components;
+        if (cqi_class(s, k) == of) n += s->channel[k].components;
     return n;
 }
 
@@ -1005,7 +1065,8 @@ static int cqi_countable(const cq_shape *s)
     if (s->num_vertices > limit || s->num_boundary_loops > limit - s->num_vertices) return 0;
     if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
-    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes;
+    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
+           s->num_aside_rows <= CQI_MAX_HALFEDGES && s->num_aside_faces <= limit;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -1829,8 +1890,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    static const uint8_t components[CQ_GROUP + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2 }; /* bit n: n are allowed */
-    return c->kind <= CQ_GROUP && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+    static const uint8_t components[CQ_TURNED + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2 }; /* bit n: n are allowed */
+    return c->kind <= CQ_TURNED && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
@@ -1853,18 +1914,37 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
+/* Counts of what a mesh without seams does not have. */
+#define CQI_EXTENDED 0x80 /* bit of the number of channels: they follow */
+static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
+{
+    s->num_rows = cqi_read_varint(r);
+    s->num_aside_rows = cqi_read_varint(r);
+    s->num_aside_faces = cqi_read_varint(r);
+    if (r->result != CQ_OK) return r->result;
+    if (!s->num_rows && !s->num_aside_rows && !s->num_aside_faces) return CQ_ERROR_CORRUPT;
+    if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
+    return CQ_OK;
+}
+
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
     cq_shape *s = h->shape;
     cq_result result = cqi_read_counts(r, s);
-    uint32_t k, payload_size;
+    uint32_t k, payload_size, extended;
     if (result != CQ_OK) return result;
     s->num_channels = cqi_read_uint(r, 1);
+    extended = s->num_channels & CQI_EXTENDED;
+#ifndef CQ_NO_WEDGES
+    s->num_channels -= extended;
+#endif
     if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
     for (k = 0; k < s->num_channels; k++) {
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
+    if (extended) result = cqi_read_extension(r, s);
+    if (result != CQ_OK) return result;
     payload_size = cqi_read_varint(r);
     h->payload_size = (size_t)payload_size;
     h->payload_crc = cqi_read_uint(r, 4);
@@ -1911,14 +1991,30 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 
 static cqi_size cqi_decoder_size(const cq_shape *s)
 {
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
-           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
+           cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
+
+/* What comes on top of that. */
+static uint64_t cqi_more_bytes(const cq_shape *s)
+{
+    const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
+    uint64_t bytes = 0, words = 3 * (uint64_t)s->num_aside_faces;
+    if (s->num_rows) {
+        words += 3 * (uint64_t)s->num_faces + s->num_rows;
+        bytes = s->num_rows * of_row * sizeof(cq_value) + CQI_ROUND(sizeof(cqi_seams));
+    }
+    bytes += s->num_aside_rows * (of_row + cqi_all_components(s, CQI_OF_VERTEX)) * sizeof(cq_value);
+    bytes += s->num_aside_faces * of_face * sizeof(cq_value) + words * sizeof(cq_index);
+    return bytes ? bytes + (6 + of_face) * 4 : 0; /* roundings of blocks */
+}
+
+static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b) { return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; }
 
 size_t cq_decoder_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return cqi_bytes(cqi_decoder_size(s));
+    return cqi_sum_of_sizes(cqi_decoder_size(s), cqi_more_bytes(s));
 }
 
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
@@ -1945,9 +2041,13 @@ typedef struct cqi_collapse {
     cq_index kept, removed;   /* A, B */
     cq_index face[2];         /* removed too: at p, at q */
     uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
-    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0 */
+    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
     uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
 } cqi_collapse;
+
+/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a row
+ * of B has become one of A that goes on into it, on the left and on the right. */
+enum { CQI_SIDES = 3, CQI_CORNER_A = 2, CQI_CORNER_B = 4, CQI_TIED_LEFT = 0x40, CQI_TIED_RIGHT = 0x80 };
 
 /* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
 typedef struct cqi_seed {
@@ -1985,6 +2085,20 @@ typedef struct cqi_plan {
     uint32_t num_levels;
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
+    const uint8_t *locked;              /* of each vertex: it stays; or NULL */
+    int clean;                          /* no row may move */
+    const cq_index *row_of_vertex;      /* rows of the input; NULL: of the same number, and none of the following */
+    const cq_index *row_of_wedge;
+    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
+    const uint8_t *face_state;          /* of these */
+    cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
+    cq_index *uses;                     /* corners of each wedge */
+    cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
+    cq_index *row_decoded;              /* and the other way round */
+    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number aside */
+    const cq_index *aside_row;          /* rows of the input that are aside */
+    const cq_index *triangles;          /* as handed in */
+    cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
 } cqi_plan;
 
 /* Speed of adaptation of bit models (higher is slower). */
@@ -2069,7 +2183,7 @@ static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 static int cqi_plan_side(const cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[p->next];
-    return c->level == p->level && c->first ? c->first - 1 : 0;
+    return c->level == p->level && c->first & CQI_SIDES ? (c->first & CQI_SIDES) - 1 : 0;
 }
 
 /* -- Symbols -- */
@@ -2651,11 +2765,26 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
-/* Value of the plan: component c of channel k of an input vertex, as a number. */
+/* Value of the plan: component c of channel k of an input vertex or wedge, */
+static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
+{
+    const cqi_plan *p = d->plan;
+    if (p->row_of_vertex) input = cqi_class(&d->shape, k) == CQI_OF_ROW ? p->row_of_wedge[input] : p->row_of_vertex[input];
+    return p->input[k][(size_t)input * d->shape.channel[k].components + c];
+}
+
+/* and as a number. */
 static int32_t cqi_plan_value(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
-    const cq_channel *channel = &d->shape.channel[k];
-    return cqi_number(channel, d->plan->input[k][(size_t)input * channel->components + c]);
+    return cqi_number(&d->shape.channel[k], cqi_plan_bits(d, k, c, input));
+}
+
+enum { CQI_FACE_ASIDE = 1, CQI_FACE_TURNED = 2 }; /* bits of the state of a face */
+static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
+{
+    const cqi_plan *p = d->plan;
+    if (p->face_of_input) face = p->face_of_input[face];
+    return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
 /* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
@@ -2678,6 +2807,14 @@ static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, 
     return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
+/* A residual, given the size of those before. */
+static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, int32_t x, int32_t *size)
+{
+    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
+    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
+    return x;
+}
+
 /* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
 static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
 {
@@ -2686,9 +2823,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     cq_value *values = d->channel[k] + c;
     int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->to_input[v]), p);
-    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
-    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
-    x = cqi_number(channel, cqi_sum(p, x));
+    x = cqi_number(channel, cqi_sum(p, cqi_code_base_residual(d, channel, x, size)));
     values[(size_t)v * stride] = (cq_value)x;
     return cqi_value_fits(channel, x);
 }
@@ -2718,7 +2853,7 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
     int32_t before = f ? values[f - 1] : 0, x = 0;
-    if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
+    if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
     values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
 }
 
@@ -2731,7 +2866,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        if ((d->shape.channel[k].merge == CQ_PER_FACE) != of_face) continue;
+        if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
@@ -2756,7 +2891,7 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
             if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
-        if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->note[d->plan->next].face[end]];
+        if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, d->plan->note[d->plan->next].face[end]);
         x = cqi_code_copy(d, k, beside, n, x);
         if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
@@ -3458,7 +3593,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     const int n = cqi_at_most(f->size, ASKED);
     int j;
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
-    if (CQI_ENCODING(d)) x = d->plan->input[k][(size_t)input * stride + c];
+    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
     x = cqi_code_copy(d, k, beside, n, x);
     if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
     *to = (cq_value)x;
@@ -3486,8 +3621,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     uint32_t k;
     cqi_list_fan_of_b(d, p, q);
     for (k = 0; k < d->shape.num_channels; k++) {
-        if (d->shape.channel[k].merge == CQ_PER_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (!cqi_code_channel(d, k, p, q, input, b)) return 0;
+        const int of = cqi_class(&d->shape, k);
+        if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
+        else if (of == CQI_OF_VERTEX && !cqi_code_channel(d, k, p, q, input, b)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -3964,6 +4100,12 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 
 /* -- Patches -- */
 
+/* What a step does. */
+enum {
+    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_READ_CORNERS,
+    CQI_READ_ROWS, CQI_READ_ASIDE, CQI_COMPLETE
+};
+
 #define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
 
 #define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that is passed over, see cqi_code_pass */
@@ -4002,17 +4144,10 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), num_faces);
 }
 
-/* The split of the patch: both indices, then the values, then the mesh. */
-static cq_result cqi_code_split(cq_decoder *d)
+/* Splits the patch: its values are there. */
+static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
-    const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
-    int p = note ? note->p : 0, q = note ? note->q : 0;
-    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-    cqi_code_pair(d, &p, &q);
-    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-    if (cqi_starved(d)) return CQ_TRUNCATED;
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
@@ -4020,8 +4155,469 @@ static cq_result cqi_code_split(cq_decoder *d)
     cqi_model_omit(&d->model);
 #endif
     if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
-    if (note) cqi_plan_new_vertex(d, b, num_faces, p, q);
+    if (CQI_ENCODING(d)) cqi_plan_new_vertex(d, b, num_faces, p, q);
     return CQ_OK;
+}
+
+/* -- Rows of a split's corners --
+ *
+ * In the mesh before the split, the corners of A are in two runs: those between the spokes to p and q that B gets, and
+ * those that A keeps. A row that occurs in both is split: B gets a new one. One that occurs in B's run only goes along.
+ * Then the six corners of the two new faces: each has the row of the face beside it, or another one that is named
+ * below, or a new row. So corners with one row have one vertex after the split if they had before: the rows of B's run
+ * occur nowhere but around A. */
+
+#ifdef CQ_NO_WEDGES
+#define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
+#define cqi_begin_base_rows(d) CQ_ERROR_UNSUPPORTED
+#define cqi_has_aside(d) 0
+#else
+
+/* Row of the corner of a halfedge; virtual faces have none. */
+static cq_index cqi_row_at(const cq_decoder *d, cq_index h)
+{
+    return h / 3 < d->mesh.first_virtual_face ? d->index[h] : CQ_NONE;
+}
+
+static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
+{
+    if (!CQI_ENCODING(d)) return cqi_decode_adaptive(&d->range, model, d->rate);
+    cq_encode_bit(&d->plan->range, model, d->rate, bit);
+    return bit;
+}
+
+/* Is it the row of the encoder's wedge? */
+static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
+{
+    return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
+}
+
+/* A row more, at a vertex. */
+static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
+{
+    cqi_seams *s = d->seams;
+    if (s->num_rows == d->shape.num_rows) {
+        s->full = 1;
+        return 0;
+    }
+    d->vertex[s->num_rows] = vertex;
+    if (CQI_ENCODING(d)) {
+        d->plan->wedge_of_row[s->num_rows] = wedge;
+        d->plan->row_decoded[wedge] = s->num_rows;
+    }
+    return s->num_rows++;
+}
+
+/* The next one of those that the split makes. */
+static cq_index cqi_make_row(cq_decoder *d, cq_index vertex, cq_index beside, int corner, cq_index wedge)
+{
+    cqi_new_row *row = &d->seams->made[d->seams->num_new++];
+    row->beside = beside;
+    row->corner = corner;
+    return cqi_add_row(d, vertex, wedge);
+}
+
+/* Wedges of the six corners of the faces that a collapse removed. */
+static void cqi_removed_corners(const cqi_plan *p, const cqi_collapse *c, cq_index *corner)
+{
+    const cq_index a = (cq_index)(3 * c->face[0] + (c->first >> CQI_CORNER_A & 3));
+    const cq_index b = (cq_index)(3 * c->face[1] + (c->first >> CQI_CORNER_B & 3));
+    const int left = c->face[0] < p->mesh.first_virtual_face, right = c->face[1] < p->mesh.first_virtual_face;
+    corner[CQI_LEFT_A] = left ? p->index[a] : CQ_NONE;
+    corner[CQI_LEFT_B] = left ? p->index[cq_next(a)] : CQ_NONE;
+    corner[CQI_AT_P] = left ? p->index[cq_prev(a)] : CQ_NONE;
+    corner[CQI_RIGHT_A] = right ? p->index[cq_next(b)] : CQ_NONE;
+    corner[CQI_RIGHT_B] = right ? p->index[b] : CQ_NONE;
+    corner[CQI_AT_Q] = right ? p->index[cq_prev(b)] : CQ_NONE;
+}
+
+/* Does the row occur in the run that A keeps? */
+static int cqi_is_kept(const cq_decoder *d, cq_index row)
+{
+    const cqi_ring *r = &d->ring;
+    int k = d->seams->q;
+    do {
+        k = k + 1 < r->size ? k + 1 : 0;
+        if (cqi_row_at(d, r->spoke[k]) == row) return 1;
+    } while (k != d->seams->p);
+    return 0;
+}
+
+/* The new row of B for a row that both runs have; no encoder needs more than two. */
+static cq_index cqi_split_row(cq_decoder *d, cq_index row)
+{
+    cqi_seams *s = d->seams;
+    cq_index wedge = 0;
+    int k;
+    for (k = 0; k < s->num_new; k++)
+        if (s->made[k].beside == row) return (cq_index)(d->num_rows + (cq_index)k);
+    if (s->num_new == 2) {
+        s->full = 1;
+        return row;
+    }
+    if (CQI_ENCODING(d)) {
+        const int left = d->plan->note[d->plan->next].first & CQI_TIED_LEFT;
+        wedge = s->wanted[left && cqi_is_wanted(d, row, s->wanted[CQI_LEFT_A]) ? CQI_LEFT_B : CQI_RIGHT_B];
+    }
+    return cqi_make_row(d, d->mesh.num_vertices, row, CQI_CORNERS, wedge);
+}
+
+static void cqi_split_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    int k;
+    for (k = s->p + 1; k <= s->q; k++) {
+        const cq_index row = cqi_row_at(d, d->ring.spoke[k]);
+        s->run[k] = row != CQ_NONE && cqi_is_kept(d, row) ? cqi_split_row(d, row) : row;
+    }
+}
+
+/* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
+static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
+
+/* Different rows of A, at most 3, less one. */
+static int cqi_rows_of_centre(const cq_decoder *d)
+{
+    const cqi_ring *r = &d->ring;
+    cq_index first = CQ_NONE, second = CQ_NONE;
+    int k;
+    for (k = 0; k < r->size; k++) {
+        const cq_index row = cqi_row_at(d, r->spoke[k]);
+        if (row == CQ_NONE || row == first || row == second) continue;
+        if (second != CQ_NONE) return 2;
+        if (first == CQ_NONE) first = row;
+        else second = row;
+    }
+    return second != CQ_NONE;
+}
+
+static void cqi_set_choice(cqi_seams *s, int corner, cq_index usual, cq_index other)
+{
+    s->usual[corner] = usual != CQ_NONE ? usual : other;
+    s->other[corner] = usual != CQ_NONE && other != usual ? other : CQ_NONE;
+}
+
+/* What the corners may be: as in the face beside them at A, at B. Those of A and B in the right face may also be as in
+ * the left one. */
+static void cqi_list_choices(cq_decoder *d)
+{
+    const cqi_ring *r = &d->ring;
+    cqi_seams *s = d->seams;
+    const cq_index to_p = r->spoke[s->p], to_q = r->spoke[s->q], from_p = d->mesh.twin[to_p], from_q = d->mesh.twin[to_q];
+    const cq_index at_a = cqi_row_at(d, cq_next(from_q));
+    const int at_p = cqi_seam_class(cqi_row_at(d, to_p), cqi_row_at(d, cq_next(from_p)));
+    s->context = (3 * at_p + cqi_seam_class(at_a, cqi_row_at(d, to_q))) * 3 + cqi_rows_of_centre(d);
+    cqi_set_choice(s, CQI_LEFT_A, cqi_row_at(d, to_p), CQ_NONE);
+    cqi_set_choice(s, CQI_LEFT_B, s->run[s->p + 1], CQ_NONE);
+    cqi_set_choice(s, CQI_AT_P, cqi_row_at(d, cq_next(to_p)), cqi_row_at(d, from_p));
+    cqi_set_choice(s, CQI_RIGHT_A, at_a, CQ_NONE);
+    cqi_set_choice(s, CQI_RIGHT_B, s->run[s->q], CQ_NONE);
+    cqi_set_choice(s, CQI_AT_Q, cqi_row_at(d, from_q), cqi_row_at(d, cq_next(to_q)));
+}
+
+/* What was chosen before: a model of the corner. */
+static int cqi_corner_history(const cqi_seams *s, int corner)
+{
+    const cq_index *const row = s->row, *const usual = s->usual;
+    const int left_a = row[CQI_LEFT_A] == usual[CQI_LEFT_A], left_b = row[CQI_LEFT_B] == usual[CQI_LEFT_B];
+    const int right_a = row[CQI_RIGHT_A] == usual[CQI_RIGHT_A], right_b = row[CQI_RIGHT_B] == usual[CQI_RIGHT_B];
+    switch (corner) {
+    case CQI_LEFT_A: return 0;
+    case CQI_LEFT_B: return left_a;
+    case CQI_AT_P: return 2 * (s->other[corner] == CQ_NONE) + (left_a && left_b);
+    case CQI_RIGHT_A: return 2 * left_a + left_b;
+    case CQI_RIGHT_B: return 2 * left_b + right_a;
+    default: return 2 * (s->other[corner] == CQ_NONE) + (right_a && right_b);
+    }
+}
+
+static cq_index cqi_code_corner(cq_decoder *d, int corner)
+{
+    cqi_seams *s = d->seams;
+    cq_bit_model *const model = s->model[s->context];
+    const cq_index usual = s->usual[corner], other = s->other[corner], wedge = s->wanted[corner];
+    cq_index vertex = d->mesh.origin[d->ring.spoke[0]];
+    int history = cqi_corner_history(s, corner);
+    if (usual != CQ_NONE && cqi_code_with(d, &model[CQI_USUAL + 4 * corner + history], cqi_is_wanted(d, usual, wedge)))
+        return usual;
+    if (other != CQ_NONE && cqi_code_with(d, &model[CQI_SECOND_CHOICE + corner], cqi_is_wanted(d, other, wedge)))
+        return other;
+    if (corner % 3 == CQI_LEFT_B) vertex = d->mesh.num_vertices;
+    if (corner % 3 == CQI_AT_P) vertex = d->ring.vertex[corner == CQI_AT_P ? s->p : s->q];
+    return cqi_make_row(d, vertex, usual, corner, wedge);
+}
+
+/* All corners that there are have a usual row, and the encoder wants it. */
+static int cqi_may_be_usual(const cqi_seams *s, const int *present)
+{
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (present[k / 3] && s->usual[k] == CQ_NONE) return 0;
+    return 1;
+}
+
+static int cqi_plan_usual(const cq_decoder *d, const int *present)
+{
+    const cqi_seams *s = d->seams;
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (present[k / 3] && !cqi_is_wanted(d, s->usual[k], s->wanted[k])) return 0;
+    return 1;
+}
+
+static void cqi_code_corners(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    const int present[2] = { s->p != d->ring.boundary, s->q != d->ring.boundary };
+    int k, all = cqi_may_be_usual(s, present);
+    if (all) all = cqi_code_with(d, &s->model[s->context][CQI_ALL_USUAL], CQI_ENCODING(d) && cqi_plan_usual(d, present));
+    for (k = 0; k < CQI_CORNERS; k++) {
+        s->row[k] = CQ_NONE;
+        if (!present[k / 3]) continue;
+        if (all) {
+            s->row[k] = s->usual[k];
+            continue;
+        }
+        if ((k == CQI_RIGHT_A || k == CQI_RIGHT_B) && present[0])
+            cqi_set_choice(s, k, s->usual[k], s->row[k - CQI_RIGHT_A + CQI_LEFT_A]);
+        s->row[k] = cqi_code_corner(d, k);
+    }
+}
+
+/* -- Values of the rows that a split makes -- */
+
+/* The row beyond the edge of ring vertices k and k + 1, if the surface goes on there. */
+static cq_index cqi_row_beyond(const cq_decoder *d, cq_index spoke)
+{
+    const cq_index inner = cq_next(spoke), outer = d->mesh.twin[inner];
+    if (cqi_row_at(d, outer) != cqi_row_at(d, cq_next(inner)) || cqi_row_at(d, cq_next(outer)) != cqi_row_at(d, inner))
+        return CQ_NONE;
+    return cqi_row_at(d, cq_prev(outer));
+}
+
+/* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is known. */
+static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
+{
+    const cqi_ring *r = &d->ring;
+    const cqi_seams *s = d->seams;
+    const cq_index to_p = r->spoke[s->p], from_q = d->mesh.twin[r->spoke[s->q]];
+    cqi_fan *f = &d->now.fan;
+    int k, n = 1, whole = 1;
+    f->vertex[0] = beside;
+    for (k = s->p; k <= s->q; k++) {
+        const int before = k > s->p && s->run[k] == row, after = k < s->q && s->run[k + 1] == row;
+        whole &= (before || k == s->p) && (after || k == s->q);
+        if (!before && !after) continue;
+        f->vertex[n] = cqi_row_at(d, before ? cq_next(r->spoke[k]) : d->mesh.twin[r->spoke[k]]);
+        f->beyond[n++] = after ? cqi_row_beyond(d, r->spoke[k + 1]) : CQ_NONE;
+    }
+    f->size = n;
+    f->boundary = !whole;
+    f->beyond[0] = f->beyond[n - 1] = CQ_NONE;
+    if (cqi_row_at(d, to_p) == beside && cqi_row_at(d, cq_next(to_p)) == f->vertex[1])
+        f->beyond[0] = cqi_row_at(d, cq_prev(to_p));
+    if (cqi_row_at(d, cq_next(from_q)) == beside && cqi_row_at(d, from_q) == f->vertex[n - 1])
+        f->beyond[n - 1] = cqi_row_at(d, cq_prev(from_q));
+    for (k = 0; k < n && !whole; k++) f->beyond[k] = CQ_NONE;
+}
+
+static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
+{
+    const size_t n = d->shape.channel[k].components;
+    return !memcmp(d->channel[k] + a * n, d->channel[k] + b * n, n * sizeof(cq_value));
+}
+
+/* Is channel k of a row as that of another one? Then it is copied. */
+static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq_index other)
+{
+    const uint32_t n = d->shape.channel[k].components;
+    cq_value *const to = d->channel[k] + (size_t)row * n;
+    const cq_value *const from = d->channel[k] + (size_t)other * n;
+    uint32_t c;
+    int equal = CQI_ENCODING(d);
+    for (c = 0; c < n && equal; c++) equal = cqi_plan_bits(d, k, c, d->plan->wedge_of_row[row]) == from[c];
+    equal = cqi_code_with(d, &d->seams->equal[k][model], equal);
+    for (c = 0; c < n && equal; c++) to[c] = from[c];
+    return equal;
+}
+
+/* One component of a row, given the row that it is expected to be near, and perhaps another one. */
+static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_value *const values = d->channel[k] + c;
+    const uint32_t stride = channel->components;
+    const int32_t expected = near != CQ_NONE ? cqi_number(channel, values[(size_t)near * stride]) : 0;
+    int32_t x = 0, apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
+    int half_bits;
+    if (near != CQ_NONE && far != CQ_NONE && far != near)
+        apart = cqi_rough(channel, values[(size_t)far * stride]) - cqi_rough(channel, values[(size_t)near * stride]);
+    half_bits = cqi_half_bits(cqi_abs(apart)) + (cqi_is_exact(channel) ? 16 : 0);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), expected);
+    x = cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), -1, x);
+    x = cqi_number(channel, cqi_sum(expected, x));
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_value *const values = d->channel[k] + c;
+    int32_t beside[2], x = 0;
+    int n = 0;
+    if (near != CQ_NONE) beside[n++] = values[(size_t)near * channel->components];
+    if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
+    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
+    x = cqi_code_copy(d, k, beside, n, x);
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* Channel k of a row that only one or both of the new faces have: as in the corner before of the same face, as beside
+ * it, or near that. */
+static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *to = d->channel[k] + (size_t)row * channel->components;
+    const cq_index beside = made->beside;
+    cq_index in_face = CQ_NONE;
+    const int face = made->corner / 3 * 3;
+    int j, ok = 1, swap;
+    uint32_t c;
+    for (j = face; j < face + 3; j++) {
+        const cq_index x = s->row[j];
+        if (x < row && (in_face == CQ_NONE || x > in_face)) in_face = x;
+    }
+    if (in_face != CQ_NONE) {
+        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
+        if (cqi_code_equal(d, k, 2 + as_beside, row, in_face)) return 1;
+    }
+    if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
+    swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
+    for (c = 0; c < channel->components && ok; c++) {
+        const cq_index near = swap ? in_face : beside, far = swap ? beside : in_face;
+        ok = channel->merge == CQ_COPY ? cqi_code_near_copy(d, k, c, wedge, near, far, to + c)
+                                       : cqi_code_near(d, k, c, wedge, near, far, to + c);
+    }
+    return ok;
+}
+
+/* Channel k of B's part of a row that was split: by B's neighbours, or as B's other one. */
+static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *to = d->channel[k] + (size_t)row * channel->components;
+    uint32_t c;
+    int ok = 1;
+    if (s->next && cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
+        return 1;
+    for (c = 0; c < channel->components && ok; c++)
+        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_plain(d, k, c, wedge, to + c);
+    return ok;
+}
+
+/* The next channel of the rows that the split makes; 0: there is none. */
+static int cqi_next_channel(const cq_decoder *d, uint32_t *k)
+{
+    while (*k < d->shape.num_channels && cqi_class(&d->shape, *k) != CQI_OF_ROW) ++*k;
+    return *k < d->shape.num_channels;
+}
+
+static void cqi_set_face_rows(cq_index *rows, cq_index a, cq_index b, cq_index c)
+{
+    rows[0] = a;
+    rows[1] = b;
+    rows[2] = c;
+}
+
+/* The split, with the rows of all its corners. */
+static cq_result cqi_apply_rows(cq_decoder *d)
+{
+    const cqi_seams *s = d->seams;
+    const cq_index b = d->mesh.num_vertices, *const row = s->row;
+    const cq_result result = cqi_apply_split(d, s->p, s->q);
+    cq_index f, g;
+    int k;
+    if (result != CQ_OK) return result;
+    for (k = s->p + 1; k <= s->q; k++) {
+        if (s->run[k] == CQ_NONE) continue;
+        d->index[d->ring.spoke[k]] = s->run[k];
+        d->vertex[s->run[k]] = b;
+    }
+    f = d->mesh.twin[d->ring.spoke[s->p]]; /* p -> A */
+    g = cq_prev(d->mesh.twin[d->ring.spoke[s->q]]); /* A -> q */
+    if (s->p != d->ring.boundary) cqi_set_face_rows(d->index + f, row[CQI_AT_P], row[CQI_LEFT_A], row[CQI_LEFT_B]);
+    if (s->q != d->ring.boundary) cqi_set_face_rows(d->index + g, row[CQI_RIGHT_A], row[CQI_AT_Q], row[CQI_RIGHT_B]);
+    d->num_rows = s->num_rows;
+    d->phase = CQI_PATCHES;
+    return CQ_OK;
+}
+
+static cq_result cqi_begin_corners(cq_decoder *d, int p, int q)
+{
+    d->seams->p = p;
+    d->seams->q = q;
+    d->phase = CQI_READ_CORNERS;
+    return CQ_OK;
+}
+
+static CQI_APART cq_result cqi_step_corners(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    s->num_new = s->next = 0;
+    s->channel = 0;
+    if (CQI_ENCODING(d)) cqi_removed_corners(d->plan, &d->plan->note[d->plan->next], s->wanted);
+    cqi_split_rows(d);
+    cqi_list_choices(d);
+    cqi_code_corners(d);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (s->full) return CQ_ERROR_CORRUPT;
+    d->phase = CQI_READ_ROWS;
+    return CQ_OK;
+}
+
+/* One channel of one new row; or the split, when all are there. */
+static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    while (s->next < s->num_new) {
+        const cqi_new_row *made = &s->made[s->next];
+        const cq_index row = (cq_index)(d->num_rows + (cq_index)s->next), wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+        if (!s->channel && made->corner == CQI_CORNERS) cqi_list_fan_of_row(d, row, made->beside);
+        if (cqi_next_channel(d, &s->channel)) {
+            const uint32_t k = s->channel++;
+            const int ok = made->corner == CQI_CORNERS ? cqi_code_split_row(d, k, row, wedge)
+                                                       : cqi_code_seam_row(d, k, row, made, wedge);
+            cqi_charge_channel(d, k);
+            if (cqi_starved(d)) return CQ_TRUNCATED;
+            return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+        }
+        s->channel = 0;
+        s->next++;
+    }
+    return cqi_apply_rows(d);
+}
+
+#endif /* CQ_NO_WEDGES */
+
+/* The split of the patch: both indices, then the values, then the mesh. */
+static cq_result cqi_code_split(cq_decoder *d)
+{
+    const cq_index b = d->mesh.num_vertices;
+    const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
+    int p = note ? note->p : 0, q = note ? note->q : 0;
+    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    cqi_code_pair(d, &p, &q);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return d->seams ? cqi_begin_corners(d, p, q) : cqi_apply_split(d, p, q);
 }
 
 /* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder does
@@ -4079,8 +4675,6 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_COMPLETE };
-
 /* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
@@ -4104,11 +4698,263 @@ static CQI_APART cq_result cqi_step_base(cq_decoder *d)
     return cqi_grow_base(d);
 }
 
+/* -- Rows of the base, and what is aside -- */
+
+static cq_result cqi_step_base_values(cq_decoder *d);
+
+#ifndef CQ_NO_WEDGES
+
+/* What is usual is so nine times in ten, to begin with. */
+static void cqi_init_seams(cqi_seams *s)
+{
+    int j, k;
+    memset(s, 0, sizeof *s);
+    for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
+        for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
+    for (j = 0; j < CQ_MAX_CHANNELS; j++)
+        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+}
+
+static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
+{
+    const cq_shape *s = &d->shape;
+    const size_t of_row = cqi_all_components(s, CQI_OF_ROW), all = of_row + cqi_all_components(s, CQI_OF_VERTEX);
+    cq_value *values, *aside;
+    uint32_t k;
+    if (s->num_rows) {
+        d->index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_faces, sizeof(cq_index));
+        d->vertex = (cq_index *)cqi_take(arena, s->num_rows, sizeof(cq_index));
+        d->seams = (cqi_seams *)cqi_take(arena, 1, sizeof(cqi_seams));
+        cqi_init_seams(d->seams);
+    }
+    values = (cq_value *)cqi_take(arena, s->num_rows * of_row, sizeof(cq_value));
+    d->aside.index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_aside_faces, sizeof(cq_index));
+    aside = (cq_value *)cqi_take(arena, s->num_aside_rows * all, sizeof(cq_value));
+    for (k = 0; k < s->num_channels; k++) {
+        const int of = cqi_class(s, k);
+        if (of == CQI_OF_FACE) {
+            d->aside.channel[k] = (cq_value *)cqi_take(arena, s->num_aside_faces, sizeof(cq_value));
+            continue;
+        }
+        d->aside.channel[k] = aside;
+        aside += (size_t)s->num_aside_rows * s->channel[k].components;
+        if (of != CQI_OF_ROW) continue;
+        d->channel[k] = values;
+        values += (size_t)s->num_rows * s->channel[k].components;
+    }
+}
+
+static cq_result cqi_begin_base_rows(cq_decoder *d)
+{
+    memset(d->base.size, 0, sizeof d->base.size);
+    d->seams->vertex = 0;
+    d->seams->corner = d->base.draft.out[0];
+    d->phase = CQI_BASE_ROWS;
+    return CQ_OK;
+}
+
+/* The row of a corner of the base, clockwise around its vertex: that of the corner before; or a new one; or any other
+ * one of the vertex. */
+static int cqi_code_base_corner(cq_decoder *d)
+{
+    const cq_mesh *m = &d->base.draft;
+    cqi_seams *s = d->seams;
+    const cq_index h = s->corner, known = (cq_index)(s->num_rows - s->first);
+    const cq_index before = h == m->out[s->vertex] ? CQ_NONE : cqi_row_at(d, cq_counterclockwise(m, h));
+    const cq_index others = (cq_index)(known - (before != CQ_NONE)), wedge = CQI_ENCODING(d) ? d->plan->index[cqi_plan_to_input(d->plan, h)] : 0;
+    const int rows = cqi_at_most((int)(known < 3 ? known : 3), 3) - 1;
+    cq_index row = CQI_ENCODING(d) ? d->plan->row_decoded[wedge] : CQ_NONE;
+    if (before != CQ_NONE && cqi_code_with(d, &s->model[0][CQI_BASE_SAME + rows], row == before)) {
+        d->index[h] = before;
+        return 1;
+    }
+    s->fresh = !others || cqi_code_with(d, &s->model[0][CQI_BASE_NEW + rows], row == CQ_NONE);
+    if (s->fresh) {
+        d->index[h] = cqi_add_row(d, s->vertex, wedge);
+        return !s->full;
+    }
+    row = (cq_index)(row - s->first - (before != CQ_NONE && row > before));
+    row = (cq_index)cqi_code_raw(d, row, cqi_bit_length((uint32_t)others - 1));
+    if (row >= others) return 0;
+    row = (cq_index)(row + s->first);
+    d->index[h] = (cq_index)(row + (before != CQ_NONE && row >= before));
+    return 1;
+}
+
+/* The rows of the two other corners of a base face that are known: those of vertices with lower numbers. */
+static int cqi_list_known(const cq_decoder *d, cq_index h, cq_index *known)
+{
+    const cq_mesh *m = &d->base.draft;
+    const cq_index v = m->origin[h];
+    int n = 0;
+    if (m->origin[cq_next(h)] < v) known[n++] = d->index[cq_next(h)];
+    if (m->origin[cq_prev(h)] < v) known[n++] = d->index[cq_prev(h)];
+    return n;
+}
+
+/* Channel k of the new row of a corner of the base. */
+static int cqi_code_base_row(cq_decoder *d, uint32_t k)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    const cq_index row = (cq_index)(s->num_rows - 1);
+    cq_index known[2];
+    int n = cqi_list_known(d, s->corner, known);
+    uint32_t c;
+    if (n && cqi_code_equal(d, k, 6, row, known[0])) return 1;
+    if (row > s->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
+    if (!n && row) known[n++] = (cq_index)(row - 1);
+    for (c = 0; c < stride; c++) {
+        const cq_value *const values = d->channel[k] + c;
+        int32_t *const size = &d->base.size[k * CQ_MAX_COMPONENTS + c];
+        int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
+        if (n == 1) p = cqi_number(channel, values[(size_t)known[0] * stride]);
+        if (n == 2) p = cqi_unrough(channel, (cqi_rough(channel, values[(size_t)known[0] * stride]) + cqi_rough(channel, values[(size_t)known[1] * stride])) / 2);
+        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->wedge_of_row[row]), p);
+        x = cqi_code_base_residual(d, channel, x, size);
+        x = cqi_number(channel, cqi_sum(p, x));
+        d->channel[k][(size_t)row * stride + c] = (cq_value)x;
+        if (!cqi_value_fits(channel, x)) return 0;
+    }
+    return 1;
+}
+
+static void cqi_next_base_corner(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    const cq_mesh *m = &d->base.draft;
+    s->corner = cq_clockwise(m, s->corner);
+    if (s->corner != m->out[s->vertex]) return;
+    s->first = s->num_rows;
+    s->vertex++;
+    if (s->vertex < m->num_vertices) s->corner = m->out[s->vertex];
+}
+
+/* One channel of the row of a corner; or which row the next corner has. */
+static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    int ok = 1;
+    if (s->vertex == d->base.draft.num_vertices) {
+        d->num_rows = s->num_rows;
+        return cqi_step_base_values(d);
+    }
+    if (s->fresh && cqi_next_channel(d, &s->channel)) {
+        const uint32_t k = s->channel++;
+        ok = cqi_code_base_row(d, k);
+        cqi_charge_channel(d, k);
+    } else if (s->fresh) {
+        s->fresh = 0;
+        s->channel = 0;
+        cqi_next_base_corner(d);
+    } else {
+        if (s->corner / 3 < d->mesh.first_virtual_face) ok = cqi_code_base_corner(d);
+        if (!s->fresh) cqi_next_base_corner(d);
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    }
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+/* Turns to what is aside, if that is not yet read. */
+static int cqi_has_aside(cq_decoder *d)
+{
+    if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces) return 0;
+    memset(d->base.size, 0, sizeof d->base.size);
+    d->base.value = 0;
+    d->phase = CQI_READ_ASIDE;
+    return 1;
+}
+
+/* Channel k of the next row aside, given the one before. */
+static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t n = channel->components;
+    cq_value *to = d->aside.channel[k] + (size_t)d->aside.num_rows * n;
+    uint32_t c;
+    for (c = 0; c < n; c++) {
+        int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
+        if (d->aside.num_rows) p = cqi_number(channel, to[(int32_t)c - (int32_t)n]);
+        if (CQI_ENCODING(d)) {
+            const size_t row = d->plan->aside_row[d->aside.num_rows];
+            x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
+        }
+        x = cqi_code_base_residual(d, channel, x, &d->base.size[k * CQ_MAX_COMPONENTS + c]);
+        x = cqi_number(channel, cqi_sum(p, x));
+        if (!cqi_value_fits(channel, x)) return 0;
+        to[c] = (cq_value)x;
+    }
+    return 1;
+}
+
+/* Number of a row of the input in the stream. */
+static cq_index cqi_plan_row(const cqi_plan *p, cq_index row, cq_index num_rows)
+{
+    const cq_index t = p->target[row];
+    if (t >= p->num_wedges) return (cq_index)(num_rows + (t - p->num_wedges));
+    return p->index ? p->row_decoded[t] : p->decoded[t];
+}
+
+/* The next face aside: its rows, then its values, given those of the one before. */
+static int cqi_code_aside_face(cq_decoder *d)
+{
+    const cq_shape *s = &d->shape;
+    const cq_index num_rows = d->seams ? (cq_index)s->num_rows : (cq_index)s->num_vertices;
+    const uint32_t all = (uint32_t)num_rows + s->num_aside_rows;
+    cq_index *const to = d->aside.index + 3 * (size_t)d->aside.num_faces, face = 0;
+    uint32_t k;
+    if (CQI_ENCODING(d)) {
+        while (!(d->plan->face_state[d->plan->aside_face] & CQI_FACE_ASIDE)) d->plan->aside_face++;
+        face = d->plan->aside_face++;
+    }
+    for (k = 0; k < 3; k++) {
+        uint32_t row = CQI_ENCODING(d) ? cqi_plan_row(d->plan, d->plan->triangles[3 * (size_t)face + k], num_rows) : 0;
+        row = cqi_code_raw(d, row, all ? cqi_bit_length(all - 1) : 0);
+        if (row >= all) return 0;
+        to[k] = (cq_index)row;
+    }
+    for (k = 0; k < s->num_channels; k++) {
+        cq_value *value = d->aside.channel[k] + d->aside.num_faces;
+        int32_t before = d->aside.num_faces ? value[-1] : 0, x = 0;
+        if (cqi_class(s, k) != CQI_OF_FACE) continue;
+        if (CQI_ENCODING(d) && s->channel[k].kind != CQ_TURNED) x = d->plan->input[k][face];
+        *value = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+    }
+    return 1;
+}
+
+/* One channel of a row aside, or a face. */
+static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
+{
+    int ok = 1;
+    if (d->aside.num_rows < d->shape.num_aside_rows) {
+        const uint32_t k = (uint32_t)d->base.value;
+        if (k < d->shape.num_channels && cqi_class(&d->shape, k) != CQI_OF_FACE) ok = cqi_code_aside_row(d, k);
+        if (++d->base.value >= d->shape.num_channels && ok && !cqi_starved(d)) {
+            d->base.value = 0;
+            d->aside.num_rows++;
+        }
+    } else if (d->aside.num_faces < d->shape.num_aside_faces) {
+        ok = cqi_code_aside_face(d);
+        if (ok && !cqi_starved(d)) d->aside.num_faces++;
+    } else {
+        d->phase = CQI_LEVEL;
+    }
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->aside, NULL);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+#endif /* CQ_NO_WEDGES */
+
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
-    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? draft->num_faces : 0);
+    cq_index faces = (cq_index)(cqi_all_components(&d->shape, CQI_OF_FACE) ? draft->num_faces : 0);
     if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
+    if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = draft->num_vertices;
@@ -4175,6 +5021,8 @@ static cq_result cqi_step_level(cq_decoder *d)
 {
     int other;
     if (d->mesh.num_vertices == d->shape.num_vertices) {
+        if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
+        if (cqi_has_aside(d)) return CQ_OK;
         d->phase = CQI_COMPLETE;
         if (CQI_ENCODING(d)) return CQ_DONE;
         return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
@@ -4244,6 +5092,12 @@ static cq_result cqi_step(cq_decoder *d)
     switch (d->phase) {
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
+#ifndef CQ_NO_WEDGES
+    case CQI_BASE_ROWS: return cqi_step_base_rows(d);
+    case CQI_READ_CORNERS: return cqi_step_corners(d);
+    case CQI_READ_ROWS: return cqi_step_rows(d);
+    case CQI_READ_ASIDE: return cqi_step_aside(d);
+#endif
     case CQI_LEVEL: return cqi_step_level(d);
     case CQI_ACTIVE: return cqi_step_active(d);
     case CQI_CLEAR: return cqi_step_clear(d);
@@ -4265,16 +5119,21 @@ static void cqi_start(cq_decoder *d)
     cqi_mesh_carve(&d->mesh, &d->shape, &arena);
     d->walk.capacity = (cq_index)(cqi_all_faces(&d->shape) / 3 + 1);
     d->walk.queue = (cq_index *)cqi_take(&arena, d->walk.capacity, sizeof(cq_index));
-    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, 0), sizeof(cq_value));
+    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, CQI_OF_VERTEX), sizeof(cq_value));
     for (k = 0; k < d->shape.num_channels; k++) {
-        if (d->shape.channel[k].merge == CQ_PER_FACE) {
-            d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
-            continue;
-        }
+        const int of = cqi_class(&d->shape, k);
+        if (of == CQI_OF_FACE) d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
+        if (of != CQI_OF_VERTEX) continue;
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
-    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
+    d->index = d->mesh.origin;
+#ifndef CQ_NO_WEDGES
+    cqi_start_rows(d, &arena);
+#endif
+    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
+                                         cqi_all_components(&d->shape, CQI_OF_FACE) +
+                                         cqi_all_components(&d->shape, CQI_OF_ROW));
     d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
@@ -4375,7 +5234,7 @@ static cq_result cqi_finish_stream(cq_decoder *d)
     d->error = 0;
     if (CQI_REPORTING(d)) {
         cq_report *r = d->report;
-        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
     }
     return CQ_DONE;
 }
@@ -4394,6 +5253,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         result = cqi_step(d);
         if (result != CQ_OK) break;
     }
+    if (!d->seams) d->num_rows = d->mesh.num_vertices;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
     d->status = result;
     return result;
@@ -4415,6 +5275,52 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
     return cqi_run(d, in, budget);
 }
 
+void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to)
+{
+    CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
+    const size_t n = d->shape.channel[k].components;
+    const int follow = d->vertex && cqi_class(&d->shape, k) == CQI_OF_VERTEX;
+    cq_index r;
+    for (r = first; r < first + count; r++, to += n)
+        memcpy(to, d->channel[k] + (follow ? d->vertex[r] : r) * n, n * sizeof(cq_value));
+}
+
+/* Values of the channel of faces that are turned over; or NULL. */
+static const cq_value *cqi_turned(const cq_decoder *d)
+{
+    const uint32_t last = d->shape.num_channels - 1;
+    return d->shape.num_channels && d->shape.channel[last].kind == CQ_TURNED ? d->channel[last] : NULL;
+}
+
+void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to)
+{
+    CQ_ASSERT(first <= d->mesh.num_faces && count <= d->mesh.num_faces - first);
+    const cq_value *turned = cqi_turned(d);
+    cq_index f;
+    for (f = first; f < first + count; f++, to += 3) {
+        const cq_index *const from = d->index + 3 * (size_t)f;
+        const int over = turned && turned[f];
+        to[0] = from[0];
+        to[1] = from[over ? 2 : 1];
+        to[2] = from[over ? 1 : 2];
+    }
+}
+
+/* A row moves to a new vertex only, so those that have are around new vertices. */
+void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
+{
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    CQ_ASSERT(rows);
+    cq_index v, h;
+    for (v = since_vertices; d->vertex && v < d->mesh.num_vertices; v++) {
+        h = d->mesh.out[v];
+        do {
+            if (h / 3 < d->mesh.first_virtual_face && d->index[h] < since_rows) rows[d->index[h] >> shift] = 1;
+            h = cq_clockwise(&d->mesh, h);
+        } while (h != d->mesh.out[v]);
+    }
+}
+
 /* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
 
 #ifndef CQ_NO_ENCODER
@@ -4422,19 +5328,36 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
+    cq_input coded;           /* as the input, but what the mesh became */
 } cqi_encoder;
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
-size_t cq_encoder_bytes(const cq_shape *s)
+static uint64_t cqi_preparing_bytes(const cq_shape *s);
+static uint64_t cqi_prepared_bytes(const cq_shape *s);
+
+/* With num_rows, which a call has found, that many vertices are enough for the mesh. */
+size_t cq_encoder_bytes(const cq_shape *shape)
 {
+    cq_shape coded, *s = &coded;
     cqi_size v, f, plan;
-    if (!s || !cqi_countable(s)) return 0;
+    uint64_t all, preparing = 0, more = 0;
+    if (!shape || !cqi_countable(shape)) return 0;
+    coded = *shape;
+#ifndef CQ_NO_WEDGES
+    preparing = CQI_ENCODER_BYTES + cqi_preparing_bytes(shape);
+    if (s->num_rows) {
+        more = cqi_prepared_bytes(shape) + cqi_more_bytes(s) + CQ_FACE_BYTES(s->num_faces);
+        more += CQ_FACE_BYTES(s->num_aside_faces);
+        s->num_vertices = s->num_rows;
+    }
+#endif
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
-    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s));
+    all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
+    return cqi_sum_of_sizes(all + more > preparing ? all : preparing, all + more > preparing ? more : 0);
 }
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
@@ -4486,12 +5409,15 @@ typedef struct cqi_fan_of_input {
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
     int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
+    uint8_t seam[CQ_MAX_VALENCE];                /* the edge to the vertex is one */
 } cqi_fan_of_input;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 {
     return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
 }
+
+static int cqi_is_seam(const cqi_plan *p, cq_index h);
 
 static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
 {
@@ -4523,6 +5449,7 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
         cq_index w = m->origin[m->twin[h]];
         cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
         f->vertex[n] = w;
+        f->seam[n] = (uint8_t)cqi_is_seam(p, h);
         f->at[n++] = x;
         bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
         h = cq_clockwise(m, h);
@@ -4557,6 +5484,10 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
             sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
         } else if (f->norm[k]) {
             cqi_vector area = cqi_cross(f->area[k], x);
+            sum += (uint64_t)cqi_wide_dot(area, area);
+        }
+        if (f->seam[k]) {
+            cqi_vector area = cqi_cross(f->at[k], x);
             sum += (uint64_t)cqi_wide_dot(area, area);
         }
     }
@@ -5082,6 +6013,167 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
 }
 
+/* -- Encoder: wedges of an edge that is collapsed --
+ *
+ * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one of
+ * A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only be
+ * collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
+
+#ifdef CQ_NO_WEDGES
+static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+#define cqi_collapse_wedges(p, h, c) ((void)0)
+#define cqi_undo_wedges(p, c, first, last) ((void)0)
+#define cqi_is_seam(p, h) 0
+#else
+
+static cq_index cqi_wedge_at(const cqi_plan *p, cq_index h)
+{
+    return h / 3 < p->mesh.first_virtual_face ? p->index[h] : CQ_NONE;
+}
+
+/* Is the edge a seam at the origin of h? */
+static int cqi_is_seam(const cqi_plan *p, cq_index h)
+{
+    return p->index && cqi_seam_class(cqi_wedge_at(p, h), cqi_wedge_at(p, cq_clockwise(&p->mesh, h))) == 1;
+}
+
+/* Is the wedge one of the corners of the spokes between two, clockwise? */
+static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_index wedge)
+{
+    cq_index s = cq_clockwise(&p->mesh, from);
+    while (s != to && cqi_wedge_at(p, s) != wedge) s = cq_clockwise(&p->mesh, s);
+    return s != to;
+}
+
+/* Corners of the two faces at h = A -> B. */
+static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
+{
+    const cq_index t = p->mesh.twin[h];
+    corner[CQI_LEFT_A] = cqi_wedge_at(p, h);
+    corner[CQI_LEFT_B] = cqi_wedge_at(p, cq_next(h));
+    corner[CQI_AT_P] = cqi_wedge_at(p, cq_prev(h));
+    corner[CQI_RIGHT_A] = cqi_wedge_at(p, cq_next(t));
+    corner[CQI_RIGHT_B] = cqi_wedge_at(p, t);
+    corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
+}
+
+/* Which wedges of B become one of A. The right one does not if both would become the same. */
+static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
+{
+    const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
+    const int left = corner[CQI_LEFT_B] != CQ_NONE && cqi_is_between(p, at_b, t, corner[CQI_LEFT_B]) &&
+                     cqi_is_between(p, at_a, h, corner[CQI_LEFT_A]);
+    int right = corner[CQI_RIGHT_B] != CQ_NONE && cqi_is_between(p, at_b, t, corner[CQI_RIGHT_B]) &&
+                cqi_is_between(p, at_a, h, corner[CQI_RIGHT_A]);
+    if (left && (corner[CQI_RIGHT_B] == corner[CQI_LEFT_B] || corner[CQI_RIGHT_A] == corner[CQI_LEFT_A])) right = 0;
+    return (left ? CQI_TIED_LEFT : 0) | (right ? CQI_TIED_RIGHT : 0);
+}
+
+/* Does each corner have what the split offers: one of two, or a wedge that is nowhere else? */
+static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corner)
+{
+    const cq_mesh *m = &p->mesh;
+    const cq_index t = m->twin[h], at_a = cq_next(t), at_b = cq_next(h);
+    const cq_index *c = corner;
+    const cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[at_b], from_q = m->twin[at_a], to_q = m->twin[cq_prev(t)];
+    if (c[CQI_LEFT_A] != CQ_NONE) {
+        if (c[CQI_LEFT_A] != cqi_wedge_at(p, to_p) && cqi_is_between(p, at_a, h, c[CQI_LEFT_A])) return 0;
+        if (c[CQI_LEFT_B] != cqi_wedge_at(p, cq_next(from_p)) && cqi_is_between(p, at_b, t, c[CQI_LEFT_B])) return 0;
+        if (c[CQI_AT_P] != cqi_wedge_at(p, cq_next(to_p)) && c[CQI_AT_P] != cqi_wedge_at(p, from_p) &&
+            p->uses[c[CQI_AT_P]] > 1)
+            return 0;
+    }
+    if (c[CQI_RIGHT_A] != CQ_NONE) {
+        if (c[CQI_RIGHT_A] != cqi_wedge_at(p, cq_next(from_q)) && c[CQI_RIGHT_A] != c[CQI_LEFT_A] &&
+            cqi_is_between(p, at_a, h, c[CQI_RIGHT_A]))
+            return 0;
+        if (c[CQI_RIGHT_B] != cqi_wedge_at(p, to_q) && c[CQI_RIGHT_B] != c[CQI_LEFT_B] &&
+            cqi_is_between(p, at_b, t, c[CQI_RIGHT_B]))
+            return 0;
+        if (c[CQI_AT_Q] != cqi_wedge_at(p, from_q) && c[CQI_AT_Q] != cqi_wedge_at(p, cq_next(to_q)) &&
+            p->uses[c[CQI_AT_Q]] > 1)
+            return 0;
+    }
+    return 1;
+}
+
+/* Would a wedge of B go along with it? */
+static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
+{
+    const cq_index t = p->mesh.twin[h];
+    cq_index s = cq_clockwise(&p->mesh, cq_next(h));
+    for (; s != t; s = cq_clockwise(&p->mesh, s)) {
+        const cq_index wedge = cqi_wedge_at(p, s);
+        if (wedge == CQ_NONE || (tied & CQI_TIED_LEFT && wedge == corner[CQI_LEFT_B])) continue;
+        if (!(tied & CQI_TIED_RIGHT) || wedge != corner[CQI_RIGHT_B]) return 1;
+    }
+    return 0;
+}
+
+/* May B go, for its wedges and what is locked? */
+static int cqi_goes(const cqi_plan *p, cq_index h)
+{
+    cq_index corner[CQI_CORNERS];
+    if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
+    if (!p->index) return 1;
+    cqi_list_corners(p, h, corner);
+    if (!cqi_can_be_named(p, h, corner)) return 0;
+    return !p->clean || !cqi_moves(p, h, corner, cqi_tied(p, h, corner));
+}
+
+static void cqi_rename(cqi_plan *p, cq_index h, cq_index from, cq_index to)
+{
+    if (cqi_wedge_at(p, h) != from) return;
+    p->index[h] = to;
+    p->uses[from]--;
+    p->uses[to]++;
+}
+
+static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change)
+{
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
+}
+
+/* The wedges for the collapse of h, which comes next, and what its note says of them. */
+static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
+{
+    cq_index corner[CQI_CORNERS], s;
+    const cq_index t = p->mesh.twin[h];
+    int tied;
+    if (!p->index) return;
+    cqi_list_corners(p, h, corner);
+    tied = cqi_tied(p, h, corner);
+    c->first = (uint8_t)(c->first | tied | (int)(h % 3) << CQI_CORNER_A | (int)(t % 3) << CQI_CORNER_B);
+    for (s = cq_clockwise(&p->mesh, cq_next(h)); s != t; s = cq_clockwise(&p->mesh, s)) {
+        if (tied & CQI_TIED_LEFT) cqi_rename(p, s, corner[CQI_LEFT_B], corner[CQI_LEFT_A]);
+        if (tied & CQI_TIED_RIGHT) cqi_rename(p, s, corner[CQI_RIGHT_B], corner[CQI_RIGHT_A]);
+    }
+    cqi_count_corners_of(p, corner, -1);
+}
+
+/* The same backwards, before the split that takes a collapse back: B's run, and the two faces, which the split makes
+ * in this order of corners. */
+static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
+{
+    cq_index s = first, corner[CQI_CORNERS];
+    if (!p->index) return;
+    cqi_removed_corners(p, c, corner);
+    while (s != last) {
+        s = cq_clockwise(&p->mesh, s);
+        if (c->first & CQI_TIED_LEFT) cqi_rename(p, s, corner[CQI_LEFT_A], corner[CQI_LEFT_B]);
+        if (c->first & CQI_TIED_RIGHT) cqi_rename(p, s, corner[CQI_RIGHT_A], corner[CQI_RIGHT_B]);
+    }
+    if (corner[CQI_LEFT_A] != CQ_NONE)
+        cqi_set_face_rows(p->index + 3 * (size_t)c->face[0], corner[CQI_AT_P], corner[CQI_LEFT_A], corner[CQI_LEFT_B]);
+    if (corner[CQI_RIGHT_A] != CQ_NONE)
+        cqi_set_face_rows(p->index + 3 * (size_t)c->face[1], corner[CQI_RIGHT_A], corner[CQI_AT_Q], corner[CQI_RIGHT_B]);
+    cqi_count_corners_of(p, corner, 1);
+}
+
+#endif
+
 /* -- Choosing collapses -- */
 
 /* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
@@ -5131,7 +6223,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
@@ -5167,6 +6259,7 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_index last = first;
     int k;
     for (k = c->p; k < c->q; k++) last = cq_clockwise(&p->mesh, last);
+    cqi_undo_wedges(p, c, first, last);
     cq_mesh_split(&p->mesh, first, last);
 }
 
@@ -5186,6 +6279,7 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
         const cq_index removed = cq_target(m, h);
         cq_index to_p, to_q;
         cqi_note_collapse(p, h, first);
+        cqi_collapse_wedges(p, h, c);
         cq_mesh_collapse(m, h, &to_p, &to_q);
         m->mark[removed] = CQI_TAKEN;
         c->p = cqi_spoke_number(m, spoke, to_p);
@@ -5311,12 +6405,766 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     }
 }
 
+/* -- Encoder: preparation --
+ *
+ * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs, and
+ * the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All is
+ * sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
+ *
+ * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in the
+ * mesh. */
+
+#ifndef CQ_NO_WEDGES
+
+enum { CQI_FACE_CUT_OFF = 4 }; /* bit of the state of a face, beside CQI_FACE_ASIDE and _TURNED */
+
+/* What ends of halfedges are compared by. */
+enum { CQI_BY_ROW, CQI_BY_VALUES, CQI_BY_PLACE, CQI_BY_FAN };
+
+typedef struct cqi_preparer {
+    const cq_input *in;
+    cq_preparation counts;
+    const cq_value *positions;         /* NULL: not to be had as integers */
+    int located;                       /* there are positions: equal ones are one place */
+    cq_index num_faces;                /* that stay */
+    uint8_t *state;                    /* of each face of the input */
+    uint8_t *locked;                   /* of each fan */
+    cq_index *same;                    /* of each row: the first one with the same values */
+    cq_index *place;                   /* number of its values of the mesh vertex */
+    cq_index *source;                  /* of each face that stays: its number in the input */
+    cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
+    cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
+    cq_index num_fans, num_wedges, num_aside;
+    cq_index num_glued;                /* pairs */
+    cq_index num_open, num_loops;      /* halfedges without a twin, and the loops that they form */
+} cqi_preparer;
+
+static int cqi_is_of_row(const cq_channel *c)
+{
+    return c->merge != CQ_PER_FACE && (c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR);
+}
+
+/* -- Rows with the same values -- */
+
+/* Compares two rows in the channels of the mesh vertex, or in those of rows. */
+static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
+{
+    uint32_t k, c;
+    for (k = 0; k < in->shape.num_channels; k++) {
+        const uint32_t n = in->shape.channel[k].components;
+        if (in->shape.channel[k].merge == CQ_PER_FACE || cqi_is_of_row(&in->shape.channel[k]) != of_row) continue;
+        for (c = 0; c < n; c++) {
+            const cq_value x = in->values[k][(size_t)a * n + c], y = in->values[k][(size_t)b * n + c];
+            if (x != y) return x < y ? -1 : 1;
+        }
+    }
+    return 0;
+}
+
+static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
+{
+    int order = cqi_compare_rows(in, a, b, 0);
+    if (!order) order = cqi_compare_rows(in, a, b, 1);
+    return order ? order < 0 : a < b;
+}
+
+/* Heapsort: sinks an element of the heap of n. */
+static void cqi_sink(const cq_input *in, cq_index *heap, size_t at, size_t n)
+{
+    const cq_index row = heap[at];
+    size_t child;
+    while ((child = 2 * at + 1) < n) {
+        if (child + 1 < n && cqi_row_is_less(in, heap[child], heap[child + 1])) child++;
+        if (!cqi_row_is_less(in, row, heap[child])) break;
+        heap[at] = heap[child];
+        at = child;
+    }
+    heap[at] = row;
+}
+
+static void cqi_sort_rows(const cq_input *in, cq_index *rows, size_t n)
+{
+    size_t k;
+    for (k = n / 2; k--;) cqi_sink(in, rows, k, n);
+    for (k = n; k > 1; k--) {
+        const cq_index last = rows[k - 1];
+        rows[k - 1] = rows[0];
+        rows[0] = last;
+        cqi_sink(in, rows, 0, k - 1);
+    }
+}
+
+static void cqi_find_places(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)p->in->shape.num_vertices;
+    cq_index *const rows = p->count, k, places = 0;
+    for (k = 0; k < n; k++) rows[k] = p->same[k] = p->place[k] = k;
+    if (!p->located) return;
+    cqi_sort_rows(p->in, rows, n);
+    for (k = 0; k < n; k++) {
+        const int here = k && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 0);
+        places = (cq_index)(places + !here);
+        p->place[rows[k]] = (cq_index)(places - 1);
+        if (here && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 1)) p->same[rows[k]] = p->same[rows[k - 1]];
+    }
+}
+
+/* -- Keys of halfedges, and sorting by them -- */
+
+static cq_index cqi_row_of_corner(const cqi_preparer *p, cq_index h)
+{
+    const size_t face = p->source[h / 3];
+    const cq_index corner = (cq_index)(h % 3 && p->state[face] & CQI_FACE_TURNED ? 3 - h % 3 : h % 3);
+    return p->in->indices[3 * face + corner];
+}
+
+static cq_index cqi_key(const cqi_preparer *p, int by, cq_index h)
+{
+    if (by == CQI_BY_FAN) return p->fan[h];
+    h = cqi_row_of_corner(p, h);
+    return by == CQI_BY_ROW ? h : by == CQI_BY_VALUES ? p->same[h] : p->place[h];
+}
+
+static cq_index cqi_edge_key(const cqi_preparer *p, int by, cq_index h, int larger)
+{
+    const cq_index a = cqi_key(p, by, h), b = cqi_key(p, by, cq_next(h));
+    return (a < b) == larger ? b : a;
+}
+
+static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
+{
+    return cqi_edge_key(p, by, g, 0) == cqi_edge_key(p, by, h, 0) && cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
+}
+
+/* Number of different keys, at most. */
+static cq_index cqi_num_keys(const cqi_preparer *p, int by)
+{
+    return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
+}
+
+/* Turns counts into where each key begins. */
+static void cqi_sum_counts(cq_index *count, cq_index n)
+{
+    cq_index k, sum = 0;
+    for (k = 0; k < n; k++) {
+        const cq_index here = count[k];
+        count[k] = sum;
+        sum = (cq_index)(sum + here);
+    }
+}
+
+/* Sorts a list of halfedges by one end of their edges, stable. */
+static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_index *from, cq_index *to, cq_index n)
+{
+    cq_index k;
+    memset(p->count, 0, cqi_num_keys(p, by) * sizeof(cq_index));
+    for (k = 0; k < n; k++) p->count[cqi_edge_key(p, by, from[k], larger)]++;
+    cqi_sum_counts(p->count, cqi_num_keys(p, by));
+    for (k = 0; k < n; k++) to[p->count[cqi_edge_key(p, by, from[k], larger)]++] = from[k];
+}
+
+/* Lists halfedges in the order of their edges: all, or those that are open, or one of each edge. Returns their number. */
+enum { CQI_ALL, CQI_OPEN, CQI_ONCE };
+static cq_index cqi_list_edges(const cqi_preparer *p, int by, int which)
+{
+    cq_index h, n = 0;
+    for (h = 0; h < 3 * p->num_faces; h++)
+        if (which == CQI_ALL || p->twin[h] == CQ_NONE || (which == CQI_ONCE && h < p->twin[h])) p->list[n++] = h;
+    cqi_sort_by_end(p, by, 1, p->list, p->sorted, n);
+    cqi_sort_by_end(p, by, 0, p->sorted, p->list, n);
+    return n;
+}
+
+/* The end of the group of halfedges of one edge, which begins there in the list. */
+static cq_index cqi_group_end(const cqi_preparer *p, int by, cq_index begin, cq_index n)
+{
+    cq_index end = (cq_index)(begin + 1);
+    while (end < n && cqi_same_keys(p, by, p->list[begin], p->list[end])) end++;
+    return end;
+}
+
+/* -- Faces that go aside -- */
+
+/* Key number k of a face's corners, in ascending order. */
+static cq_index cqi_face_key(const cqi_preparer *p, const cq_index *of, cq_index face, int k)
+{
+    const cq_index *const rows = p->in->indices + 3 * (size_t)face;
+    const cq_index a = of[rows[0]], b = of[rows[1]], c = of[rows[2]];
+    const cq_index low = a < b ? a : b, high = a < b ? b : a;
+    if (k == 0) return low < c ? low : c;
+    if (k == 2) return high > c ? high : c;
+    return c < low ? low : c > high ? high : c;
+}
+
+/* Sorts the faces in p->list by their keys, into p->twin; p->sorted is scratch. */
+static void cqi_sort_faces(const cqi_preparer *p, const cq_index *of, cq_index n)
+{
+    const cq_index keys = (cq_index)p->in->shape.num_vertices;
+    cq_index *from = p->list, *to = p->twin, j;
+    int k;
+    for (k = 2; k >= 0; k--) {
+        memset(p->count, 0, keys * sizeof(cq_index));
+        for (j = 0; j < n; j++) p->count[cqi_face_key(p, of, from[j], k)]++;
+        cqi_sum_counts(p->count, keys);
+        for (j = 0; j < n; j++) to[p->count[cqi_face_key(p, of, from[j], k)]++] = from[j];
+        from = to;
+        to = k == 2 ? p->sorted : p->twin;
+    }
+}
+
+static int cqi_same_face(const cqi_preparer *p, const cq_index *of, cq_index a, cq_index b)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (cqi_face_key(p, of, a, k) != cqi_face_key(p, of, b, k)) return 0;
+    return 1;
+}
+
+static void cqi_put_faces_aside(cqi_preparer *p)
+{
+    cq_index f, n = 0;
+    for (f = 0; f < p->in->shape.num_faces; f++) {
+        const cq_index a = cqi_face_key(p, p->place, f, 0), b = cqi_face_key(p, p->place, f, 1);
+        p->state[f] = a == b || b == cqi_face_key(p, p->place, f, 2) ? CQI_FACE_ASIDE : 0;
+        if (!p->state[f]) p->list[n++] = f;
+        else p->counts.degenerate_faces++;
+    }
+    cqi_sort_faces(p, p->same, n);
+    for (f = 1; f < n; f++) {
+        if (!cqi_same_face(p, p->same, p->twin[f - 1], p->twin[f])) continue;
+        p->state[p->twin[f]] = CQI_FACE_ASIDE;
+        p->counts.repeated_faces++;
+    }
+    for (f = 0; f < p->in->shape.num_faces; f++)
+        if (!p->state[f]) p->source[p->num_faces++] = f;
+}
+
+/* -- Faces that are turned over --
+ *
+ * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges are a
+ * patch; its smaller part is turned. */
+
+/* The root of a face, and whether it is to be turned against that: parent[f] is 2 * parent + turned. */
+static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
+{
+    cq_index root = f, sum = 0;
+    while (parent[root] / 2 != root) {
+        sum ^= parent[root] & 1;
+        root = (cq_index)(parent[root] / 2);
+    }
+    *turned = sum;
+    while (parent[f] / 2 != f) {
+        const cq_index next = (cq_index)(parent[f] / 2), rest = sum ^ (parent[f] & 1);
+        parent[f] = (cq_index)(2 * root + sum);
+        sum = rest;
+        f = next;
+    }
+    return root;
+}
+
+static void cqi_join_patches(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
+{
+    cq_index *const parent = p->fan, of_g, of_h;
+    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g), b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
+    const cq_index turned = (cq_index)(of_g ^ of_h ^ differ);
+    if (a < b) parent[b] = (cq_index)(2 * a + turned);
+    if (b < a) parent[a] = (cq_index)(2 * b + turned);
+}
+
+/* Joins the faces over edges of two, those that agree before the others. False if all agree. */
+static int cqi_find_patches(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
+    cq_index differ, begin, end;
+    int any = 0;
+    for (differ = 0; differ < 2; differ++) {
+        for (begin = 0; begin < n; begin = end) {
+            const cq_index g = p->list[begin], h = p->list[begin + 1 < n ? begin + 1 : begin];
+            end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+            if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ) continue;
+            cqi_join_patches(p, g, h, differ);
+            any |= (int)differ;
+        }
+    }
+    return any;
+}
+
+static void cqi_turn_faces(cqi_preparer *p)
+{
+    cq_index *const parent = p->fan, *const balance = p->count, f, turned, root;
+    if (p->in->shape.num_channels == CQ_MAX_CHANNELS) return;
+    for (f = 0; f < p->num_faces; f++) parent[f] = (cq_index)(2 * f);
+    if (!cqi_find_patches(p)) return;
+    memset(balance, 0, p->num_faces * sizeof(cq_index));
+    for (f = 0; f < p->num_faces; f++) {
+        root = cqi_find_patch(parent, f, &turned);
+        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do not */
+    }
+    for (f = 0; f < p->num_faces; f++) {
+        root = cqi_find_patch(parent, f, &turned);
+        if (balance[root] >> (CQ_INDEX_BITS - 1)) turned ^= 1;
+        if (!turned) continue;
+        p->state[p->source[f]] |= CQI_FACE_TURNED;
+        p->counts.turned_faces++;
+    }
+}
+
+/* -- Gluing -- */
+
+static void cqi_glue(cqi_preparer *p, cq_index g, cq_index h)
+{
+    const int from = cqi_key(p, CQI_BY_VALUES, g) == cqi_key(p, CQI_BY_VALUES, cq_next(h));
+    const int to = cqi_key(p, CQI_BY_VALUES, h) == cqi_key(p, CQI_BY_VALUES, cq_next(g));
+    p->twin[g] = h;
+    p->twin[h] = g;
+    p->num_glued++;
+    p->counts.seam_edges += !from || !to;
+}
+
+/* Glues edges of which there is just one halfedge in each direction. */
+static void cqi_glue_pairs(cqi_preparer *p, int by)
+{
+    const cq_index n = cqi_list_edges(p, by, CQI_OPEN);
+    cq_index begin, end;
+    for (begin = 0; begin < n; begin = end) {
+        const cq_index g = p->list[begin], h = p->list[begin + 1 < n ? begin + 1 : begin];
+        end = cqi_group_end(p, by, begin, n);
+        if (end - begin == 2 && cqi_key(p, by, g) != cqi_key(p, by, h)) cqi_glue(p, g, h);
+    }
+}
+
+static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_index to)
+{
+    return cqi_offset(p->positions, cqi_row_of_corner(p, from), cqi_row_of_corner(p, to));
+}
+
+/* Normal of a face, of length 2^14. Offsets have 25 bits, products of two 50. */
+static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
+{
+    const cqi_vector none = { 0, 0, 0 };
+    cqi_vector a, b, n;
+    int64_t x, y, z, length;
+    uint64_t all;
+    int shift = 0;
+    if (!p->positions) return none;
+    a = cqi_corner_offset(p, h, cq_next(h));
+    b = cqi_corner_offset(p, h, cq_prev(h));
+    x = (int64_t)a.y * b.z - (int64_t)a.z * b.y;
+    y = (int64_t)a.z * b.x - (int64_t)a.x * b.z;
+    z = (int64_t)a.x * b.y - (int64_t)a.y * b.x;
+    all = (uint64_t)(x < 0 ? -x : x) | (uint64_t)(y < 0 ? -y : y) | (uint64_t)(z < 0 ? -z : z);
+    while (all >> shift >> 16) shift++;
+    n.x = (int32_t)cqi_floor_shift_wide(x, shift);
+    n.y = (int32_t)cqi_floor_shift_wide(y, shift);
+    n.z = (int32_t)cqi_floor_shift_wide(z, shift);
+    length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(n, n)) + 1;
+    n.x = (int32_t)(n.x * ((int64_t)1 << 14) / length);
+    n.y = (int32_t)(n.y * ((int64_t)1 << 14) / length);
+    n.z = (int32_t)(n.z * ((int64_t)1 << 14) / length);
+    return n;
+}
+
+/* A face's copy lies on the same three places. */
+static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
+{
+    return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && g / 3 != h / 3 &&
+           cqi_key(p, CQI_BY_PLACE, g) != cqi_key(p, CQI_BY_PLACE, h) &&
+           cqi_key(p, CQI_BY_PLACE, cq_prev(g)) != cqi_key(p, CQI_BY_PLACE, cq_prev(h));
+}
+
+/* Glues halfedges of one place, the flattest pair first. Of more than that many halfedges none is. */
+#define CQI_MOST_AT_EDGE 32
+static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n)
+{
+    cqi_vector normal[CQI_MOST_AT_EDGE];
+    cq_index j, k, g = 0, h;
+    if (n < 2 || n > CQI_MOST_AT_EDGE) return;
+    for (k = 0; k < n; k++) normal[k] = cqi_face_normal(p, group[k]);
+    for (h = 0; h != CQ_NONE;) {
+        int64_t best = INT64_MIN;
+        h = CQ_NONE;
+        for (j = 0; j < n; j++) {
+            for (k = (cq_index)(j + 1); k < n; k++) {
+                const int64_t flat = cqi_wide_dot(normal[j], normal[k]);
+                if (flat <= best || !cqi_may_glue(p, group[j], group[k])) continue;
+                best = flat;
+                g = group[j];
+                h = group[k];
+            }
+        }
+        if (h == CQ_NONE) break;
+        cqi_glue(p, g, h);
+    }
+}
+
+static void cqi_glue_places(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_OPEN);
+    cq_index begin, end;
+    for (begin = 0; begin < n; begin = end) {
+        end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+        cqi_glue_flattest(p, p->list + begin, (cq_index)(end - begin));
+    }
+}
+
+/* -- Fans --
+ *
+ * No two edges may join the same two fans, and none a fan with itself. If there are two open ones that fit, they are
+ * glued; else faces are cut off all around, which leaves them fans of their own. Cutting off never makes a second edge,
+ * and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+
+static void cqi_union(cq_index *parent, cq_index a, cq_index b)
+{
+    a = cqi_find_root(parent, a);
+    b = cqi_find_root(parent, b);
+    parent[a < b ? b : a] = a < b ? a : b;
+}
+
+static void cqi_find_fans(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces);
+    cq_index h;
+    for (h = 0; h < n; h++) p->fan[h] = h;
+    for (h = 0; h < n; h++) {
+        const cq_index t = p->twin[h];
+        if (t == CQ_NONE || t < h) continue;
+        cqi_union(p->fan, h, cq_next(t));
+        cqi_union(p->fan, cq_next(h), t);
+    }
+    for (h = 0; h < n; h++) p->fan[h] = cqi_find_root(p->fan, h);
+}
+
+/* An edge that some halfedges are of, which should be one. */
+static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, int may_glue)
+{
+    const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
+    const int loops = p->fan[g] == p->fan[cq_next(g)];
+    cq_index k;
+    if (may_glue && n == 2 && !loops && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && p->fan[g] != p->fan[h] && g / 3 != h / 3) {
+        cqi_glue(p, g, h);
+        return;
+    }
+    for (k = loops ? 0 : 1; k < n; k++) p->state[p->source[group[k] / 3]] |= CQI_FACE_CUT_OFF;
+}
+
+static void cqi_cut_off(cqi_preparer *p)
+{
+    cq_index h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        uint8_t *const state = &p->state[p->source[h / 3]];
+        if (!(*state & CQI_FACE_CUT_OFF)) continue;
+        if (p->twin[h] != CQ_NONE) p->twin[p->twin[h]] = CQ_NONE;
+        p->twin[h] = CQ_NONE;
+        if (h % 3 < 2) continue;
+        *state = (uint8_t)(*state - CQI_FACE_CUT_OFF);
+        p->counts.detached_faces++;
+    }
+}
+
+static void cqi_mend_fans(cqi_preparer *p)
+{
+    cq_index begin, end, n;
+    int round = 0, bad = 1;
+    while (bad) {
+        bad = 0;
+        cqi_find_fans(p);
+        n = cqi_list_edges(p, CQI_BY_FAN, CQI_ONCE);
+        for (begin = 0; begin < n; begin = end) {
+            const cq_index g = p->list[begin];
+            end = cqi_group_end(p, CQI_BY_FAN, begin, n);
+            if (end - begin < 2 && p->fan[g] != p->fan[cq_next(g)]) continue;
+            cqi_mend_edge(p, p->list + begin, (cq_index)(end - begin), round < 3);
+            bad = 1;
+        }
+        cqi_cut_off(p);
+        round++;
+    }
+}
+
+/* Edges where faces meet that are not glued. */
+static void cqi_count_cuts(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
+    cq_index begin, end, k;
+    for (begin = 0; begin < n; begin = end) {
+        int open = 0;
+        end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+        for (k = begin; k < end; k++) open |= p->twin[p->list[k]] == CQ_NONE;
+        p->counts.cut_edges += open && end - begin > 1;
+    }
+}
+
+/* Numbers the fans in the order of their first corners. */
+static void cqi_number_fans(cqi_preparer *p)
+{
+    cq_index h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        if (p->fan[h] == h) p->count[h] = p->num_fans++;
+        p->fan[h] = p->count[p->fan[h]];
+    }
+}
+
+/* Boundary edges and loops: a fan has one open halfedge that leaves it, or none. */
+static void cqi_count_borders(cqi_preparer *p)
+{
+    cq_index *const leaving = p->count, h, next;
+    for (h = 0; h < 3 * p->num_faces; h++)
+        if (p->twin[h] == CQ_NONE) leaving[p->fan[h]] = h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        if (p->twin[h] != CQ_NONE) continue;
+        p->num_open++;
+        if (leaving[p->fan[h]] == CQ_NONE) continue;
+        p->num_loops++;
+        for (next = h; leaving[p->fan[next]] != CQ_NONE; ) {
+            const cq_index fan = p->fan[next];
+            next = cq_next(leaving[fan]);
+            leaving[fan] = CQ_NONE;
+        }
+    }
+}
+
+/* -- Locks --
+ *
+ * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet, whose
+ * faces are copies of each other, are none. */
+
+/* Joins the fans of faces that are copies of each other: of p->twin, sorted by places. */
+static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
+{
+    cq_index k, j, i;
+    for (k = 1; k < p->num_faces; k++) {
+        const cq_index g = (cq_index)(3 * p->twin[k - 1]), h = (cq_index)(3 * p->twin[k]);
+        if (!cqi_same_face(p, p->place, p->source[g / 3], p->source[h / 3])) continue;
+        for (j = 0; j < 3; j++)
+            for (i = 0; i < 3; i++)
+                if (cqi_key(p, CQI_BY_PLACE, (cq_index)(g + i)) == cqi_key(p, CQI_BY_PLACE, (cq_index)(h + j)))
+                    cqi_union(parent, p->fan[g + i], p->fan[h + j]);
+    }
+}
+
+/* Lists the faces that stay in the order of their places, by their numbers among these: source[] is ascending, so that
+ * one pass turns a sorted list of input faces into such numbers, given where each is. */
+static void cqi_sort_by_places(cqi_preparer *p)
+{
+    cq_index k;
+    for (k = 0; k < p->num_faces; k++) p->list[k] = p->source[k];
+    cqi_sort_faces(p, p->place, p->num_faces);
+    for (k = 0; k < p->num_faces; k++) {
+        cq_index low = 0, high = p->num_faces;
+        while (high - low > 1) {
+            const cq_index middle = (cq_index)(low + (high - low) / 2);
+            if (p->source[middle] <= p->twin[k]) low = middle;
+            else high = middle;
+        }
+        p->twin[k] = low;
+    }
+}
+
+static void cqi_lock(cqi_preparer *p, cq_index fan)
+{
+    p->counts.locked_vertices += !p->locked[fan];
+    p->locked[fan] = 1;
+}
+
+static void cqi_find_locks(cqi_preparer *p)
+{
+    cq_index *const parent = p->sorted, *const first = p->count, h;
+    memset(p->locked, 0, p->num_fans);
+    cqi_sort_by_places(p);
+    for (h = 0; h < p->num_fans; h++) parent[h] = h;
+    cqi_join_copies(p, parent);
+    memset(first, 0xff, p->in->shape.num_vertices * sizeof(cq_index));
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        cq_index *const other = &first[cqi_key(p, CQI_BY_PLACE, h)];
+        if (*other == CQ_NONE) *other = p->fan[h];
+        if (cqi_find_root(parent, *other) != cqi_find_root(parent, p->fan[h])) {
+            cqi_lock(p, *other);
+            cqi_lock(p, p->fan[h]);
+        }
+        if (p->in->locked && p->in->locked[cqi_row_of_corner(p, h)]) cqi_lock(p, p->fan[h]);
+    }
+}
+
+/* -- Wedges, and numbers of rows -- */
+
+/* Sorts the corners by their fans, and these by rows, into p->list. */
+static void cqi_sort_corners(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces), rows = (cq_index)p->in->shape.num_vertices;
+    cq_index h, k;
+    memset(p->count, 0, rows * sizeof(cq_index));
+    for (h = 0; h < n; h++) p->count[cqi_key(p, CQI_BY_VALUES, h)]++;
+    cqi_sum_counts(p->count, rows);
+    for (h = 0; h < n; h++) p->sorted[p->count[cqi_key(p, CQI_BY_VALUES, h)]++] = h;
+    memset(p->count, 0, p->num_fans * sizeof(cq_index));
+    for (h = 0; h < n; h++) p->count[p->fan[h]]++;
+    cqi_sum_counts(p->count, p->num_fans);
+    for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
+}
+
+/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then that of each wedge. These
+ * take the place of p->twin and, behind that, of the part of p->list that has been read. */
+static void cqi_number_wedges(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces);
+    cq_index *const row_of_fan = p->twin, *const row_of_wedge = p->twin + p->num_fans, k, before = CQ_NONE, fan = CQ_NONE;
+    cqi_sort_corners(p);
+    for (k = 0; k < n; k++) {
+        const cq_index h = p->list[k], row = cqi_key(p, CQI_BY_VALUES, h);
+        if (p->fan[h] != fan || row != before) row_of_wedge[p->num_wedges++] = row;
+        fan = p->fan[h];
+        before = row;
+        row_of_fan[fan] = row;
+        p->sorted[h] = (cq_index)(p->num_wedges - 1);
+    }
+}
+
+/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh first, then those of
+ * faces aside, and those of none. */
+static void cqi_find_targets(cqi_preparer *p)
+{
+    const cq_index rows = (cq_index)p->in->shape.num_vertices, *const indices = p->in->indices;
+    cq_index *const of = p->place, *const used = p->count, h, k, different = 0;
+    memset(of, 0xff, rows * sizeof(cq_index));
+    memset(used, 0, rows * sizeof(cq_index));
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        cq_index *const to = &of[cqi_key(p, CQI_BY_VALUES, h)];
+        different = (cq_index)(different + (*to == CQ_NONE));
+        *to = p->sorted[h];
+    }
+    p->counts.copied_rows = (uint32_t)(p->num_wedges - different);
+    for (k = 0; k < p->in->shape.num_faces; k++) {
+        for (h = 0; h < 3; h++) {
+            const cq_index row = indices[3 * (size_t)k + h];
+            used[row] = 1;
+            if (of[p->same[row]] == CQ_NONE) of[p->same[row]] = (cq_index)(p->num_wedges + p->num_aside++);
+        }
+    }
+    for (k = 0; k < rows; k++) {
+        p->counts.merged_rows += used[k] && p->same[k] != k;
+        p->counts.unused_rows += !used[k];
+        p->same[k] = used[k] ? of[p->same[k]] : (cq_index)(p->num_wedges + p->num_aside++);
+    }
+}
+
+/* -- The whole -- */
+
+/* Bytes for preparing, and of what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
+static uint64_t cqi_preparing_bytes(const cq_shape *s)
+{
+    const uint64_t v = s->num_vertices, f = s->num_faces;
+    return CQI_ROUND(4 * f) + (2 * v + 13 * f + (v > 3 * f ? v : 3 * f)) * sizeof(cq_index) + 8 * 4;
+}
+
+static uint64_t cqi_prepared_bytes(const cq_shape *s)
+{
+    const uint64_t v = s->num_vertices, f = s->num_faces, w = s->num_rows;
+    return CQI_ROUND(4 * f) + (v + 4 * f + 5 * w + s->num_aside_rows) * sizeof(cq_index) + 8 * 4;
+}
+
+static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
+{
+    const size_t v = p->in->shape.num_vertices, f = p->in->shape.num_faces;
+    p->state = (uint8_t *)cqi_take(arena, 4 * f, 1);
+    p->locked = p->state + f;
+    p->same = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->source = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
+    p->sorted = (cq_index *)cqi_take(arena, 9 * f, sizeof(cq_index));
+    p->twin = p->sorted + 3 * f;
+    p->list = p->twin + 3 * f;
+    p->fan = (cq_index *)cqi_take(arena, 3 * f, sizeof(cq_index));
+    p->place = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->count = (cq_index *)cqi_take(arena, v > 3 * f ? v : 3 * f, sizeof(cq_index));
+}
+
+/* Has the input vertex values that decide where it is? */
+static int cqi_has_places(const cq_shape *s)
+{
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++)
+        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge != CQ_PER_FACE) return 1;
+    return 0;
+}
+
+static void cqi_prepare(cqi_preparer *p)
+{
+    const int channel = cqi_context_channel(&p->in->shape);
+    p->positions = channel >= 0 ? p->in->values[channel] : NULL;
+    p->located = cqi_has_places(&p->in->shape);
+    cqi_find_places(p);
+    cqi_put_faces_aside(p);
+    memset(p->twin, 0xff, 3 * (size_t)p->num_faces * sizeof(cq_index));
+    cqi_turn_faces(p);
+    cqi_glue_pairs(p, CQI_BY_ROW);
+    p->num_glued = 0;
+    cqi_glue_pairs(p, CQI_BY_VALUES);
+    cqi_glue_places(p);
+    cqi_mend_fans(p);
+    cqi_count_cuts(p);
+    cqi_number_fans(p);
+    cqi_count_borders(p);
+    cqi_find_locks(p);
+    cqi_number_wedges(p);
+    cqi_find_targets(p);
+}
+
+/* Lays out what is kept, behind what is in its place already, and moves the faces of the mesh to the end of the memory,
+ * where they are until it is built; the shape becomes that of the mesh. */
+static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+{
+    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
+    cq_index *faces, *aside, k;
+    size_t j;
+    arena->left -= n * sizeof(cq_index) + arena->left % 4;
+    faces = (cq_index *)(arena->next + arena->left);
+    for (j = n; j--;) faces[j] = p->fan[j];
+    cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
+    cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));
+    cqi_take(arena, p->in->shape.num_faces, sizeof(cq_index));
+    plan->index = (cq_index *)cqi_take(arena, 3 * (size_t)p->in->shape.num_faces + p->num_fans + w, sizeof(cq_index));
+    plan->row_of_vertex = plan->index + 3 * (size_t)p->in->shape.num_faces;
+    plan->row_of_wedge = plan->row_of_vertex + p->num_fans;
+    plan->uses = (cq_index *)cqi_take(arena, 3 * w, sizeof(cq_index));
+    plan->wedge_of_row = plan->uses + w;
+    plan->row_decoded = plan->wedge_of_row + w;
+    aside = (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+    memset(plan->uses, 0, w * sizeof(cq_index));
+    memset(plan->row_decoded, 0xff, w * sizeof(cq_index));
+    for (j = 0; j < n; j++) plan->uses[plan->index[j]]++;
+    for (k = 0; k < p->in->shape.num_vertices; k++)
+        if (p->same[k] >= w) aside[p->same[k] - w] = k;
+    plan->aside_row = aside;
+    plan->target = p->same;
+    plan->num_wedges = p->num_wedges;
+    plan->face_of_input = p->source;
+    plan->face_state = p->state;
+    plan->triangles = p->in->indices;
+    plan->locked = p->locked;
+    if (p->num_wedges == p->num_fans) plan->index = NULL;
+    shape->num_vertices = p->num_fans;
+    shape->num_faces = p->num_faces;
+    shape->num_rows = plan->index ? p->num_wedges : 0;
+    shape->num_boundary_loops = shape->num_boundary_edges = 0;
+    shape->num_aside_rows = p->num_aside;
+    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
+    if (p->counts.turned_faces) {
+        cq_channel *c = &shape->channel[shape->num_channels++];
+        memset(c, 0, sizeof *c);
+        c->kind = CQ_TURNED;
+        c->components = c->bits = 1;
+        c->merge = CQ_PER_FACE;
+    }
+    return faces;
+}
+
+#endif /* CQ_NO_WEDGES */
+
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
     const cq_channel *channel = &in->shape.channel[k];
     const int per_face = channel->merge == CQ_PER_FACE;
     size_t i, c, n = per_face ? in->shape.num_faces : in->shape.num_vertices;
-    if (!cqi_channel_is_valid(channel) || !in->values[k]) return CQ_ERROR_ARGUMENT;
+    if (!cqi_channel_is_valid(channel) || !in->values[k] || channel->kind == CQ_TURNED) return CQ_ERROR_ARGUMENT;
     if (!cqi_fits_value(channel)) return CQ_ERROR_UNSUPPORTED;
     for (i = 0; i < n; i++)
         for (c = 0; c < channel->components; c++)
@@ -5353,7 +7201,8 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
-    p->follows_faces = in->face_map || cqi_all_components(s, 1);
+    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
+    p->clean = in->clean;
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;
@@ -5368,12 +7217,23 @@ static void cqi_progress(const cq_input *in, uint32_t done)
     if (in->progress) in->progress(in->user, done, 2 * in->shape.num_vertices);
 }
 
-static void cqi_set_goal(cqi_plan *p, const cq_input *in)
+/* Positions of the mesh vertices. */
+static const cq_value *cqi_gather_positions(const cqi_plan *p, const cq_input *in, int channel, cq_value *scratch)
+{
+    size_t v;
+    if (!p->row_of_vertex) return in->values[channel];
+    for (v = 0; v < in->shape.num_vertices; v++)
+        memcpy(scratch + 3 * v, in->values[channel] + 3 * (size_t)p->row_of_vertex[v], 3 * sizeof(cq_value));
+    return scratch;
+}
+
+/* scratch: room for the positions. */
+static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
 {
     const int channel = cqi_context_channel(&in->shape);
     p->most_loss = CQI_ANY_LOSS;
     if (channel < 0) return;
-    p->measured = in->values[channel];
+    p->measured = cqi_gather_positions(p, in, channel, scratch);
     if (in->goal == CQ_LEAST_CONNECTIVITY) return;
     p->positions = p->measured;
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
@@ -5427,7 +7287,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     cqi_plan *p = &e->plan;
     uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
-    cqi_set_goal(p, in);
+    cqi_set_goal(p, in, (cq_value *)(void *)e->replay.memory); /* which the replay needs later */
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
@@ -5469,6 +7329,8 @@ static void cqi_write_varint(uint8_t **to, uint32_t value)
     *(*to)++ = (uint8_t)value;
 }
 
+static int cqi_is_extended(const cq_shape *s) { return s->num_rows || s->num_aside_rows || s->num_aside_faces; }
+
 /* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
 static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
 {
@@ -5480,13 +7342,18 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_varint(&to, s->num_boundary_loops);
     if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
     cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
-    cqi_write_uint(&to, s->num_channels, 1);
+    cqi_write_uint(&to, s->num_channels | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
+    }
+    if (cqi_is_extended(s)) {
+        cqi_write_varint(&to, s->num_rows);
+        cqi_write_varint(&to, s->num_aside_rows);
+        cqi_write_varint(&to, s->num_aside_faces);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -5521,6 +7388,22 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
+/* The same for rows that were prepared. */
+static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded)
+{
+#ifndef CQ_NO_WEDGES
+    const cq_index rows = (cq_index)(coded->num_rows ? coded->num_rows : coded->num_vertices);
+    cq_index v, f, aside = (cq_index)coded->num_faces;
+    for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = cqi_plan_row(p, v, rows);
+    for (f = 0; in->face_map && f < in->shape.num_faces; f++)
+        if (p->face_state[f] & CQI_FACE_ASIDE) in->face_map[f] = aside++;
+    for (f = 0; in->face_map && f < coded->num_faces; f++)
+        in->face_map[p->face_of_input[f]] = (cq_index)(p->face_decoded[f] / 3);
+#else
+    (void)in, (void)p, (void)coded;
+#endif
+}
+
 static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
 {
     cq_index v, f;
@@ -5532,42 +7415,122 @@ static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
 {
     r->shape = *s;
     r->bytes = bytes;
-    r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+    r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
+}
+
+static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
+{
+    size_t h, n = 3 * (size_t)in->shape.num_faces;
+    for (h = 0; h < n; h++)
+        if (in->indices[h] >= in->shape.num_vertices)
+            return cqi_error(place, CQ_ERROR_INDEX, (cq_index)(h / 3), in->indices[h], CQ_NONE);
+    return CQ_OK;
+}
+
+#ifndef CQ_NO_WEDGES
+
+/* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
+ * meet. CQ_DONE: they are fine. */
+static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
+                                    cq_preparation *counts)
+{
+    cqi_preparer p;
+    cqi_arena scratch = *arena;
+    cq_shape *s = &e->coded.shape;
+    const cq_index *faces;
+    cq_result result;
+    memset(&p, 0, sizeof p);
+    p.in = in;
+    cqi_preparer_carve(&p, &scratch);
+    cqi_prepare(&p);
+    if (is_manifold && !p.num_glued) return CQ_DONE;
+    in->shape.num_rows = p.num_wedges ? p.num_wedges : 1;
+    in->shape.num_aside_rows = p.num_aside;
+    in->shape.num_aside_faces = (uint32_t)(in->shape.num_faces - p.num_faces);
+    in->shape.num_boundary_loops = p.num_loops;
+    in->shape.num_boundary_edges = p.num_open;
+    *counts = p.counts;
+    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
+    if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    faces = cqi_keep_prepared(&p, &e->plan, s, arena);
+    result = cq_mesh_build(&e->plan.mesh, s, faces, arena->next, arena->left, NULL);
+    CQ_ASSERT(result == CQ_OK && s->num_boundary_loops == p.num_loops && s->num_boundary_edges == p.num_open);
+    return result;
+}
+
+#endif
+
+static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
+
+/* Builds the mesh that is coded. */
+static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
+                           cq_preparation *counts)
+{
+    cq_result result;
+    in->shape.num_rows = in->shape.num_aside_rows = in->shape.num_aside_faces = 0;
+    result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+    e->coded = *in;
+#ifndef CQ_NO_WEDGES
+    if (cqi_is_mesh_error(result) || (result == CQ_OK && in->shape.num_boundary_loops && cqi_has_places(&in->shape))) {
+        const int is_manifold = result == CQ_OK;
+        result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
+        if (result == CQ_DONE) result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+        else if (place) place->face = place->vertex = place->other = CQ_NONE;
+    }
+#else
+    (void)counts;
+    (void)memory_size;
+#endif
+    if (!e->plan.row_of_vertex) {
+        e->plan.locked = in->locked;
+        e->coded.shape = in->shape;
+    }
+    return result;
 }
 
 cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                     size_t *stream_size, cq_place *place, cq_report *report)
 {
     cqi_encoder *e = (cqi_encoder *)memory;
+    cq_preparation counts;
     cqi_arena arena;
     cq_result result;
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
-    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS)
+    const cq_input *coded;
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
+        (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
+    if (in->shape.num_materials || in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
     if (result != CQ_OK) return result;
     if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
     if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    result = cqi_check_indices(in, place);
+    if (result != CQ_OK) return result;
     memset(e, 0, sizeof *e);
+    memset(&counts, 0, sizeof counts);
+    coded = &e->coded;
     arena.next = (uint8_t *)memory + CQI_ENCODER_BYTES;
     arena.left = memory_size - CQI_ENCODER_BYTES;
-    result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena.next, arena.left, place);
+    result = cqi_build(e, in, &arena, memory_size, place, &counts);
     if (result != CQ_OK) return result;
     if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
-    arena.next += cq_mesh_bytes(&in->shape);
-    arena.left -= cq_mesh_bytes(&in->shape);
-    cqi_encoder_carve(e, in, &arena);
-    gap = cqi_write_header(header, &in->shape, 0, 0);
+    arena.next += cq_mesh_bytes(&coded->shape);
+    arena.left -= cq_mesh_bytes(&coded->shape);
+    cqi_encoder_carve(e, coded, &arena);
+    gap = cqi_write_header(header, &coded->shape, 0, 0);
     cq_range_encoder_init(&e->plan.range, out_size > gap ? out + gap : out, out_size > gap ? out_size - gap : 0);
     if (report) memset(report, 0, sizeof *report);
+    if (report) report->prepared = counts;
     e->replay.report = report;
-    cqi_simplify_all(e, in);
-    cqi_replay(e, in);
-    result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
-    if (report) cqi_report_encoding(report, &in->shape, *stream_size);
-    cqi_write_maps(in, &e->plan);
+    cqi_simplify_all(e, coded);
+    cqi_replay(e, coded);
+    result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
+    if (report) cqi_report_encoding(report, &coded->shape, *stream_size);
+    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &coded->shape);
+    else cqi_write_maps(in, &e->plan);
     return result;
 }
 

@@ -1,0 +1,526 @@
+/* Any triangles in, exactly back: rows of GPU vertices over meshes with seams, cuts, junctions, copies and all that is no
+ * surface. After every split: rows with one vertex, the mesh valid, edges of the input closed. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "codec.h"
+#include "test.h"
+
+/* -- Inputs -- */
+
+enum { MOST_ROWS = 20000, MOST_FACES = 12000 };
+
+static struct scene {
+    cq_index index[3 * MOST_FACES];
+    cq_value position[3 * MOST_ROWS], normal[2 * MOST_ROWS], uv[2 * MOST_ROWS], joint[MOST_ROWS], group[MOST_FACES];
+    uint8_t locked[MOST_ROWS];
+    cq_input input;
+} scene;
+
+static uint32_t seed = 1;
+
+static uint32_t draw(uint32_t n)
+{
+    seed ^= seed << 13;
+    seed ^= seed >> 17;
+    seed ^= seed << 5;
+    return n ? seed % n : 0;
+}
+
+static void add_channel(uint8_t kind, uint8_t components, uint8_t bits, uint8_t merge, const cq_value *values)
+{
+    cq_shape *s = &scene.input.shape;
+    cq_channel *c = &s->channel[s->num_channels];
+    c->kind = kind;
+    c->components = components;
+    c->bits = bits;
+    c->merge = merge;
+    scene.input.values[s->num_channels++] = values;
+}
+
+static void begin(int channels)
+{
+    memset(&scene.input, 0, sizeof scene.input);
+    scene.input.indices = scene.index;
+    add_channel(CQ_POSITION, 3, 14, CQ_AVERAGE, scene.position);
+    if (channels & 1) add_channel(CQ_NORMAL, 2, 10, CQ_AVERAGE, scene.normal);
+    if (channels & 2) add_channel(CQ_TEXCOORD, 2, 12, CQ_AVERAGE, scene.uv);
+    if (channels & 4) add_channel(CQ_JOINTS, 1, 6, CQ_COPY, scene.joint);
+    if (channels & 8) add_channel(CQ_GROUP, 1, 4, CQ_PER_FACE, scene.group);
+    if (channels & 16) scene.input.shape.channel[1].merge = CQ_COPY;
+}
+
+static cq_index add_row(int32_t x, int32_t y, int32_t z)
+{
+    const uint32_t v = scene.input.shape.num_vertices++;
+    scene.position[3 * v] = (cq_value)(x & 0x3fff);
+    scene.position[3 * v + 1] = (cq_value)(y & 0x3fff);
+    scene.position[3 * v + 2] = (cq_value)(z & 0x3fff);
+    scene.normal[2 * v] = scene.normal[2 * v + 1] = 500;
+    scene.uv[2 * v] = (cq_value)(x & 0xfff);
+    scene.uv[2 * v + 1] = (cq_value)(y & 0xfff);
+    scene.joint[v] = (cq_value)(x >> 10 & 63);
+    return (cq_index)v;
+}
+
+static void add_face(cq_index a, cq_index b, cq_index c)
+{
+    const uint32_t f = scene.input.shape.num_faces++;
+    scene.index[3 * f] = a;
+    scene.index[3 * f + 1] = b;
+    scene.index[3 * f + 2] = c;
+    scene.group[f] = (cq_value)(f / 64 % 5);
+}
+
+static cq_index copy_row(cq_index from)
+{
+    const uint32_t v = scene.input.shape.num_vertices++;
+    memcpy(scene.position + 3 * v, scene.position + 3 * from, 3 * sizeof(cq_value));
+    memcpy(scene.normal + 2 * v, scene.normal + 2 * from, 2 * sizeof(cq_value));
+    memcpy(scene.uv + 2 * v, scene.uv + 2 * from, 2 * sizeof(cq_value));
+    scene.joint[v] = scene.joint[from];
+    return (cq_index)v;
+}
+
+/* A sheet of w by h quads, closed in one direction or both, or closed with a twist. */
+static void add_sheet(int w, int h, int closed, int twisted)
+{
+    const cq_index first = (cq_index)scene.input.shape.num_vertices;
+    const int columns = closed & 1 ? w : w + 1, rows = closed & 2 ? h : h + 1;
+    int x, y;
+    for (y = 0; y < rows; y++)
+        for (x = 0; x < columns; x++)
+            add_row(4000 + x * 300 + (int32_t)draw(60), 3000 + y * 280 + (int32_t)draw(60), 5000 + (x * x + 3 * y * x) % 700 + (int32_t)draw(40));
+    for (y = 0; y < h; y++)
+        for (x = 0; x < w; x++) {
+            const int turn = twisted && x == w - 1;
+            const cq_index a = (cq_index)(first + (cq_index)(y % rows * columns + x));
+            const cq_index d = (cq_index)(first + (cq_index)((y + 1) % rows * columns + x));
+            const cq_index b = (cq_index)(first + (cq_index)((turn ? h - y : y) % rows * columns + (x + 1) % columns));
+            const cq_index c = (cq_index)(first + (cq_index)((turn ? h - y - 1 : y + 1) % rows * columns + (x + 1) % columns));
+            add_face(a, b, c);
+            add_face(a, c, d);
+        }
+}
+
+/* Gives the corners of random patches of faces rows of their own; `differ`: with other values. */
+static void add_seams(int patches, int differ)
+{
+    const uint32_t faces = scene.input.shape.num_faces;
+    static cq_index row[MOST_ROWS];
+    int k;
+    for (k = 0; k < patches; k++) {
+        const uint32_t from = draw(faces), count = 1 + draw(faces / 4 + 1);
+        uint32_t h;
+        memset(row, 0xff, sizeof row);
+        for (h = 3 * from; h < 3 * (from + count) && h < 3 * faces; h++) {
+            const cq_index v = scene.index[h];
+            if (v >= MOST_ROWS || scene.input.shape.num_vertices + 1 >= MOST_ROWS) continue;
+            if (row[v] == CQ_NONE) {
+                row[v] = copy_row(v);
+                if (differ & 1) scene.normal[2 * row[v]] = (cq_value)(100 + 37 * k % 800);
+                if (differ & 2) scene.uv[2 * row[v]] = (cq_value)((scene.uv[2 * row[v]] + 1000 + 111 * k) & 0xfff);
+            }
+            scene.index[h] = row[v];
+        }
+    }
+}
+
+/* Random damage: faces gone, doubled, turned, degenerate, at other rows; rows of no face. */
+static void damage(int amount, int which)
+{
+    int k;
+    for (k = 0; k < amount && scene.input.shape.num_faces + 2 < MOST_FACES; k++) {
+        const uint32_t faces = scene.input.shape.num_faces, f = draw(faces), kind = draw(8), rows = scene.input.shape.num_vertices;
+        cq_index *const i = scene.index + 3 * f;
+        const cq_index a = i[0];
+        if (!(which >> kind & 1)) continue;
+        switch (kind) {
+        case 0: memcpy(i, scene.index + 3 * (faces - 1), 3 * sizeof *i); scene.input.shape.num_faces--; break;
+        case 1: add_face(i[1], i[2], i[0]); break;
+        case 2: add_face(i[0], i[2], i[1]); break;
+        case 3: i[0] = i[1]; i[1] = a; break;
+        case 4: add_face(i[0], i[1], i[draw(2)]); break;
+        case 5: add_face(i[0], i[1], (cq_index)draw(rows)); break;
+        case 6: i[draw(3)] = (cq_index)draw(rows); break;
+        default: if (rows + 1 < MOST_ROWS) copy_row((cq_index)draw(rows)); break;
+        }
+    }
+}
+
+/* -- What comes back -- */
+
+enum { RECORD = 3 * 16 + 2 };
+
+typedef struct records {
+    int32_t (*of)[RECORD];
+    size_t n;
+} records;
+
+static int compare_records(const void *a, const void *b) { return memcmp(a, b, RECORD * sizeof(int32_t)); }
+
+/* Adds a triangle of three rows of values, beginning with the least. */
+static void add_record(records *r, int32_t row[3][16], const int32_t *of_face)
+{
+    int32_t *to = r->of[r->n++];
+    int best = 0, k;
+    for (k = 1; k < 3; k++) {
+        int32_t a[48], b[48];
+        int j;
+        for (j = 0; j < 3; j++) {
+            memcpy(a + 16 * j, row[(k + j) % 3], sizeof row[0]);
+            memcpy(b + 16 * j, row[(best + j) % 3], sizeof row[0]);
+        }
+        if (memcmp(a, b, sizeof a) < 0) best = k;
+    }
+    for (k = 0; k < 3; k++) memcpy(to + 16 * k, row[(best + k) % 3], sizeof row[0]);
+    memcpy(to + 48, of_face, 2 * sizeof(int32_t));
+}
+
+static void input_row(cq_index v, int32_t *to)
+{
+    const cq_shape *s = &scene.input.shape;
+    uint32_t k, c, n = 0;
+    memset(to, 0, 16 * sizeof *to);
+    for (k = 0; k < s->num_channels; k++)
+        for (c = 0; c < s->channel[k].components && !is_per_face(&s->channel[k]); c++)
+            to[n++] = scene.input.values[k][(size_t)v * s->channel[k].components + c];
+}
+
+static void output_row(const cq_decoder *d, cq_index row, int32_t *to)
+{
+    const cq_index rows = (cq_index)(d->vertex ? d->shape.num_rows : d->shape.num_vertices);
+    uint32_t k, c, n = 0;
+    memset(to, 0, 16 * sizeof *to);
+    for (k = 0; k < d->shape.num_channels; k++) {
+        cq_value value[CQ_MAX_COMPONENTS];
+        const cq_channel *channel = &d->shape.channel[k];
+        if (is_per_face(channel)) continue;
+        if (row < rows) cq_read_rows(d, k, row, 1, value);
+        else memcpy(value, d->aside.channel[k] + (size_t)(row - rows) * channel->components, channel->components * sizeof(cq_value));
+        for (c = 0; c < channel->components; c++) to[n++] = value[c];
+    }
+}
+
+static void input_records(records *r)
+{
+    const cq_shape *s = &scene.input.shape;
+    uint32_t f, k;
+    r->of = (int32_t(*)[RECORD])malloc((s->num_faces + 1) * sizeof *r->of);
+    r->n = 0;
+    for (f = 0; f < s->num_faces; f++) {
+        int32_t row[3][16], face[2] = { 0, 0 };
+        for (k = 0; k < 3; k++) input_row(scene.index[3 * f + k], row[k]);
+        for (k = 0; k < s->num_channels; k++)
+            if (is_per_face(&s->channel[k])) face[0] = scene.input.values[k][f];
+        add_record(r, row, face);
+    }
+    qsort(r->of, r->n, sizeof *r->of, compare_records);
+}
+
+static void output_records(const cq_decoder *d, records *r)
+{
+    const uint32_t all = d->mesh.num_faces + d->aside.num_faces;
+    uint32_t f, k;
+    r->of = (int32_t(*)[RECORD])malloc((all + 1) * sizeof *r->of);
+    r->n = 0;
+    for (f = 0; f < all; f++) {
+        const int aside = f >= d->mesh.num_faces;
+        const uint32_t g = aside ? f - d->mesh.num_faces : f;
+        int32_t row[3][16], face[2] = { 0, 0 };
+        cq_index rows[3];
+        if (aside) memcpy(rows, d->aside.index + 3 * (size_t)g, sizeof rows);
+        else cq_read_triangles(d, (cq_index)f, 1, rows);
+        for (k = 0; k < 3; k++) output_row(d, rows[k], row[k]);
+        for (k = 0; k < d->shape.num_channels; k++)
+            if (is_per_face(&d->shape.channel[k]) && d->shape.channel[k].kind != CQ_TURNED)
+                face[0] = (aside ? d->aside.channel[k] : d->channel[k])[g];
+        add_record(r, row, face);
+    }
+    qsort(r->of, r->n, sizeof *r->of, compare_records);
+}
+
+static int compare_rows(const void *a, const void *b) { return memcmp(a, b, 16 * sizeof(int32_t)); }
+
+/* The rows of no face, sorted; returns their number. */
+static size_t unused_of_input(int32_t (*to)[16])
+{
+    static uint8_t used[MOST_ROWS];
+    size_t n = 0;
+    uint32_t k;
+    memset(used, 0, sizeof used);
+    for (k = 0; k < 3 * scene.input.shape.num_faces; k++) used[scene.index[k]] = 1;
+    for (k = 0; k < scene.input.shape.num_vertices; k++)
+        if (!used[k]) input_row((cq_index)k, to[n++]);
+    qsort(to, n, sizeof *to, compare_rows);
+    return n;
+}
+
+static size_t unused_of_output(const cq_decoder *d, int32_t (*to)[16])
+{
+    static uint8_t used[MOST_ROWS];
+    const uint32_t rows = d->vertex ? d->shape.num_rows : d->shape.num_vertices;
+    size_t n = 0;
+    uint32_t k;
+    memset(used, 0, sizeof used);
+    for (k = 0; k < 3 * d->aside.num_faces; k++)
+        if (d->aside.index[k] >= rows) used[d->aside.index[k] - rows] = 1;
+    for (k = 0; k < d->aside.num_rows; k++)
+        if (!used[k]) output_row(d, (cq_index)(rows + k), to[n++]);
+    qsort(to, n, sizeof *to, compare_rows);
+    return n;
+}
+
+static void check_same(const cq_decoder *d)
+{
+    static int32_t in_rows[MOST_ROWS][16], out_rows[MOST_ROWS][16];
+    records in, out;
+    size_t n;
+    input_records(&in);
+    output_records(d, &out);
+    CHECK_EQ(out.n, in.n);
+    CHECK(out.n == in.n && !memcmp(in.of, out.of, in.n * sizeof *in.of));
+    n = unused_of_input(in_rows);
+    CHECK_EQ(unused_of_output(d, out_rows), n);
+    CHECK(!memcmp(in_rows, out_rows, n * sizeof in_rows[0]));
+    free(in.of);
+    free(out.of);
+}
+
+/* Maps lead to rows with the same values, and to the same faces. */
+static void check_maps(const cq_decoder *d, const coded *c)
+{
+    uint32_t k, j;
+    for (k = 0; k < scene.input.shape.num_vertices; k++) {
+        int32_t in[16], out[16];
+        input_row((cq_index)k, in);
+        output_row(d, c->map[k], out);
+        CHECK(!memcmp(in, out, sizeof in));
+    }
+    for (k = 0; k < scene.input.shape.num_faces; k++) {
+        cq_index rows[3];
+        int found = 0, turn;
+        const cq_index f = c->face_map[k];
+        CHECK(f < d->mesh.num_faces + d->aside.num_faces);
+        if (f >= d->mesh.num_faces) memcpy(rows, d->aside.index + 3 * (size_t)(f - d->mesh.num_faces), sizeof rows);
+        else cq_read_triangles(d, f, 1, rows);
+        for (turn = 0; turn < 3; turn++) {
+            int same = 1;
+            for (j = 0; j < 3; j++) {
+                int32_t in[16], out[16];
+                input_row(scene.index[3 * k + j], in);
+                output_row(d, rows[(j + (uint32_t)turn) % 3], out);
+                same &= !memcmp(in, out, sizeof in);
+            }
+            found |= same;
+        }
+        CHECK(found);
+    }
+}
+
+/* W2 and W3: corners with one row have one vertex, which is the row's; each row is used. */
+static int rows_are_valid(const cq_decoder *d)
+{
+    static uint8_t used[MOST_ROWS];
+    uint32_t h, n = 0;
+    if (!d->vertex) return d->index == d->mesh.origin;
+    memset(used, 0, sizeof used);
+    for (h = 0; h < 3 * d->mesh.num_faces; h++) {
+        const cq_index row = d->index[h];
+        if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) return 0;
+        n += !used[row];
+        used[row] = 1;
+    }
+    return n == d->num_rows;
+}
+
+/* Decodes in steps and checks each mesh that there is; and cq_moved_rows against what moved, and that nothing else did. */
+static void check_steps(const coded *c, int clean)
+{
+    static uint8_t moved[MOST_ROWS];
+    static cq_index before[MOST_ROWS];
+    decoding d;
+    cq_index vertices = 0, rows = 0, r;
+    cq_bytes in;
+    decoding_begin(&d, c->bytes, c->size);
+    in.data = c->bytes;
+    in.size = c->size;
+    do {
+        d.result = cq_decode(d.decoder, &in, 1);
+        if (d.decoder->mesh.num_vertices == vertices || d.result < 0) continue;
+        CHECK(rows_are_valid(d.decoder));
+        if (vertices % 37 == 0) CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+        memset(moved, 0, sizeof moved);
+        if (vertices) cq_moved_rows(d.decoder, vertices, rows, 0, moved);
+        for (r = 0; d.decoder->vertex && r < rows; r++) CHECK_EQ(moved[r], before[r] != d.decoder->vertex[r] && !(clean && !moved[r]));
+        if (clean) for (r = 0; r < rows; r++) CHECK(!moved[r]);
+        vertices = d.decoder->mesh.num_vertices;
+        rows = d.decoder->num_rows;
+        if (d.decoder->vertex) memcpy(before, d.decoder->vertex, rows * sizeof(cq_index));
+    } while (d.result == CQ_OK);
+    CHECK_EQ(d.result, CQ_DONE);
+    decoding_free(&d);
+}
+
+static cq_report last;
+
+static void check_round_trip(void)
+{
+    coded c;
+    decoding d;
+    code(&c, &scene.input);
+    CHECK_EQ(c.result, CQ_OK);
+    if (c.result == CQ_OK) {
+        last = *c.report;
+        decoding_begin(&d, c.bytes, c.size);
+        decoding_report(&d);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 7, 100), CQ_DONE);
+        if (d.result == CQ_DONE) {
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(rows_are_valid(d.decoder));
+            check_same(d.decoder);
+            check_maps(d.decoder, &c);
+            CHECK_EQ(d.report->header, c.report->header);
+            CHECK_EQ(d.report->aside, c.report->aside);
+            CHECK_EQ(d.report->channels, c.report->channels);
+        }
+        decoding_free(&d);
+        check_steps(&c, scene.input.clean);
+    }
+    uncode(&c);
+}
+
+/* -- Tests -- */
+
+TEST(a_seam_of_texture_coordinates_is_refined)
+{
+    begin(3);
+    add_sheet(20, 16, 3, 0);
+    add_seams(3, 2);
+    check_round_trip();
+    CHECK(last.shape.num_rows > last.shape.num_vertices);
+    CHECK_EQ(last.shape.num_vertices, 320);
+    CHECK(last.base_vertices < 40);
+}
+
+TEST(a_soup_becomes_one_surface)
+{
+    uint32_t h;
+    begin(1);
+    add_sheet(20, 16, 3, 0);
+    for (h = 0; h < 3 * scene.input.shape.num_faces; h++) scene.index[h] = copy_row(scene.index[h]);
+    check_round_trip();
+    CHECK_EQ(last.shape.num_vertices, 320);
+    CHECK_EQ(last.num_components, 1);
+}
+
+TEST(flat_faces_have_rows_of_their_own)
+{
+    uint32_t h;
+    begin(3);
+    add_sheet(16, 12, 3, 0);
+    for (h = 0; h < 3 * scene.input.shape.num_faces; h++) {
+        scene.index[h] = copy_row(scene.index[h]);
+        scene.normal[2 * scene.index[h]] = (cq_value)(h / 3 * 7 % 1000);
+    }
+    check_round_trip();
+    CHECK_EQ(last.shape.num_vertices, 192);
+    CHECK_EQ(last.num_components, 1);
+    CHECK(last.base_vertices < 30);
+}
+
+TEST(a_moebius_strip_is_cut_once)
+{
+    begin(0);
+    add_sheet(24, 4, 1, 1);
+    check_round_trip();
+    CHECK_EQ(last.num_components, 1);
+    CHECK_EQ(last.prepared.copied_rows, 5);
+    CHECK(last.base_vertices < 40);
+}
+
+TEST(turned_faces_are_turned_back)
+{
+    int k;
+    begin(1);
+    add_sheet(20, 16, 3, 0);
+    for (k = 0; k < 40; k++) damage(1, 8);
+    check_round_trip();
+    CHECK(last.prepared.turned_faces > 0);
+    CHECK_EQ(last.num_components, 1);
+    CHECK_EQ(last.prepared.cut_edges, 0);
+}
+
+TEST(what_is_no_surface_comes_back)
+{
+    begin(11);
+    add_sheet(12, 12, 0, 0);
+    damage(60, 0x96);
+    check_round_trip();
+    CHECK(last.prepared.repeated_faces > 0);
+    CHECK(last.prepared.degenerate_faces > 0);
+    CHECK(last.prepared.unused_rows > 0);
+    CHECK_EQ(last.shape.num_faces, 288);
+}
+
+TEST(nothing_but_what_is_aside)
+{
+    begin(3);
+    add_row(1, 2, 3);
+    add_row(4, 5, 6);
+    add_row(7, 8, 9);
+    check_round_trip();
+    add_face(0, 0, 1);
+    add_face(0, 1, 1);
+    check_round_trip();
+    CHECK_EQ(last.shape.num_vertices, 0);
+    CHECK_EQ(last.shape.num_aside_faces, 2);
+    add_face(2, 1, 0);
+    add_face(2, 1, 0);
+    check_round_trip();
+}
+
+TEST(a_clean_mesh_never_moves_a_row)
+{
+    begin(3);
+    add_sheet(20, 16, 3, 0);
+    add_seams(3, 3);
+    scene.input.clean = 1;
+    check_round_trip();
+}
+
+TEST(whatever_comes_in_comes_out)
+{
+    int k;
+    for (k = 0; k < 300; k++) {
+        const uint32_t what = draw(8);
+        seed = (uint32_t)k * 2654435761u + 1;
+        begin((int)draw(32));
+        add_sheet(3 + (int)draw(14), 3 + (int)draw(10), (int)draw(4), what == 1);
+        if (draw(3) == 0) add_sheet(3 + (int)draw(4), 3 + (int)draw(4), (int)draw(4), 0);
+        if (draw(2)) add_seams((int)draw(8), (int)draw(4));
+        if (draw(2)) damage((int)draw(30), (int)draw(256));
+        if (draw(8) == 0) damage(400, (int)draw(256));
+        scene.input.clean = draw(3) == 0;
+        scene.input.goal = draw(4) ? CQ_BALANCED : CQ_LEAST_CONNECTIVITY;
+        check_round_trip();
+        if (test_state.failures) {
+            printf("  case %d\n", k);
+            break;
+        }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    TEST_BEGIN(argc, argv);
+    RUN(a_seam_of_texture_coordinates_is_refined);
+    RUN(a_soup_becomes_one_surface);
+    RUN(flat_faces_have_rows_of_their_own);
+    RUN(a_moebius_strip_is_cut_once);
+    RUN(turned_faces_are_turned_back);
+    RUN(what_is_no_surface_comes_back);
+    RUN(nothing_but_what_is_aside);
+    RUN(a_clean_mesh_never_moves_a_row);
+    RUN(whatever_comes_in_comes_out);
+    return TEST_END();
+}
