@@ -5349,6 +5349,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     if (s->num_rows) {
         more = cqi_prepared_bytes(shape) + cqi_more_bytes(s) + CQ_FACE_BYTES(s->num_faces);
         more += CQ_FACE_BYTES(s->num_aside_faces);
+        more += (uint64_t)s->num_boundary_loops * cqi_all_components(s, CQI_OF_ROW) * sizeof(cq_value); /* if it has no seams */
         s->num_vertices = s->num_rows;
     }
 #endif
@@ -7454,6 +7455,7 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
     faces = cqi_keep_prepared(&p, &e->plan, s, arena);
     result = cq_mesh_build(&e->plan.mesh, s, faces, arena->next, arena->left, NULL);
+    arena->left += 3 * (size_t)p.num_faces * sizeof(cq_index); /* the faces are no more needed */
     CQ_ASSERT(result == CQ_OK && s->num_boundary_loops == p.num_loops && s->num_boundary_edges == p.num_open);
     return result;
 }
