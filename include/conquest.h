@@ -1938,7 +1938,10 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 #ifndef CQ_NO_WEDGES
     s->num_channels -= extended;
 #endif
-    if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
+    if (s->num_channels > CQ_MAX_CHANNELS) {
+        s->num_channels = 0; /* no shape has more than its array */
+        return CQ_ERROR_UNSUPPORTED;
+    }
     for (k = 0; k < s->num_channels; k++) {
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
@@ -4917,8 +4920,9 @@ static int cqi_code_aside_face(cq_decoder *d)
     }
     for (k = 0; k < s->num_channels; k++) {
         cq_value *value = d->aside.channel[k] + d->aside.num_faces;
-        int32_t before = d->aside.num_faces ? value[-1] : 0, x = 0;
+        int32_t before = 0, x = 0;
         if (cqi_class(s, k) != CQI_OF_FACE) continue;
+        if (d->aside.num_faces) before = value[-1];
         if (CQI_ENCODING(d) && s->channel[k].kind != CQ_TURNED) x = d->plan->input[k][face];
         *value = (cq_value)cqi_code_copy(d, k, &before, 1, x);
     }
@@ -7431,7 +7435,7 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 #ifndef CQ_NO_WEDGES
 
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
- * meet. CQ_DONE: they are fine. */
+ * meet, and more of these than faces go aside. CQ_DONE: they are fine. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
                                     cq_preparation *counts)
 {
@@ -7444,7 +7448,7 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     p.in = in;
     cqi_preparer_carve(&p, &scratch);
     cqi_prepare(&p);
-    if (is_manifold && !p.num_glued) return CQ_DONE;
+    if (is_manifold && p.num_glued <= in->shape.num_faces - p.num_faces) return CQ_DONE;
     in->shape.num_rows = p.num_wedges ? p.num_wedges : 1;
     in->shape.num_aside_rows = p.num_aside;
     in->shape.num_aside_faces = (uint32_t)(in->shape.num_faces - p.num_faces);
