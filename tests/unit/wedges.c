@@ -129,7 +129,7 @@ static void add_seams(int patches, int differ)
 static void damage(int amount, int which)
 {
     int k;
-    for (k = 0; k < amount && scene.input.shape.num_faces + 2 < MOST_FACES; k++) {
+    for (k = 0; k < amount && scene.input.shape.num_faces && scene.input.shape.num_faces + 2 < MOST_FACES; k++) {
         const uint32_t faces = scene.input.shape.num_faces, f = draw(faces), kind = draw(8), rows = scene.input.shape.num_vertices;
         cq_index *const i = scene.index + 3 * f;
         const cq_index a = i[0];
