@@ -446,6 +446,9 @@ typedef struct cq_report {
  * 200 here; face values 6 and 64, of a component. A join of the base has 3 and 32. */
 #define CQI_STEP_BYTES(components) (25 + 18 * (size_t)(components))
 
+/* One channel of a row, if there are seams: two questions of 11 bits, and for each component 16, 5 and 32. */
+#define CQI_ROW_STEP_BYTES 112
+
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
@@ -622,11 +625,23 @@ typedef struct cqi_new_row {
     int corner;                               /* its first one; CQI_CORNERS: split from a row of A */
 } cqi_new_row;
 
+/* A model that learns fast at first: a probability, and how often it was used, up to a limit. */
+typedef struct cqi_quick_model {
+    cq_bit_model bit;
+    uint8_t used;
+} cqi_quick_model;
+
+/* Sets of models for residuals of rows, classes of what is expected, and lengths. */
+enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_SETS };
+#define CQI_ROW_CLASSES 20
+#define CQI_ROW_LENGTHS 16
+
 /* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
 #define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
     cq_bit_model equal[CQ_MAX_CHANNELS][8];   /* a channel of a new row is equal to that of another row */
+    cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
     int full;                                 /* there were more */
     uint32_t channel;                         /* the next one of the row that is being read */
@@ -2971,6 +2986,24 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
     return a;
 }
 
+#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES)
+/* The square root, rounded down. */
+static uint32_t cqi_root(uint64_t x)
+{
+    uint64_t root = 0, bit = (uint64_t)1 << 62;
+    while (bit > x) bit >>= 2;
+    for (; bit; bit >>= 2) {
+        if (x >= root + bit) {
+            x -= root + bit;
+            root = (root >> 1) + bit;
+        } else {
+            root >>= 1;
+        }
+    }
+    return (uint32_t)root;
+}
+#endif
+
 /* 65536 / n */
 static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
     0, 65535, 32768, 21845, 16384, 13107, 10923, 9362, 8192, 7282, 6554, 5958, 5461, 5041, 4681, 4369, 4096, 3855,
@@ -4189,6 +4222,34 @@ static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
     return bit;
 }
 
+/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 6. */
+static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
+{
+    const int rate = 1 + (model->used + 1) / 2;
+    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
+    else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
+    model->used = (uint8_t)(model->used + (model->used < 9));
+    return bit;
+}
+
+/* A residual: its number of bits, 0 .. 47, by asking whether it is more up to 16 times, given half the bits that are
+ * expected; then its bits below the highest one, and its sign. */
+static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int most, int32_t residual)
+{
+    cqi_quick_model *const model = d->seams->length[set][cqi_at_most(half_bits, CQI_ROW_CLASSES - 1)];
+    const uint32_t magnitude = cqi_abs(residual);
+    const int length = cqi_bit_length(magnitude);
+    uint32_t low, x;
+    int n = 0;
+    while (n < CQI_ROW_LENGTHS && cqi_code_quick(d, &model[n], n < length)) n++;
+    if (n == CQI_ROW_LENGTHS) n += (int)cqi_code_raw(d, (uint32_t)(length - n), 5);
+    if (!n) return 0;
+    if (n > most) return CQI_WILD;
+    low = ((uint32_t)1 << (n - 1)) - 1;
+    x = cqi_code_raw(d, (magnitude & low) << 1 | (residual < 0), n);
+    return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
+}
+
 /* Is it the row of the encoder's wedge? */
 static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
 {
@@ -4398,6 +4459,36 @@ static cq_index cqi_row_beyond(const cq_decoder *d, cq_index spoke)
     return cqi_row_at(d, cq_prev(outer));
 }
 
+/* -- Texture coordinates and other values of rows, by an affine fit --
+ *
+ * Values that are a linear function of the position, as most texture coordinates are nearly, are continued from B's
+ * neighbours: by least squares in the two coordinates along the surface. */
+
+/* Places of B's neighbours relative to B, along the surface, with 8 bits; and their mean. */
+static void cqi_locate_rows(cq_decoder *d)
+{
+    const cq_value *const at = d->located >= 0 ? d->channel[d->located] : NULL;
+    cqi_fan *f = &d->now.fan;
+    uint32_t all = 0;
+    int64_t sum_x = 0, sum_y = 0;
+    int k, shift;
+    for (k = 0; k < f->size && at; k++) {
+        const cq_value *const b = at + 3 * (size_t)d->mesh.num_vertices, *const v = at + 3 * (size_t)d->vertex[f->vertex[k]];
+        f->at[k].x = v[f->axis[0]] - b[f->axis[0]];
+        f->at[k].y = v[f->axis[1]] - b[f->axis[1]];
+        f->at[k].z = 0;
+        all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y);
+    }
+    shift = cqi_bit_length(all >> 8);
+    for (k = 0; k < f->size && at; k++) {
+        f->at[k] = cqi_shift(f->at[k], shift);
+        sum_x += f->at[k].x;
+        sum_y += f->at[k].y;
+    }
+    f->mean.x = (int32_t)(sum_x / f->size);
+    f->mean.y = (int32_t)(sum_y / f->size);
+}
+
 /* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is known. */
 static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
 {
@@ -4422,6 +4513,166 @@ static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
     if (cqi_row_at(d, cq_next(from_q)) == beside && cqi_row_at(d, from_q) == f->vertex[n - 1])
         f->beyond[n - 1] = cqi_row_at(d, cq_prev(from_q));
     for (k = 0; k < n && !whole; k++) f->beyond[k] = CQ_NONE;
+    cqi_locate_rows(d);
+}
+
+/* -- Normals of rows, from geometry --
+ *
+ * The positions of a split are known when its rows are read, and so are the faces that have a row: their normals, each
+ * weighted by the sine of its angle, predict that of the row. An octahedral pair has a seam itself, the border of its
+ * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared, which
+ * takes the upper hemisphere out to the border instead. */
+
+/* The pair of a direction, from the middle of the square, which is `half` wide. */
+typedef struct cqi_pair_of_normal {
+    int32_t x, y;
+} cqi_pair_of_normal;
+
+/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
+static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
+{
+    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
+    a.x = a.x < 0 ? -x : x;
+    a.y = a.y < 0 ? -y : y;
+    return a;
+}
+
+typedef struct cqi_direction {
+    int64_t x, y, z;
+} cqi_direction;
+
+/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at most. */
+static int64_t cqi_angle(int64_t x, int64_t y)
+{
+    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
+    const int64_t t = high ? low * 65536 / high : 0;
+    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
+    if (size < y) angle = 102944 - angle;
+    return x < 0 ? 205887 - angle : angle;
+}
+
+/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits, and
+ * are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
+static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
+{
+    cqi_vector u, v;
+    int64_t x, y, z, length, weight;
+    u.x = a[0] - o[0];
+    u.y = a[1] - o[1];
+    u.z = a[2] - o[2];
+    v.x = b[0] - o[0];
+    v.y = b[1] - o[1];
+    v.z = b[2] - o[2];
+    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
+    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
+    x = (int64_t)u.y * v.z - (int64_t)u.z * v.y;
+    y = (int64_t)u.z * v.x - (int64_t)u.x * v.z;
+    z = (int64_t)u.x * v.y - (int64_t)u.y * v.x;
+    length = (int64_t)cqi_root((uint64_t)(x * x) + (uint64_t)(y * y) + (uint64_t)(z * z));
+    if (!length) return;
+    weight = (cqi_angle((int64_t)u.x * v.x + (int64_t)u.y * v.y + (int64_t)u.z * v.z, length) << 24) / length;
+    n->x += x * weight;
+    n->y += y * weight;
+    n->z += z * weight;
+}
+
+/* Sum of the normals of the faces that a new row has. */
+static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int corner)
+{
+    const cqi_ring *r = &d->ring;
+    const cqi_seams *s = d->seams;
+    const cq_value *const at = d->channel[d->located];
+    const cq_value *const a = at + 3 * (size_t)d->mesh.origin[r->spoke[0]], *const b = at + 3 * (size_t)d->mesh.num_vertices;
+    const cq_value *const p = at + 3 * (size_t)r->vertex[s->p], *const q = at + 3 * (size_t)r->vertex[s->q];
+    cqi_direction n = { 0, 0, 0 };
+    int k;
+    for (k = s->p + 1; k <= s->q && corner == CQI_CORNERS; k++)
+        if (s->run[k] == row) cqi_add_normal(&n, b, at + 3 * (size_t)r->vertex[k], at + 3 * (size_t)r->vertex[k - 1]);
+    if (s->row[CQI_LEFT_A] == row) cqi_add_normal(&n, a, b, p);
+    if (s->row[CQI_LEFT_B] == row) cqi_add_normal(&n, b, p, a);
+    if (s->row[CQI_AT_P] == row) cqi_add_normal(&n, p, a, b);
+    if (s->row[CQI_RIGHT_A] == row) cqi_add_normal(&n, a, q, b);
+    if (s->row[CQI_RIGHT_B] == row) cqi_add_normal(&n, b, a, q);
+    if (s->row[CQI_AT_Q] == row) cqi_add_normal(&n, q, b, a);
+    return n;
+}
+
+/* The octahedral pair of a direction, unless that has none. */
+static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
+{
+    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
+    int64_t sum = x + y + z;
+    int shift = 0;
+    while (sum >> shift >> 38) shift++;
+    sum >>= shift;
+    if (!sum) return 0;
+    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
+    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
+    if (n.x < 0) pair->x = -pair->x;
+    if (n.y < 0) pair->y = -pair->y;
+    if (n.z < 0) *pair = cqi_folded(*pair, half);
+    return 1;
+}
+
+static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int32_t half, int fold)
+{
+    cqi_pair_of_normal a;
+    a.x = values[2 * (size_t)row] - half;
+    a.y = values[2 * (size_t)row + 1] - half;
+    return fold ? cqi_folded(a, half) : a;
+}
+
+/* Is the channel one of octahedral pairs? */
+static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
+{
+    const cq_channel *c = &d->shape.channel[k];
+    return d->located >= 0 && c->kind == CQ_NORMAL && c->components == 2 && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
+}
+
+/* How far the pairs around are from what is expected, on the mean. */
+static uint32_t cqi_spread_of_pairs(const cq_value *values, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
+{
+    uint32_t sum = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        const cqi_pair_of_normal a = cqi_pair_at(values, around[k], half, fold);
+        sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
+    }
+    return sum / 2;
+}
+
+/* Codes a pair, given what is expected from geometry, and the rows around: those of the fan, or the one beside. */
+static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *const values = d->channel[k], *const to = values + 2 * (size_t)row;
+    const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
+    cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
+    const int set = n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
+    int fold, half_bits, odd = 0;
+    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, around[0], half, 0) : wanted;
+    fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
+    if (fold) expected = cqi_folded(expected, half);
+    p = expected;
+    half_bits = cqi_half_bits(cqi_spread_of_pairs(values, around, n, half, fold, p));
+    if (CQI_ENCODING(d)) {
+        wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        if (fold) {
+            const cqi_pair_of_normal in = cqi_folded(wanted, half), out = cqi_folded(in, half);
+            odd = out.x != wanted.x || out.y != wanted.y;
+            if (!odd) wanted = in;
+        }
+    }
+    if (fold) odd = cqi_code_with(d, &d->seams->equal[k][1], odd);
+    wanted.x = p.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - p.x);
+    wanted.y = p.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - p.y);
+    if (cqi_abs(wanted.x) >> 25 || cqi_abs(wanted.y) >> 25) return 0;
+    if (fold && !odd) wanted = cqi_folded(wanted, half);
+    if (!cqi_value_fits(channel, wanted.x + half) || !cqi_value_fits(channel, wanted.y + half)) return 0;
+    to[0] = (cq_value)(wanted.x + half);
+    to[1] = (cq_value)(wanted.y + half);
+    return 1;
 }
 
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
@@ -4457,7 +4708,7 @@ static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, 
         apart = cqi_rough(channel, values[(size_t)far * stride]) - cqi_rough(channel, values[(size_t)near * stride]);
     half_bits = cqi_half_bits(cqi_abs(apart)) + (cqi_is_exact(channel) ? 16 : 0);
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), expected);
-    x = cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), -1, x);
+    x = cqi_code_row_residual(d, CQI_ROW_AT_SEAM, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
     x = cqi_number(channel, cqi_sum(expected, x));
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
@@ -4474,6 +4725,57 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
     x = cqi_code_copy(d, k, beside, n, x);
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
+ * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ *
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them 37,
+ * numerators 61, of which 50 are looked at: times an offset 58. */
+static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
+{
+    int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
+    int k, bits = 0;
+    for (k = 0; k < f->size; k++) {
+        const int64_t dx = f->at[k].x - f->mean.x, dy = f->at[k].y - f->mean.y, u = cqi_floor_shift(x[k] - mean, 2);
+        xx += dx * dx;
+        yy += dy * dy;
+        xy += dx * dy;
+        ux += u * dx;
+        uy += u * dy;
+        limit = u > limit ? u : -u > limit ? -u : limit;
+    }
+    fit = (xx + yy) / 16 + 1;
+    xx += fit;
+    yy += fit;
+    along_x = yy * ux - xy * uy;
+    along_y = xx * uy - xy * ux;
+    while ((along_x < 0 ? -along_x : along_x) >> bits >> 50 || (along_y < 0 ? -along_y : along_y) >> bits >> 50) bits++;
+    det = (xx * yy - xy * xy) >> bits;
+    if (!det) return 0;
+    fit = -(cqi_floor_shift_wide(along_x, bits) * f->mean.x + cqi_floor_shift_wide(along_y, bits) * f->mean.y) / det;
+    return 4 * (int32_t)(fit < -2 * limit ? -2 * limit : fit > 2 * limit ? 2 * limit : fit);
+}
+
+/* One component of B's part of a row: by the linear prediction and the fit. */
+static int cqi_code_fitted(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    int32_t *const weight = d->model.plain[k], feature[4], p, x = 0;
+    uint32_t spread;
+    int n, half_bits;
+    p = cqi_predict_plain(d, k, c, feature, &spread);
+    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1]) : 0;
+    for (n = 0; n < 4; n++) p += cqi_product(feature[n], weight[n], 16);
+    p = cqi_unrough(channel, p);
+    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
+    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
+    for (n = 0; n < 4; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
+    x = cqi_number(channel, cqi_sum(p, x));
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
     return 1;
@@ -4500,6 +4802,10 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
         if (cqi_code_equal(d, k, 2 + as_beside, row, in_face)) return 1;
     }
     if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
+    if (cqi_has_pairs(d, k)) {
+        const cq_index *around = beside != CQ_NONE ? &made->beside : &in_face;
+        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, made->corner), around, *around != CQ_NONE, wedge);
+    }
     swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
     for (c = 0; c < channel->components && ok; c++) {
         const cq_index near = swap ? in_face : beside, far = swap ? beside : in_face;
@@ -4519,8 +4825,12 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
     int ok = 1;
     if (s->next && cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
         return 1;
+    if (cqi_has_pairs(d, k)) {
+        const cqi_fan *f = &d->now.fan;
+        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, CQI_CORNERS), f->vertex, f->size, wedge);
+    }
     for (c = 0; c < channel->components && ok; c++)
-        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_plain(d, k, c, wedge, to + c);
+        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_fitted(d, k, c, wedge, to + c);
     return ok;
 }
 
@@ -4714,8 +5024,12 @@ static void cqi_init_seams(cqi_seams *s)
     memset(s, 0, sizeof *s);
     for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
         for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
-    for (j = 0; j < CQ_MAX_CHANNELS; j++)
+    for (j = 0; j < CQ_MAX_CHANNELS; j++) {
         for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+    }
+    memset(s->length, 0, sizeof s->length);
+    for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
+        (&s->length[0][0][0])[j].bit = CQ_BIT_MODEL_INIT;
 }
 
 static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
@@ -4742,6 +5056,7 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->aside.channel[k] = aside;
         aside += (size_t)s->num_aside_rows * s->channel[k].components;
         if (of != CQI_OF_ROW) continue;
+        d->model.plain[k][3] = 0xc000;
         d->channel[k] = values;
         values += (size_t)s->num_rows * s->channel[k].components;
     }
@@ -5131,6 +5446,8 @@ static void cqi_start(cq_decoder *d)
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
+    d->located = cqi_context_channel(&d->shape);
+    cqi_model_init(&d->model, &d->shape);
     d->index = d->mesh.origin;
 #ifndef CQ_NO_WEDGES
     cqi_start_rows(d, &arena);
@@ -5138,11 +5455,10 @@ static void cqi_start(cq_decoder *d)
     d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
                                          cqi_all_components(&d->shape, CQI_OF_FACE) +
                                          cqi_all_components(&d->shape, CQI_OF_ROW));
+    if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    d->located = cqi_context_channel(&d->shape);
-    cqi_model_init(&d->model, &d->shape);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 }
 
@@ -5659,21 +5975,6 @@ static inline int64_t cqi_larger64(int64_t a, int64_t b) { return a > b ? a : b;
 static inline int64_t cqi_largest(cqi_vector64 a)
 {
     return cqi_larger64(cqi_larger64(cqi_abs64(a.x), cqi_abs64(a.y)), cqi_abs64(a.z));
-}
-
-static uint32_t cqi_root(uint64_t x)
-{
-    uint64_t root = 0, bit = (uint64_t)1 << 62;
-    while (bit > x) bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (x >= root + bit) {
-            x -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
-    }
-    return (uint32_t)root;
 }
 
 static uint32_t cqi_root_above(uint64_t x)
