@@ -7593,7 +7593,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     cqi_plan *p = &e->plan;
     uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
-    cqi_set_goal(p, in, (cq_value *)(void *)e->replay.memory); /* which the replay needs later */
+    cqi_set_goal(p, in, (cq_value *)(void *)(p->follower + cqi_all_vertices(&in->shape))); /* the replay's memory */
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
