@@ -119,6 +119,7 @@ extern "C" {
 #define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
+#define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
 #define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
 #define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
 
@@ -219,7 +220,7 @@ typedef struct cq_shape {
     uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
     uint32_t num_materials;          /* 0: faces have none */
-    uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. 2^20 */
+    uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
 } cq_shape;
 
 /* The faces of one material: a range of their numbers, which grows at its end. */
@@ -687,6 +688,9 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
      + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
 #define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
 
+/* Metadata of m bytes need so much more. */
+#define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
+
 /* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
  * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
  * of faces. */
@@ -727,6 +731,8 @@ typedef struct cq_decoder {
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
     cqi_seams *seams;                      /* NULL without wedges */
+    cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
+    uint32_t metadata_read;                /* bytes */
     struct {
         uint8_t buffer[CQI_BUFFER_BYTES];
         size_t payload_left, payload_size; /* bytes not yet in the buffer; of the whole payload */
@@ -1931,13 +1937,19 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 
 /* Counts of what a mesh without seams does not have. */
 #define CQI_EXTENDED 0x80 /* bit of the number of channels: they follow */
+static int cqi_is_extended(const cq_shape *s)
+{
+    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes;
+}
+
 static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
 {
     s->num_rows = cqi_read_varint(r);
     s->num_aside_rows = cqi_read_varint(r);
     s->num_aside_faces = cqi_read_varint(r);
+    s->metadata_bytes = cqi_read_varint(r);
     if (r->result != CQ_OK) return r->result;
-    if (!s->num_rows && !s->num_aside_rows && !s->num_aside_faces) return CQ_ERROR_CORRUPT;
+    if (!cqi_is_extended(s) || s->metadata_bytes > CQ_MAX_METADATA) return CQ_ERROR_CORRUPT;
     if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
     return CQ_OK;
 }
@@ -2024,6 +2036,7 @@ static uint64_t cqi_more_bytes(const cq_shape *s)
     }
     bytes += s->num_aside_rows * (of_row + cqi_all_components(s, CQI_OF_VERTEX)) * sizeof(cq_value);
     bytes += s->num_aside_faces * of_face * sizeof(cq_value) + words * sizeof(cq_index);
+    bytes += CQ_METADATA_BYTES(s->metadata_bytes);
     return bytes ? bytes + (6 + of_face) * 4 : 0; /* roundings of blocks */
 }
 
@@ -2116,6 +2129,7 @@ typedef struct cqi_plan {
     const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number aside */
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
+    const uint8_t *metadata;            /* as handed in */
     cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
 } cqi_plan;
 
@@ -5045,6 +5059,11 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         cqi_init_seams(d->seams);
     }
     values = (cq_value *)cqi_take(arena, s->num_rows * of_row, sizeof(cq_value));
+    if (s->metadata_bytes) {
+        d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
+        d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
+        for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+    }
     d->aside.index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_aside_faces, sizeof(cq_index));
     aside = (cq_value *)cqi_take(arena, s->num_aside_rows * all, sizeof(cq_value));
     for (k = 0; k < s->num_channels; k++) {
@@ -5178,7 +5197,9 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 /* Turns to what is aside, if that is not yet read. */
 static int cqi_has_aside(cq_decoder *d)
 {
-    if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces) return 0;
+    if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
+        d->metadata_read == d->shape.metadata_bytes)
+        return 0;
     memset(d->base.size, 0, sizeof d->base.size);
     d->base.value = 0;
     d->phase = CQI_READ_ASIDE;
@@ -5244,7 +5265,16 @@ static int cqi_code_aside_face(cq_decoder *d)
     return 1;
 }
 
-/* One channel of a row aside, or a face. */
+/* A byte of the metadata. */
+static void cqi_code_letter(cq_decoder *d)
+{
+    const int letter = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
+    int node = 1, k;
+    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->letters[node], letter >> k & 1);
+    d->metadata[d->metadata_read++] = (uint8_t)node;
+}
+
+/* One channel of a row aside, or a face, or a byte of metadata. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -5258,6 +5288,8 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
     } else if (d->aside.num_faces < d->shape.num_aside_faces) {
         ok = cqi_code_aside_face(d);
         if (ok && !cqi_starved(d)) d->aside.num_faces++;
+    } else if (d->metadata_read < d->shape.metadata_bytes) {
+        cqi_code_letter(d);
     } else {
         d->phase = CQI_LEVEL;
     }
@@ -5677,6 +5709,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
+    if (!shape->num_rows) more = CQ_METADATA_BYTES(s->metadata_bytes) + 6 * 4;
     all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
     return cqi_sum_of_sizes(all + more > preparing ? all : preparing, all + more > preparing ? more : 0);
 }
@@ -7509,6 +7542,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     p->input = in->values;
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
     p->clean = in->clean;
+    p->metadata = in->metadata;
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;
@@ -7635,8 +7669,6 @@ static void cqi_write_varint(uint8_t **to, uint32_t value)
     *(*to)++ = (uint8_t)value;
 }
 
-static int cqi_is_extended(const cq_shape *s) { return s->num_rows || s->num_aside_rows || s->num_aside_faces; }
-
 /* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
 static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
 {
@@ -7660,6 +7692,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
         cqi_write_varint(&to, s->num_rows);
         cqi_write_varint(&to, s->num_aside_rows);
         cqi_write_varint(&to, s->num_aside_faces);
+        cqi_write_varint(&to, s->metadata_bytes);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -7808,7 +7841,8 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
-    if (in->shape.num_materials || in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+    if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
+    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
     if (result != CQ_OK) return result;

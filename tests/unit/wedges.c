@@ -81,6 +81,12 @@ static cq_index copy_row(cq_index from)
     return (cq_index)v;
 }
 
+static void add_metadata(const char *text, uint32_t size)
+{
+    scene.input.metadata = (const uint8_t *)text;
+    scene.input.shape.metadata_bytes = size;
+}
+
 /* A sheet of w by h quads, closed in one direction or both, or closed with a twist. */
 static void add_sheet(int w, int h, int closed, int twisted)
 {
@@ -281,6 +287,8 @@ static void check_same(const cq_decoder *d)
     CHECK(out.n == in.n && !memcmp(in.of, out.of, in.n * sizeof *in.of));
     n = unused_of_input(in_rows);
     CHECK_EQ(unused_of_output(d, out_rows), n);
+    CHECK_EQ(d->shape.metadata_bytes, scene.input.shape.metadata_bytes);
+    if (d->shape.metadata_bytes) CHECK(!memcmp(d->metadata, scene.input.metadata, d->shape.metadata_bytes));
     CHECK(!memcmp(in_rows, out_rows, n * sizeof in_rows[0]));
     free(in.of);
     free(out.of);
@@ -390,6 +398,67 @@ static void check_round_trip(void)
 }
 
 /* -- Tests -- */
+
+TEST(metadata_travel_with_a_mesh_that_has_nothing_else)
+{
+    begin(0);
+    add_sheet(8, 8, 3, 0);
+    add_metadata("stone", 5);
+    check_round_trip();
+    CHECK_EQ(last.shape.num_rows, 0);
+    add_metadata("", 0);
+    check_round_trip();
+}
+
+/* Two tiles with a common border, which both keep: at each of their levels it has all its vertices. */
+static void keep_border(int right, cq_value (*border)[3], size_t *count, uint32_t *base)
+{
+    coded c;
+    decoding d;
+    uint32_t k, n = 0;
+    cq_bytes in;
+    begin(1);
+    seed = right ? 5 : 9;
+    add_sheet(20, 20, 0, 0);
+    for (k = 0; k < scene.input.shape.num_vertices; k++) {
+        const uint32_t x = k % 21, y = k / 21, at_border = x == (right ? 0u : 20u);
+        scene.position[3 * k] = (cq_value)(8000 + ((int)x - (right ? 0 : 20)) * 200);
+        if (at_border) scene.position[3 * k + 1] = (cq_value)(1000 + 300 * y), scene.position[3 * k + 2] = (cq_value)(y * y * 20);
+        scene.locked[k] = (uint8_t)at_border;
+    }
+    scene.input.locked = scene.locked;
+    code(&c, &scene.input);
+    CHECK_EQ(c.result, CQ_OK);
+    *base = c.report->base_vertices;
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while (d.decoder->mesh.num_vertices == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
+        const cq_value *v = d.decoder->channel[0] + 3 * k;
+        if (v[0] == 8000) memcpy(border[n++], v, sizeof *border);
+    }
+    *count = n;
+    decoding_free(&d);
+    uncode(&c);
+}
+
+static int compare_places(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(cq_value)); }
+
+TEST(the_locked_borders_of_two_tiles_meet_from_the_base_on)
+{
+    static cq_value left[500][3], right[500][3];
+    size_t in_left, in_right;
+    uint32_t base_left, base_right;
+    keep_border(0, left, &in_left, &base_left);
+    keep_border(1, right, &in_right, &base_right);
+    CHECK_EQ(in_left, 21);
+    CHECK_EQ(in_right, 21);
+    CHECK(base_left < 60 && base_right < 60);
+    qsort(left, in_left, sizeof *left, compare_places);
+    qsort(right, in_right, sizeof *right, compare_places);
+    CHECK(!memcmp(left, right, 21 * sizeof *left));
+}
 
 TEST(a_seam_of_texture_coordinates_is_refined)
 {
@@ -505,6 +574,7 @@ TEST(whatever_comes_in_comes_out)
         if (draw(2)) damage((int)draw(30), (int)draw(256));
         if (draw(8) == 0) damage(400, (int)draw(256));
         scene.input.clean = draw(3) == 0;
+        if (draw(4) == 0) add_metadata("names of materials, and whatever else a file says", draw(50));
         scene.input.goal = draw(4) ? CQ_BALANCED : CQ_LEAST_CONNECTIVITY;
         check_round_trip();
         if (test_state.failures) {
@@ -525,6 +595,8 @@ int main(int argc, char **argv)
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
     RUN(a_clean_mesh_never_moves_a_row);
+    RUN(metadata_travel_with_a_mesh_that_has_nothing_else);
+    RUN(the_locked_borders_of_two_tiles_meet_from_the_base_on);
     RUN(whatever_comes_in_comes_out);
     return TEST_END();
 }
