@@ -3,6 +3,7 @@
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include "codec.h"
+#include "records.h"
 #include "test.h"
 
 /* -- Inputs -- */
@@ -155,192 +156,6 @@ static void damage(int amount, int which)
 
 /* -- What comes back -- */
 
-enum { RECORD = 3 * 16 + 2 };
-
-typedef struct records {
-    int32_t (*of)[RECORD];
-    size_t n;
-} records;
-
-static int compare_records(const void *a, const void *b) { return memcmp(a, b, RECORD * sizeof(int32_t)); }
-
-/* Adds a triangle of three rows of values, beginning with the least. */
-static void add_record(records *r, int32_t row[3][16], const int32_t *of_face)
-{
-    int32_t *to = r->of[r->n++];
-    int best = 0, k;
-    for (k = 1; k < 3; k++) {
-        int32_t a[48], b[48];
-        int j;
-        for (j = 0; j < 3; j++) {
-            memcpy(a + 16 * j, row[(k + j) % 3], sizeof row[0]);
-            memcpy(b + 16 * j, row[(best + j) % 3], sizeof row[0]);
-        }
-        if (memcmp(a, b, sizeof a) < 0) best = k;
-    }
-    for (k = 0; k < 3; k++) memcpy(to + 16 * k, row[(best + k) % 3], sizeof row[0]);
-    memcpy(to + 48, of_face, 2 * sizeof(int32_t));
-}
-
-static void input_row(cq_index v, int32_t *to)
-{
-    const cq_shape *s = &scene.input.shape;
-    uint32_t k, c, n = 0;
-    memset(to, 0, 16 * sizeof *to);
-    for (k = 0; k < s->num_channels; k++)
-        for (c = 0; c < s->channel[k].components && !is_per_face(&s->channel[k]); c++)
-            to[n++] = scene.input.values[k][(size_t)v * s->channel[k].components + c];
-}
-
-static void output_row(const cq_decoder *d, cq_index row, int32_t *to)
-{
-    const cq_index rows = (cq_index)(d->vertex ? d->shape.num_rows : d->shape.num_vertices);
-    uint32_t k, c, n = 0;
-    memset(to, 0, 16 * sizeof *to);
-    for (k = 0; k < d->shape.num_channels; k++) {
-        cq_value value[CQ_MAX_COMPONENTS];
-        const cq_channel *channel = &d->shape.channel[k];
-        if (is_per_face(channel)) continue;
-        if (row < rows) cq_read_rows(d, k, row, 1, value);
-        else memcpy(value, d->aside.channel[k] + (size_t)(row - rows) * channel->components, channel->components * sizeof(cq_value));
-        for (c = 0; c < channel->components; c++) to[n++] = value[c];
-    }
-}
-
-static void input_records(records *r)
-{
-    const cq_shape *s = &scene.input.shape;
-    uint32_t f, k;
-    r->of = (int32_t(*)[RECORD])malloc((s->num_faces + 1) * sizeof *r->of);
-    r->n = 0;
-    for (f = 0; f < s->num_faces; f++) {
-        int32_t row[3][16], face[2] = { 0, 0 };
-        for (k = 0; k < 3; k++) input_row(scene.index[3 * f + k], row[k]);
-        for (k = 0; k < s->num_channels; k++)
-            if (is_per_face(&s->channel[k])) face[0] = scene.input.values[k][f];
-        add_record(r, row, face);
-    }
-    qsort(r->of, r->n, sizeof *r->of, compare_records);
-}
-
-static void output_records(const cq_decoder *d, records *r)
-{
-    const uint32_t all = d->mesh.num_faces + d->aside.num_faces;
-    uint32_t f, k;
-    r->of = (int32_t(*)[RECORD])malloc((all + 1) * sizeof *r->of);
-    r->n = 0;
-    for (f = 0; f < all; f++) {
-        const int aside = f >= d->mesh.num_faces;
-        const uint32_t g = aside ? f - d->mesh.num_faces : f;
-        int32_t row[3][16], face[2] = { 0, 0 };
-        cq_index rows[3];
-        if (aside) memcpy(rows, d->aside.index + 3 * (size_t)g, sizeof rows);
-        else cq_read_triangles(d, (cq_index)f, 1, rows);
-        for (k = 0; k < 3; k++) output_row(d, rows[k], row[k]);
-        for (k = 0; k < d->shape.num_channels; k++)
-            if (is_per_face(&d->shape.channel[k]) && d->shape.channel[k].kind != CQ_TURNED)
-                face[0] = (aside ? d->aside.channel[k] : d->channel[k])[g];
-        add_record(r, row, face);
-    }
-    qsort(r->of, r->n, sizeof *r->of, compare_records);
-}
-
-static int compare_rows(const void *a, const void *b) { return memcmp(a, b, 16 * sizeof(int32_t)); }
-
-/* The rows of no face, sorted; returns their number. */
-static size_t unused_of_input(int32_t (*to)[16])
-{
-    static uint8_t used[MOST_ROWS];
-    size_t n = 0;
-    uint32_t k;
-    memset(used, 0, sizeof used);
-    for (k = 0; k < 3 * scene.input.shape.num_faces; k++) used[scene.index[k]] = 1;
-    for (k = 0; k < scene.input.shape.num_vertices; k++)
-        if (!used[k]) input_row((cq_index)k, to[n++]);
-    qsort(to, n, sizeof *to, compare_rows);
-    return n;
-}
-
-static size_t unused_of_output(const cq_decoder *d, int32_t (*to)[16])
-{
-    static uint8_t used[MOST_ROWS];
-    const uint32_t rows = d->vertex ? d->shape.num_rows : d->shape.num_vertices;
-    size_t n = 0;
-    uint32_t k;
-    memset(used, 0, sizeof used);
-    for (k = 0; k < 3 * d->aside.num_faces; k++)
-        if (d->aside.index[k] >= rows) used[d->aside.index[k] - rows] = 1;
-    for (k = 0; k < d->aside.num_rows; k++)
-        if (!used[k]) output_row(d, (cq_index)(rows + k), to[n++]);
-    qsort(to, n, sizeof *to, compare_rows);
-    return n;
-}
-
-static void check_same(const cq_decoder *d)
-{
-    static int32_t in_rows[MOST_ROWS][16], out_rows[MOST_ROWS][16];
-    records in, out;
-    size_t n;
-    input_records(&in);
-    output_records(d, &out);
-    CHECK_EQ(out.n, in.n);
-    CHECK(out.n == in.n && !memcmp(in.of, out.of, in.n * sizeof *in.of));
-    n = unused_of_input(in_rows);
-    CHECK_EQ(unused_of_output(d, out_rows), n);
-    CHECK_EQ(d->shape.metadata_bytes, scene.input.shape.metadata_bytes);
-    if (d->shape.metadata_bytes) CHECK(!memcmp(d->metadata, scene.input.metadata, d->shape.metadata_bytes));
-    CHECK(!memcmp(in_rows, out_rows, n * sizeof in_rows[0]));
-    free(in.of);
-    free(out.of);
-}
-
-/* Maps lead to rows with the same values, and to the same faces. */
-static void check_maps(const cq_decoder *d, const coded *c)
-{
-    uint32_t k, j;
-    for (k = 0; k < scene.input.shape.num_vertices; k++) {
-        int32_t in[16], out[16];
-        input_row((cq_index)k, in);
-        output_row(d, c->map[k], out);
-        CHECK(!memcmp(in, out, sizeof in));
-    }
-    for (k = 0; k < scene.input.shape.num_faces; k++) {
-        cq_index rows[3];
-        int found = 0, turn;
-        const cq_index f = c->face_map[k];
-        CHECK(f < d->mesh.num_faces + d->aside.num_faces);
-        if (f >= d->mesh.num_faces) memcpy(rows, d->aside.index + 3 * (size_t)(f - d->mesh.num_faces), sizeof rows);
-        else cq_read_triangles(d, f, 1, rows);
-        for (turn = 0; turn < 3; turn++) {
-            int same = 1;
-            for (j = 0; j < 3; j++) {
-                int32_t in[16], out[16];
-                input_row(scene.index[3 * k + j], in);
-                output_row(d, rows[(j + (uint32_t)turn) % 3], out);
-                same &= !memcmp(in, out, sizeof in);
-            }
-            found |= same;
-        }
-        CHECK(found);
-    }
-}
-
-/* W2 and W3: corners with one row have one vertex, which is the row's; each row is used. */
-static int rows_are_valid(const cq_decoder *d)
-{
-    static uint8_t used[MOST_ROWS];
-    uint32_t h, n = 0;
-    if (!d->vertex) return d->index == d->mesh.origin;
-    memset(used, 0, sizeof used);
-    for (h = 0; h < 3 * d->mesh.num_faces; h++) {
-        const cq_index row = d->index[h];
-        if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) return 0;
-        n += !used[row];
-        used[row] = 1;
-    }
-    return n == d->num_rows;
-}
-
 /* Decodes in steps and checks each mesh that there is; and cq_moved_rows against what moved, and that nothing else did. */
 static void check_steps(const coded *c, int clean)
 {
@@ -385,8 +200,12 @@ static void check_round_trip(void)
         if (d.result == CQ_DONE) {
             CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
             CHECK(rows_are_valid(d.decoder));
-            check_same(d.decoder);
-            check_maps(d.decoder, &c);
+            CHECK(same_triangles(&scene.input, d.decoder));
+            CHECK(same_unused_rows(&scene.input, d.decoder));
+            CHECK(maps_are_right(&scene.input, d.decoder, c.map, c.face_map));
+            CHECK_EQ(d.decoder->shape.metadata_bytes, scene.input.shape.metadata_bytes);
+            if (scene.input.shape.metadata_bytes)
+                CHECK(!memcmp(d.decoder->metadata, scene.input.metadata, scene.input.shape.metadata_bytes));
             CHECK_EQ(d.report->header, c.report->header);
             CHECK_EQ(d.report->aside, c.report->aside);
             CHECK_EQ(d.report->channels, c.report->channels);
@@ -398,6 +217,41 @@ static void check_round_trip(void)
 }
 
 /* -- Tests -- */
+
+/* A fin stands on a sheet: edges of three faces. All of its foot is in the base. */
+TEST(a_junction_is_in_the_base)
+{
+    coded c;
+    decoding d;
+    cq_bytes in;
+    uint32_t k, foot = 0;
+    begin(0);
+    add_sheet(14, 14, 0, 0);
+    for (k = 0; k < 8; k++) copy_row((cq_index)(7 * 15 + 3 + k));
+    for (k = 0; k < 8; k++) scene.position[3 * (225 + k) + 2] = (cq_value)(9000 + 10 * k * k);
+    for (k = 0; k < 7; k++) {
+        add_face((cq_index)(7 * 15 + 3 + k), (cq_index)(7 * 15 + 4 + k), (cq_index)(225 + k));
+        add_face((cq_index)(7 * 15 + 4 + k), (cq_index)(226 + k), (cq_index)(225 + k));
+    }
+    code(&c, &scene.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK_EQ(c.report->prepared.cut_edges, 7);
+    CHECK_EQ(c.report->prepared.copied_rows, 8);
+    CHECK_EQ(c.report->prepared.locked_vertices, 16);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while (d.decoder->mesh.num_vertices == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    CHECK(d.decoder->mesh.num_vertices < 50);
+    for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
+        uint32_t j;
+        for (j = 0; j < 8; j++)
+            foot += !memcmp(d.decoder->channel[0] + 3 * k, scene.position + 3 * (7 * 15 + 3 + j), 3 * sizeof(cq_value));
+    }
+    CHECK_EQ(foot, 16);
+    decoding_free(&d);
+    uncode(&c);
+}
 
 TEST(metadata_travel_with_a_mesh_that_has_nothing_else)
 {
@@ -595,6 +449,7 @@ int main(int argc, char **argv)
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
     RUN(a_clean_mesh_never_moves_a_row);
+    RUN(a_junction_is_in_the_base);
     RUN(metadata_travel_with_a_mesh_that_has_nothing_else);
     RUN(the_locked_borders_of_two_tiles_meet_from_the_base_on);
     RUN(whatever_comes_in_comes_out);
