@@ -805,9 +805,10 @@ CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index
 /* -- Levels of detail -----------------------------------------------------------------------------------------------
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
- * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. */
+ * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. Rows
+ * that move are shown where they are by then; with cq_input.clean none does. */
 typedef struct cq_lod {
-    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices, and with */
+    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices (rows), and with */
     uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
@@ -5710,7 +5711,7 @@ static int cqi_knows_error(const cq_decoder *d)
 
 static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
 {
-    return d->mesh.num_vertices && d->mesh.num_vertices >= lod->min_vertices &&
+    return d->num_rows && d->num_rows >= lod->min_vertices &&
            (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
 }
 
@@ -5724,14 +5725,14 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
         k++;
     }
     for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_vertices != d->mesh.num_vertices;
+        const int is_new = !k || lod[k - 1].num_faces != d->mesh.num_faces; /* each split makes some */
         if (is_new) {
             if (corners > capacity - end) break;
-            memcpy(indices + end, d->mesh.origin, corners * sizeof(cq_index));
+            memcpy(indices + end, d->index, corners * sizeof(cq_index));
             end += corners;
         }
         lod[k].first = end - corners;
-        lod[k].num_vertices = d->mesh.num_vertices;
+        lod[k].num_vertices = d->num_rows;
         lod[k].num_faces = d->mesh.num_faces;
         lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
     }
