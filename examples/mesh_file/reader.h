@@ -60,6 +60,11 @@ int read_obj(struct reader *r, struct mesh_file *mesh);
 int read_ply(struct reader *r, struct mesh_file *mesh);
 int read_stl(struct reader *r, struct mesh_file *mesh);
 
+/* -- polygon.c ----------------------------------------------------------------------------------------------------- */
+
+/* Cuts a polygon of 3 corners or more into count - 2 triangles, given by numbers of corners. 0: no memory. */
+int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3]);
+
 /* -- text.c -------------------------------------------------------------------------------------------------------- */
 
 /* Names text that is no UTF-8, and skips a byte order mark. */
