@@ -234,6 +234,24 @@ TEST(a_cut_that_ends_at_a_hole_from_which_another_one_begins) {
     CHECK_EQ(o.negative, 0);
 }
 
+/* Cutting off the tip that the hole touches would cut through the hole, of which no corner is inside the triangle. */
+TEST(a_hole_that_touches_a_tip) {
+    size_t k;
+    for (k = 0; k < 9; k++) {
+        struct outcome o;
+        count = 0;
+        add_square(0, 0, 100, 0);
+        add_point(20, 60);
+        add_point(30, 80);
+        add_point(100, 0);
+        add_point(20, 60);
+        turn_list(k);
+        o = cut((uint32_t)k % 6);
+        CHECK(o.is_disc);
+        CHECK_EQ(o.negative, 0);
+    }
+}
+
 TEST(a_spiral) {
     struct outcome o;
     int k, turns = 60;
@@ -280,6 +298,7 @@ int main(int argc, char **argv) {
     RUN(a_star_with_random_spikes);
     RUN(holes_that_cuts_connect_with_the_outside);
     RUN(a_cut_that_ends_at_a_hole_from_which_another_one_begins);
+    RUN(a_hole_that_touches_a_tip);
     RUN(a_spiral);
     RUN(convex_polygons_are_fans);
     RUN(polygons_that_are_none_are_cut_all_the_same);
