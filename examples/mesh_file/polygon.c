@@ -65,20 +65,29 @@ static int is_same_point(const struct clip *c, uint32_t i, uint32_t j)
 
 /* -- Ears ---------------------------------------------------------------------------------------------------------- */
 
-/* Does a side that begins at the place of corner b lead into the triangle a b c, which has b as its tip? */
-static int leads_inside(const struct clip *c, uint32_t b, uint32_t end)
+/* As seen from tip b of triangle a b d, which is counter-clockwise. */
+static int is_between_sides(const struct clip *c, uint32_t a, uint32_t b, uint32_t d, uint32_t end)
 {
-    return area_of(c, c->previous[b], b, end) > 0 && area_of(c, b, c->next[b], end) > 0;
+    return area_of(c, a, b, end) >= 0 && area_of(c, b, d, end) >= 0;
 }
 
-/* Is corner q in the way of cutting off corner b? At the places of the triangle's own corners, only if sides go on. */
+/* Corner q is at the same place as tip b. Is part of the triangle outside the polygon there? */
+static int opens_into(const struct clip *c, uint32_t a, uint32_t b, uint32_t d, uint32_t q)
+{
+    uint32_t before = c->previous[q], after = c->next[q];
+    return area_of(c, before, q, after) < 0 && is_between_sides(c, a, b, d, before) && is_between_sides(c, a, b, d, after);
+}
+
+/* Is corner q in the way of cutting off corner b? */
 static int is_in_the_way(const struct clip *c, uint32_t b, uint32_t q)
 {
     uint32_t a = c->previous[b], d = c->next[b];
+    if (is_same_point(c, q, a))
+        return opens_into(c, d, a, b, q);
     if (is_same_point(c, q, b))
-        return leads_inside(c, b, c->previous[q]) || leads_inside(c, b, c->next[q]);
-    if (is_same_point(c, q, a) || is_same_point(c, q, d))
-        return 0;
+        return opens_into(c, a, b, d, q);
+    if (is_same_point(c, q, d))
+        return opens_into(c, b, d, a, q);
     return area_of(c, a, b, q) >= 0 && area_of(c, b, d, q) >= 0 && area_of(c, d, a, q) >= 0;
 }
 
