@@ -63,10 +63,10 @@ check-ref: $(REF_DATA) ## decodes the reference streams of all versions and comp
 
 MESHES ?= ../shared/meshes
 LIST = tests/train/meshes.txt
-ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/positions.c examples/cqm/file.c $(MESH_FILE)
+ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/words.c examples/cqm/positions.c examples/cqm/file.c $(MESH_FILE)
 ENCODE_HEADERS = $(CQM_HEADERS)
 MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
-SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/info.c $(ENCODE_SOURCES)
+SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/view.c examples/cqm/info.c $(ENCODE_SOURCES)
 
 # The oriented manifolds of build/meshes with at least 300 vertices, by what the round trip of all meshes expects.
 MANIFOLDS = $(shell awk '/^build.meshes/ && $$2 == "ok" && $$3 >= 300 { print $$1 }' tests/meshes/expected.tsv)

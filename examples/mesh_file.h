@@ -76,6 +76,7 @@ struct mesh_file {
     char *libraries;                   /* of materials: the names of files, a line each; NULL: none */
     double rounding;                   /* how far a coordinate moves at most if it becomes a 32-bit float, where the
                                           digits of the file tell the difference; 0: floats hold what the file says */
+    double unit;                       /* what the last digit of a coordinate counts at least; 0: binary numbers */
     char *notes;                       /* lines that end in \n: "dropped: ...", what the file has and this has not, or
                                           "changed: ..."; NULL: none */
 };

@@ -59,6 +59,8 @@ static const char encode_help[] =
     "                     names are not kept\n"
     "  --connectivity     keep nothing beside the triangles\n"
     "  --keep-order       also keep the order of the vertices\n"
+    "  --lock-border      keep the vertices at the border of the surface at every level,\n"
+    "                     for tiles: with one --grid they meet without cracks\n"
     "  --goal GOAL        balanced (default): features of the surface stay longest;\n"
     "                     least-connectivity: by valences alone\n"
     "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
@@ -116,6 +118,7 @@ static const char verify_help[] =
     "  --channels LIST    as for encode\n"
     "  --connectivity     as for encode\n"
     "  --keep-order       as for encode\n"
+    "  --lock-border      as for encode\n"
     "  --goal GOAL        as for encode\n"
     "  --grid X,Y,Z,STEP  as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, for names that do not tell\n"
@@ -144,7 +147,7 @@ static const struct command commands[] = {
 };
 
 enum option_id {
-    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, ERROR, BYTES, JSON
+    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, LOCK_BORDER, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, ERROR, BYTES, JSON
 };
 
 #define NUMBERS "a number up to 4294967294"
@@ -162,6 +165,7 @@ static const struct option option_list[] = {
     { "--channels", CHANNELS, "a list of positions, normals, texcoords, colors, materials", ENCODE | VERIFY },
     { "--connectivity", CONNECTIVITY, NULL, ENCODE | VERIFY },
     { "--keep-order", KEEP_ORDER, NULL, ENCODE | VERIFY },
+    { "--lock-border", LOCK_BORDER, NULL, ENCODE | VERIFY },
     { "--goal", GOAL, "balanced or least-connectivity", ENCODE | VERIFY },
     { "--grid", GRID, "X,Y,Z,STEP: an origin and a step above 0", ENCODE | VERIFY },
     { "--format", FORMAT, "off, obj, ply or stl", ENCODE | DECODE | VERIFY },
@@ -327,6 +331,7 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case BITS: return parse_bits(value, options);
     case CHANNELS: return parse_channels(value, options);
     case KEEP_ORDER: return options->keep_order = 1;
+    case LOCK_BORDER: return options->lock_border = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
     case LEVEL: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_levels);
     case ERROR: return parse_distance(value, &options->max_error);

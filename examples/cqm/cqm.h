@@ -4,6 +4,8 @@
  *     file.c     whole files in and out         decode.c   stream -> mesh file
  *     verify.c   encode, decode, compare        info.c     what a stream holds and what it costs
  *     positions.c   doubles to values of a channel and back
+ *     words.c    names of materials and the like as metadata, and back
+ *     view.c     a decoded mesh as a mesh file
  *
  * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
 #ifndef CQM_H
@@ -22,7 +24,7 @@
 #define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
 
 struct options {
-    int connectivity, keep_order, json, quiet, strict;
+    int connectivity, keep_order, lock_border, json, quiet, strict;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
@@ -78,6 +80,9 @@ struct encoding {
     cq_input input;                      /* indices belong to the mesh file */
     const double *positions;             /* of the mesh file, too */
     cq_value *values[CQ_MAX_CHANNELS];
+    uint8_t *locked;
+    cq_index *material;
+    char *words;                         /* the metadata */
     uint8_t *stream;
     size_t size;
     int losses;              /* of what the mesh file has, some is dropped or changed */
@@ -87,7 +92,8 @@ struct encoding {
 /* Says what is lost, unless the options say --quiet, and counts it. */
 void tell_loss(struct encoding *e, const struct options *options, const char *path, const char *format, ...);
 
-int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options);
+/* Expands the mesh: its vertices are then the rows that are encoded. */
+int encode_mesh(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options);
 void free_encoding(struct encoding *e);
 
 /* -- positions.c --------------------------------------------------------------------------------------------------- */
@@ -98,6 +104,55 @@ int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_fil
 
 /* double[count][3], floats if these are good enough, each finite as a float. NULL: no memory. */
 double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count);
+
+/* -- words.c ------------------------------------------------------------------------------------------------------- */
+
+/* What faces may have numbers of, beside materials, which have ranges: channels of kind CQ_GENERIC, CQ_PER_FACE, in the
+ * order of the words of the line "faces". The metadata of a stream is text, a line for each name:
+ *
+ *     faces g missing        channels of faces: numbers of groups; attributes that faces do not have
+ *     mtllib scene.mtl       where materials are described
+ *     usemtl red             material 0
+ *     usemtl                 material 1: none; it is the last one
+ *     g hand                 group 1; 0 is none
+ *     o figure               object 1, of which all faces are, as there is no channel for it */
+enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MISSING, NUM_FACE_NUMBERS };
+
+/* Has the mesh numbers of this kind that differ from face to face? */
+int needs_face_numbers(const struct mesh_file *mesh, int kind);
+
+/* Some face has none, where others do. */
+int has_face_without_material(const struct mesh_file *mesh);
+
+/* The metadata for a mesh; an empty text if it has none. NULL: no memory. */
+char *make_words(const struct mesh_file *mesh);
+
+/* What metadata says. */
+struct words {
+    int channel[NUM_FACE_NUMBERS];       /* which of the channels of faces has them, from 1; 0: none */
+    char *names[MESH_NUM_LABELS], *libraries;    /* as in mesh_file.h; NULL: none; materials may be the empty line */
+};
+
+int parse_words(struct words *words, const uint8_t *text, size_t size);
+void free_words(struct words *words);
+
+/* -- view.c -------------------------------------------------------------------------------------------------------- */
+
+/* The decoded mesh in arrays of its own. Vertices have the order of their numbers, if the stream has them; faces are
+ * sorted by material. Names are there if all is complete. 0: no memory. */
+int view_mesh(struct mesh_file *mesh, const cq_decoder *d, int is_complete);
+
+/* Rows and faces, of the mesh and behind them those aside. */
+uint32_t count_rows(const cq_decoder *d);
+uint32_t count_faces(const cq_decoder *d);
+
+/* Values of all rows, cq_value[rows][components]; indices of all faces, cq_index[3 * faces]. NULL: no memory. */
+cq_value *read_rows(const cq_decoder *d, uint32_t k);
+cq_index *read_triangles(const cq_decoder *d);
+cq_value face_value(const cq_decoder *d, uint32_t k, uint32_t face);
+
+/* The first channel of a kind, of faces or not; -1 if there is none. */
+int find_channel(const cq_shape *shape, cq_kind kind, int per_face);
 
 /* -- decode.c ------------------------------------------------------------------------------------------------------ */
 

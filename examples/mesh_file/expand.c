@@ -132,7 +132,7 @@ static int expand_positions(const struct expansion *x, struct mesh_file *mesh)
 }
 
 /* The item of a vertex; MESH_NONE if it has none. */
-static uint32_t item_of(const struct expansion *x, const struct mesh_values *a, size_t vertex)
+static uint32_t item_of_vertex(const struct expansion *x, const struct mesh_values *a, size_t vertex)
 {
     if (a->corner == NULL)
         return x->number[vertex];
@@ -144,7 +144,7 @@ static int expand_attribute(const struct expansion *x, struct mesh_values *a, en
     size_t components = (size_t)a->components;
     float *values = calloc((x->num_vertices + 1) * components, sizeof *values);
     for (size_t v = 0; v < x->num_vertices && values != NULL; v++) {
-        uint32_t item = item_of(x, a, v);
+        uint32_t item = item_of_vertex(x, a, v);
         if (item != MESH_NONE)
             memcpy(values + components * v, a->values + components * item, components * sizeof *values);
         else if (attribute == MESH_NORMALS)

@@ -149,12 +149,12 @@ static void store_triangle(struct store *s, const struct face *face, const struc
 
 static int store_face(struct store *s, size_t f)
 {
-    const struct face_corner *corner = s->faces->corner + first_corner(s->faces, f);
     size_t corners = count_corners(s->faces, f);
     s->larger += corners > 3;
     s->smaller += corners < 3;
     if (corners < 3)
         return 1;
+    const struct face_corner *corner = s->faces->corner + first_corner(s->faces, f);
     for (size_t i = 0; i < corners; i++)
         memcpy(s->point[i], &s->mesh->positions[3 * (size_t)corner[i].vertex], sizeof *s->point);
     if (!triangulate((const double (*)[3])s->point, corners, s->triangle))
@@ -172,9 +172,9 @@ static int store_all(struct reader *r, struct store *s)
         if (!store_face(s, f))
             return fail(r, "out of memory for a face with %zu corners", count_corners(s->faces, f));
     if (s->larger > 0)
-        note(s->mesh, "changed: %zu faces with more than three corners are cut into triangles\n", s->larger);
+        note(s->mesh, "changed: faces with more than three corners (%zu) are cut into triangles\n", s->larger);
     if (s->smaller > 0)
-        note(s->mesh, "dropped: %zu faces with fewer than three corners\n", s->smaller);
+        note(s->mesh, "dropped: faces with fewer than three corners (%zu)\n", s->smaller);
     return s->mesh->num_faces > 0 || s->faces->num_faces == 0 || fail(r, "no face has three corners");
 }
 
@@ -254,7 +254,7 @@ int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *fa
     s.faces = faces;
     int ok = store_all(r, &s) && (!has_smoothing || smooth_normals(r, mesh, s.smoothing));
     if (ok && has_smoothing)
-        note(mesh, "changed: smoothing groups became normals\n");
+        note(mesh, "dropped: smoothing groups, which became normals\n");
     free(s.point);
     free(s.triangle);
     free(s.smoothing);

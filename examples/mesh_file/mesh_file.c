@@ -92,6 +92,8 @@ int store_coordinate(struct reader *r, struct mesh_file *mesh, size_t i, double 
     double rounding = fabs(value - (double)(float)value);
     if (rounding > 0.500001 * unit && rounding > mesh->rounding)
         mesh->rounding = rounding;
+    if (i == 0 || unit < mesh->unit)
+        mesh->unit = unit;
     mesh->positions[i] = value;
     return 1;
 }

@@ -182,7 +182,7 @@ int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3]
     if (ok) {
         project(&c, corner, count);
         link_corners(&c, (uint32_t)count);
-        if (!fan(&c, count, triangle))
+        if (!fan(&c, count, triangle) && count > 3)
             clip_ears(&c, count, triangle);
     }
     free(c.point);

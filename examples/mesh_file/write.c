@@ -70,7 +70,7 @@ static void write_obj_vertices(const struct mesh_file *mesh, FILE *file)
 }
 
 /* The value that a corner has; MESH_NONE if it has none. */
-static uint32_t item_of(const struct mesh_file *mesh, enum mesh_attribute attribute, size_t corner)
+static uint32_t item_of_corner(const struct mesh_file *mesh, enum mesh_attribute attribute, size_t corner)
 {
     const struct mesh_values *a = &mesh->attribute[attribute];
     if (a->values == NULL || (mesh->missing != NULL && (mesh->missing[corner / 3] >> attribute & 1) != 0))
@@ -80,7 +80,7 @@ static uint32_t item_of(const struct mesh_file *mesh, enum mesh_attribute attrib
 
 static void write_obj_corner(const struct mesh_file *mesh, FILE *file, size_t corner)
 {
-    uint32_t texcoord = item_of(mesh, MESH_TEXCOORDS, corner), normal = item_of(mesh, MESH_NORMALS, corner);
+    uint32_t texcoord = item_of_corner(mesh, MESH_TEXCOORDS, corner), normal = item_of_corner(mesh, MESH_NORMALS, corner);
     fprintf(file, " %lu", mesh->indices[corner] + 1ul);
     if (texcoord != MESH_NONE)
         fprintf(file, "/%lu", texcoord + 1ul);
@@ -245,7 +245,7 @@ static void write_ply_texcoords(const struct mesh_file *mesh, FILE *file, size_t
     const float nothing[2] = { NAN, NAN };
     uint8_t row[25] = { 0 };
     for (size_t i = 0; i < 3; i++) {
-        uint32_t item = item_of(mesh, MESH_TEXCOORDS, 3 * face + i);
+        uint32_t item = item_of_corner(mesh, MESH_TEXCOORDS, 3 * face + i);
         put_floats(row + 1 + 8 * i, item != MESH_NONE ? a->values + 2 * (size_t)item : nothing, 2);
         row[0] = item != MESH_NONE ? 6 : row[0];
     }
