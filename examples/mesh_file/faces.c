@@ -247,13 +247,14 @@ static int smooth_normals(struct reader *r, struct mesh_file *mesh, const uint32
     return ok || fail(r, "out of memory for %zu normals", corners);
 }
 
-int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *faces, int has_smoothing)
+int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *faces, int wants_normals)
 {
     struct store s = { 0 };
     s.mesh = mesh;
     s.faces = faces;
-    int ok = store_all(r, &s) && (!has_smoothing || smooth_normals(r, mesh, s.smoothing));
-    if (ok && has_smoothing)
+    int is_smooth = wants_normals && has_label(faces, FACE_SMOOTHING);
+    int ok = store_all(r, &s) && (!is_smooth || smooth_normals(r, mesh, s.smoothing));
+    if (ok && is_smooth)
         note(mesh, "dropped: smoothing groups, which became normals\n");
     free(s.point);
     free(s.triangle);

@@ -273,7 +273,7 @@ static void obj_notes(struct mesh_file *mesh, const struct obj *obj)
 static int obj_read(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
     if (!obj_count(r, obj) || !obj_allocate(r, mesh, obj) || !obj_lines(r, mesh, obj)
-            || !store_faces(r, mesh, &obj->face, obj->has_smoothing && obj->all[MESH_NORMALS] == 0))
+            || !store_faces(r, mesh, &obj->face, obj->all[MESH_NORMALS] == 0))
         return 0;
     for (int k = 0; k < MESH_NUM_LABELS; k++)
         if (!store_labels(r, mesh, (enum mesh_label)k, &obj->names[k]))

@@ -570,10 +570,10 @@ static void ply_notes(struct reader *r, const struct ply *ply, struct mesh_file 
 {
     char text[WORD_BYTES];
     if (ply->unknown_lines > 0)
-        note(mesh, "dropped: %zu header lines that are not PLY, the first '%s'\n", ply->unknown_lines,
+        note(mesh, "dropped: header lines that are not PLY (%zu), the first begins with '%s'\n", ply->unknown_lines,
              show(text, ply->unknown));
     if (ply->without > 0)
-        note(mesh, "dropped: texture numbers of %zu faces, which are none\n", ply->without);
+        note(mesh, "dropped: texture numbers that are none (%zu)\n", ply->without);
     ply_note_skipped(ply, mesh);
     if (ply_has_more(r, ply))
         note(mesh, "dropped: what follows the last row of data\n");

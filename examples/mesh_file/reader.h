@@ -87,9 +87,10 @@ void begin_faces(struct faces *faces);
 int add_corner(struct reader *r, const struct mesh_file *mesh, struct faces *faces, double vertex);
 int end_face(struct reader *r, struct faces *faces);
 
-/* Cuts all faces into triangles and stores them, their labels and what their corners name. If has_smoothing is set, it
- * also makes normals, which are continuous where faces of the same smoothing group meet; group 0 is flat. */
-int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *faces, int has_smoothing);
+/* Cuts all faces into triangles and stores them, their labels and what their corners name. If wants_normals is set
+ * and a face has a smoothing group, it also makes normals, which are continuous where faces of the same group meet; group
+ * 0 is flat. */
+int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *faces, int wants_normals);
 
 void free_faces(struct faces *faces);
 
