@@ -123,15 +123,15 @@ static double float_rounding(const struct mesh_file *mesh, const double origin[3
     return rounding;
 }
 
-/* Where floats do not hold what the file says, they are counted from an origin in the middle, if that is better. Returns
- * how far they are from the numbers of the file at most; 0 if that is less than its digits tell. */
+/* Where floats do not hold what the file says, they are counted from an origin in the middle, if that is far better.
+ * Returns how far they are from the numbers of the file at most; 0 if that is less than its digits tell. */
 static double choose_origin(cq_channel *channel, const struct mesh_file *mesh, const struct box *box)
 {
     double middle[3];
     for (int c = 0; c < 3 && mesh->rounding > 0; c++)
         middle[c] = (double)(float)(box->low[c] + (box->high[c] - box->low[c]) / 2);
     double rounding = mesh->rounding > 0 ? float_rounding(mesh, middle) : 0;
-    if (rounding >= mesh->rounding)
+    if (8 * rounding >= mesh->rounding)
         return mesh->rounding;
     for (int c = 0; c < 3; c++)
         channel->origin[c] = float_bits((float)middle[c]);

@@ -14,6 +14,7 @@ from checks import check, finish, run
 from meshes import Corner, Face, area, read_obj, read_ply, triangles
 
 FOLDER = pathlib.Path(sys.argv[2])
+BITS = "texcoords=24,32"
 
 
 def cqm(*arguments, status=0):
@@ -73,9 +74,9 @@ def round_trip(name, content, faces, options=(), quiet=False):
     """Through OBJ and PLY, and once more from what came back. PLY has no names but those of materials."""
     source, stream = FOLDER / name, FOLDER / "a.cqm"
     source.write_text(content) if isinstance(content, str) else source.write_bytes(content)
-    messages = cqm("encode", "--bits", "32", *options, source, stream)
+    messages = cqm("encode", "--bits", BITS, *options, source, stream)
     check(f"{name}: nothing is dropped: {messages}", quiet or ("dropped" not in messages and "changed" not in messages))
-    cqm("verify", "--quiet", "--bits", "32", *options, source)
+    cqm("verify", "--quiet", "--bits", BITS, *options, source)
     cqm("verify", "--quiet", *options, "--keep-order", source)
     for kind, read, expected in ("obj", read_obj, faces), ("ply", read_ply, without(faces, "group", "object")):
         out = FOLDER / f"b.{kind}"
@@ -83,7 +84,7 @@ def round_trip(name, content, faces, options=(), quiet=False):
         check(f"{name} to {kind}: {told}", "dropped" not in told or kind == "ply")
         found = read(out)
         same(f"{name} to {kind}", triangles(found.faces), triangles(expected))
-        cqm("encode", "--quiet", "--bits", "32", out, FOLDER / "c.cqm")
+        cqm("encode", "--quiet", "--bits", BITS, out, FOLDER / "c.cqm")
         cqm("decode", "--quiet", FOLDER / "c.cqm", FOLDER / "d.obj")
         same(f"{name} to {kind} to obj", triangles(read_obj(FOLDER / "d.obj").faces), triangles(expected))
     return messages
@@ -348,7 +349,7 @@ def test_order():
         positions = list(dict.fromkeys(c.position for face in faces for c in face.corners))
         random.shuffle(positions)
         (FOLDER / "o.obj").write_text(obj_text(faces, positions=positions))
-        cqm("encode", "--bits", "32", "--keep-order", FOLDER / "o.obj", FOLDER / "o.cqm")
+        cqm("encode", "--bits", BITS, "--keep-order", FOLDER / "o.obj", FOLDER / "o.cqm")
         cqm("decode", FOLDER / "o.cqm", FOLDER / "o2.obj")
         check("in order", read_obj(FOLDER / "o2.obj").positions == positions)
         same("in order", triangles(read_obj(FOLDER / "o2.obj").faces), triangles(faces))
