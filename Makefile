@@ -153,7 +153,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers ref_data examples channels inputs embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers ref_data examples channels inputs seams embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -278,6 +278,11 @@ build/log/inputs.log: build/tests/cqm tests/demo/inputs.py tests/demo/checks.py
 	@python3 tests/demo/inputs.py build/tests/cqm build/inputs >$@ 2>&1 || true
 	@echo "inputs: $$(tail -n 1 $@)"
 
+build/log/seams.log: build/tests/cqm tests/demo/seams.py tests/demo/meshes.py tests/demo/checks.py
+	@mkdir -p $(@D)
+	@python3 tests/demo/seams.py build/tests/cqm build/seams >$@ 2>&1 || true
+	@echo "seams: $$(tail -n 1 $@)"
+
 build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	@mkdir -p $(@D)
 	@tests/meshes/check.sh build/tests/cqm >$@ 2>&1 || true
@@ -287,6 +292,24 @@ build/log/bases.log: build/cqm build/meshes tests/meshes/bases.py
 	@mkdir -p $(@D)
 	@python3 tests/meshes/bases.py build/cqm build/bases $(ALL_MANIFOLDS) >$@ 2>&1 || true
 	@echo "bases: $$(tail -n 1 $@)"
+
+# Files of other projects through cqm, and how trimesh reads them before and after: OBJ, PLY, STL and OFF of Debian's package
+# assimp-testmodels, and of pybullet_data, which comes with PyPI's pybullet. 1164 files, some minutes.
+ASSETS = assimp-testmodels=/usr/share/assimp/models \
+    pybullet_data=$$(echo build/assets/venv/lib/python3*/site-packages/pybullet_data)
+
+.PHONY: assets deps-assets
+assets: deps-assets build/cqm build/assets/venv/complete ## encodes 1164 published files, compares with trimesh's reading
+	@$(call KEEP,build/assets/venv/bin/python -W ignore tests/assets/assets.py build/cqm build/assets/files $(ASSETS))
+
+deps-assets:
+	$(call install,python3 python3-venv assimp-testmodels)
+
+build/assets/venv/complete: tests/assets/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
 
 # The second decoder, tests/reference/decoder.py, must agree; SPEC.md must have the header's tables.
 REFERENCE = $(wildcard tests/reference/*.py) SPEC.md build/cqm build/tests/reference/dump build/tests/reference/channels
