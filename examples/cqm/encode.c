@@ -111,7 +111,7 @@ static void point_upwards(struct encoding *e, struct mesh_file *mesh, const char
             changed++;
         }
     if (changed > 0)
-        tell_loss(e, options, path, "changed: normals: %zu have no length and became 0 0 1", changed);
+        tell_loss(e, options, path, "changed: normals without a length (%zu) became 0 0 1", changed);
 }
 
 static int add_normals(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
