@@ -63,7 +63,7 @@ check-ref: $(REF_DATA) ## decodes the reference streams of all versions and comp
 
 MESHES ?= ../shared/meshes
 LIST = tests/train/meshes.txt
-ENCODE_SOURCES = examples/cqm/encode.c examples/cqm/words.c examples/cqm/positions.c examples/cqm/file.c $(MESH_FILE)
+ENCODE_SOURCES = $(patsubst %,examples/cqm/%.c,encode labels words border positions file) $(MESH_FILE)
 ENCODE_HEADERS = $(CQM_HEADERS)
 MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
 SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/view.c examples/cqm/info.c $(ENCODE_SOURCES)

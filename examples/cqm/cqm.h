@@ -4,7 +4,9 @@
  *     file.c     whole files in and out         decode.c   stream -> mesh file
  *     verify.c   encode, decode, compare        info.c     what a stream holds and what it costs
  *     positions.c   doubles to values of a channel and back
- *     words.c    names of materials and the like as metadata, and back
+ *     labels.c   materials, groups and objects of faces
+ *     words.c    their names as metadata, and back
+ *     border.c   keeps the border of a surface
  *     view.c     a decoded mesh as a mesh file
  *
  * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
@@ -95,6 +97,20 @@ void tell_loss(struct encoding *e, const struct options *options, const char *pa
 /* Expands the mesh: its vertices are then the rows that are encoded. */
 int encode_mesh(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options);
 void free_encoding(struct encoding *e);
+
+/* A channel with room for its values, all 0. NULL if there is no memory. */
+cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits);
+
+/* As few bits as may be for numbers up to this one. */
+uint32_t bits_of_number(uint32_t largest);
+
+/* -- labels.c, border.c -------------------------------------------------------------------------------------------- */
+
+/* What faces belong to, and the names; or if these are not wanted, what has none of them. */
+int add_labels(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options);
+
+/* For --lock-border: the vertices at edges that have one face stay as they are at every level. */
+int lock_border(struct encoding *e, const struct mesh_file *mesh, const char *path);
 
 /* -- positions.c --------------------------------------------------------------------------------------------------- */
 

@@ -12,10 +12,8 @@
 /* -- Channels ------------------------------------------------------------------------------------------------------ */
 
 enum { NORMAL_BITS = 10, TEXCOORD_BITS = 12, COLOR_BITS = 8 };
-enum { MAX_METADATA_BYTES = 1 << 20 };
 
-/* A channel with room for its values, all 0. NULL if there is no memory. */
-static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
+cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
 {
     uint32_t k = e->input.shape.num_channels++;
     cq_channel *channel = &e->input.shape.channel[k];
@@ -163,77 +161,10 @@ static int bits_for(uint32_t largest)
     return bits;
 }
 
-/* As few bits as may be for numbers up to this one. */
-static uint32_t bits_of_number(uint32_t largest)
+uint32_t bits_of_number(uint32_t largest)
 {
     int bits = bits_for(largest);
     return bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS;
-}
-
-/* The faces of each material, and behind them those that have none. */
-static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
-{
-    const struct mesh_labels *materials = &mesh->label[MESH_MATERIALS];
-    if (materials->of_face == NULL)
-        return 1;
-    e->input.shape.num_materials = materials->count + (uint32_t)has_face_without_material(mesh);
-    e->material = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->material);
-    e->input.material = e->material;
-    for (size_t f = 0; f < mesh->num_faces && e->material != NULL; f++)
-        e->material[f] = (materials->of_face[f] > 0 ? materials->of_face[f] : e->input.shape.num_materials) - 1;
-    return e->material != NULL || complain(path, "out of memory");
-}
-
-static uint32_t face_number(const struct mesh_file *mesh, int kind, size_t face)
-{
-    return kind == FACE_MISSING ? mesh->missing[face] : mesh->label[kind].of_face[face];
-}
-
-/* Groups, objects, and which attributes are missing, where these differ from face to face. */
-static int add_face_numbers(struct encoding *e, const struct mesh_file *mesh, const char *path, int kind)
-{
-    uint32_t k = e->input.shape.num_channels;
-    uint32_t largest = kind == FACE_MISSING ? (1u << MESH_NUM_ATTRIBUTES) - 1 : mesh->label[kind].count;
-    if (!needs_face_numbers(mesh, kind))
-        return 1;
-    if (add_channel(e, CQ_GENERIC, CQ_PER_FACE, 1, bits_of_number(largest)) == NULL)
-        return complain(path, "out of memory");
-    for (size_t f = 0; f < mesh->num_faces; f++)
-        e->values[k][f] = (cq_value)face_number(mesh, kind, f);
-    return 1;
-}
-
-static void drop_labels(struct mesh_file *mesh)
-{
-    for (int k = 0; k < MESH_NUM_LABELS; k++) {
-        free(mesh->label[k].of_face);
-        free(mesh->label[k].names);
-        memset(&mesh->label[k], 0, sizeof mesh->label[k]);
-    }
-    free(mesh->libraries);
-    mesh->libraries = NULL;
-}
-
-/* What faces belong to, with the names. */
-static int add_labels(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
-{
-    if ((options->attributes & KEEP_MATERIALS) == 0)
-        drop_labels(mesh);
-    int ok = add_materials(e, mesh, path);
-    for (int kind = FACE_GROUP; kind < NUM_FACE_NUMBERS && ok; kind++)
-        ok = add_face_numbers(e, mesh, path, kind);
-    if (!ok)
-        return 0;
-    if ((e->words = make_words(mesh)) == NULL)
-        return complain(path, "out of memory");
-    size_t size = strlen(e->words);
-    if (size > MAX_METADATA_BYTES) {
-        tell_loss(e, options, path, "dropped: names of materials, groups and objects, which have %zu bytes", size);
-        size = 0;
-    }
-    e->input.shape.metadata_bytes = (uint32_t)size;
-    e->input.metadata = (const uint8_t *)e->words;
-    return 1;
 }
 
 /* Vertices have the numbers that the file gave them. */
@@ -403,60 +334,6 @@ static void tell_preparation(const struct encoding *e, const char *path, const s
 }
 
 /* -- All of it ----------------------------------------------------------------------------------------------------- */
-
-/* The first vertex at the place of each, as the grid has it. NULL: no memory. */
-static uint32_t *find_places(const struct encoding *e, const struct mesh_file *mesh)
-{
-    if (e->input.shape.num_channels > 0 && e->input.shape.channel[0].kind == CQ_POSITION)
-        return mesh_first_equal(e->values[0], mesh->num_vertices, 3 * sizeof(cq_value));
-    uint32_t *place = malloc(((size_t)mesh->num_vertices + 1) * sizeof *place);
-    for (uint32_t v = 0; v < mesh->num_vertices && place != NULL; v++)
-        place[v] = mesh->number != NULL ? mesh->number[v] : v;
-    return place;
-}
-
-/* Edges as pairs of places, the smaller one first. NULL: no memory. */
-static uint32_t *list_edges(const struct mesh_file *mesh, const uint32_t *place)
-{
-    uint32_t *edge = malloc((3 * (size_t)mesh->num_faces + 1) * 2 * sizeof *edge);
-    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && edge != NULL; c++) {
-        uint32_t a = place[mesh->indices[c]], b = place[mesh->indices[c % 3 == 2 ? c - 2 : c + 1]];
-        edge[2 * c] = a < b ? a : b;
-        edge[2 * c + 1] = a < b ? b : a;
-    }
-    return edge;
-}
-
-/* Marks places at edges with one face. `first`: the first edge that is equal to each; `faces`: how many are. */
-static void mark_border(struct encoding *e, const uint32_t *edge, const uint32_t *first, uint32_t *faces, size_t edges)
-{
-    for (size_t i = 0; i < edges; i++)
-        faces[first[i]]++;
-    for (size_t i = 0; i < edges; i++)
-        if (faces[first[i]] == 1 && edge[2 * i] != edge[2 * i + 1])
-            e->locked[edge[2 * i]] = e->locked[edge[2 * i + 1]] = 1;
-}
-
-/* For --lock-border: the vertices at edges of the surface that has one face there stay as they are at every level. */
-static int lock_border(struct encoding *e, const struct mesh_file *mesh, const char *path)
-{
-    size_t edges = 3 * (size_t)mesh->num_faces;
-    uint32_t *place = find_places(e, mesh), *edge = place != NULL ? list_edges(mesh, place) : NULL;
-    uint32_t *first = edge != NULL ? mesh_first_equal(edge, edges, 2 * sizeof *edge) : NULL;
-    uint32_t *faces = calloc(edges + 1, sizeof *faces);
-    e->locked = calloc((size_t)mesh->num_vertices + 1, 1);
-    int ok = first != NULL && faces != NULL && e->locked != NULL;
-    if (ok)
-        mark_border(e, edge, first, faces, edges);
-    for (size_t v = 0; v < mesh->num_vertices && ok; v++)
-        e->locked[v] = e->locked[place[v]];
-    e->input.locked = e->locked;
-    free(place);
-    free(edge);
-    free(first);
-    free(faces);
-    return ok || complain(path, "out of memory");
-}
 
 static int prepare_input(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
 {

@@ -1,0 +1,72 @@
+/* labels.c - materials, groups and objects of faces, with their names, go into a stream. SPDX-License-Identifier: MIT */
+#include "cqm.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_METADATA_BYTES = 1 << 20 };
+
+/* The faces of each material, and behind them those that have none. */
+static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
+{
+    const struct mesh_labels *materials = &mesh->label[MESH_MATERIALS];
+    if (materials->of_face == NULL)
+        return 1;
+    e->input.shape.num_materials = materials->count + (uint32_t)has_face_without_material(mesh);
+    e->material = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->material);
+    e->input.material = e->material;
+    for (size_t f = 0; f < mesh->num_faces && e->material != NULL; f++)
+        e->material[f] = (materials->of_face[f] > 0 ? materials->of_face[f] : e->input.shape.num_materials) - 1;
+    return e->material != NULL || complain(path, "out of memory");
+}
+
+static uint32_t face_number(const struct mesh_file *mesh, int kind, size_t face)
+{
+    return kind == FACE_MISSING ? mesh->missing[face] : mesh->label[kind].of_face[face];
+}
+
+/* Groups, objects, and which attributes are missing, where these differ from face to face. */
+static int add_face_numbers(struct encoding *e, const struct mesh_file *mesh, const char *path, int kind)
+{
+    uint32_t k = e->input.shape.num_channels;
+    uint32_t largest = kind == FACE_MISSING ? (1u << MESH_NUM_ATTRIBUTES) - 1 : mesh->label[kind].count;
+    if (!needs_face_numbers(mesh, kind))
+        return 1;
+    if (add_channel(e, CQ_GENERIC, CQ_PER_FACE, 1, bits_of_number(largest)) == NULL)
+        return complain(path, "out of memory");
+    for (size_t f = 0; f < mesh->num_faces; f++)
+        e->values[k][f] = (cq_value)face_number(mesh, kind, f);
+    return 1;
+}
+
+static void drop_labels(struct mesh_file *mesh)
+{
+    for (int k = 0; k < MESH_NUM_LABELS; k++) {
+        free(mesh->label[k].of_face);
+        free(mesh->label[k].names);
+        memset(&mesh->label[k], 0, sizeof mesh->label[k]);
+    }
+    free(mesh->libraries);
+    mesh->libraries = NULL;
+}
+
+int add_labels(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
+{
+    if ((options->attributes & KEEP_MATERIALS) == 0)
+        drop_labels(mesh);
+    int ok = add_materials(e, mesh, path);
+    for (int kind = FACE_GROUP; kind < NUM_FACE_NUMBERS && ok; kind++)
+        ok = add_face_numbers(e, mesh, path, kind);
+    if (!ok)
+        return 0;
+    if ((e->words = make_words(mesh)) == NULL)
+        return complain(path, "out of memory");
+    size_t size = strlen(e->words);
+    if (size > MAX_METADATA_BYTES) {
+        tell_loss(e, options, path, "dropped: names of materials, groups and objects, which have %zu bytes", size);
+        size = 0;
+    }
+    e->input.shape.metadata_bytes = (uint32_t)size;
+    e->input.metadata = (const uint8_t *)e->words;
+    return 1;
+}
