@@ -291,7 +291,7 @@ static int channel_of(const cq_decoder *d, const struct words *words, int kind)
 }
 
 /* Numbers without a name are none. */
-static int add_label(const struct view *v, struct words *words, int kind)
+static int view_label(const struct view *v, struct words *words, int kind)
 {
     struct mesh_labels *labels = &v->mesh->label[kind];
     int channel = channel_of(v->d, words, kind);
@@ -318,11 +318,11 @@ static int add_missing(const struct view *v, const struct words *words)
     return v->mesh->missing != NULL;
 }
 
-static int add_labels(const struct view *v, struct words *words)
+static int view_labels(const struct view *v, struct words *words)
 {
     v->mesh->libraries = words->libraries;
     words->libraries = NULL;
-    return add_materials(v, words) && add_label(v, words, FACE_GROUP) && add_label(v, words, FACE_OBJECT)
+    return add_materials(v, words) && view_label(v, words, FACE_GROUP) && view_label(v, words, FACE_OBJECT)
            && add_missing(v, words);
 }
 
@@ -392,7 +392,7 @@ static int view_all(struct view *v, int is_complete)
     v->index = read_triangles(v->d);
     int ok = parse_words(&words, v->d->metadata, is_complete ? v->d->shape.metadata_bytes : 0);
     ok = ok && v->index != NULL && number_vertices(v) && add_positions_of_rows(v) && add_indices(v) && add_attributes(v)
-         && add_labels(v, &words) && sort_faces(v->mesh);
+         && view_labels(v, &words) && sort_faces(v->mesh);
     free_words(&words);
     return ok;
 }
