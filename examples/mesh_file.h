@@ -30,8 +30,8 @@
  * MESH_OFF  OFF and its variants with colors (C), normals (N), texture coordinates (ST) and a fourth coordinate (4) that
  *           divides the others, in text, with blanks or commas. One vertex or face a line; if there are fewer lines,
  *           as many numbers as there have to be. Written as OFF.
- * MESH_OBJ  `v` lines, also with red, green, blue behind the position; `vt` and `vn` lines; `f` lines, with v, v/vt,
- *           v//vn, v/vt/vn and numbers that count from the end; `usemtl`, `g`, `o` and `mtllib` lines; `s` lines, which
+ * MESH_OBJ  `v` lines, also with red, green, blue behind the position; `vt` and `vn` lines; `f` lines, `l`
+ *           and `p`, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; `usemtl`, `g`, `o` and `mtllib` lines; `s` lines, which
  *           become normals if there are no `vn` lines; lines that a backslash continues.
  * MESH_PLY  ascii and binary of both byte orders: of element `vertex` x, y, z; nx, ny, nz; s, t or u, v or texture_u,
  *           texture_v; red, green, blue, alpha; of the elements `face` and `tristrips` list `vertex_indices` or
@@ -46,6 +46,9 @@ enum mesh_format { MESH_UNKNOWN, MESH_OFF, MESH_OBJ, MESH_PLY, MESH_STL };
 enum mesh_attribute { MESH_NORMALS, MESH_TEXCOORDS, MESH_COLORS, MESH_NUM_ATTRIBUTES };
 
 #define MESH_NONE UINT32_MAX
+
+/* Lines and points are faces, too: a line from a to b is a, b, b, and a point a, a, a. */
+enum { MESH_LINE = 1 << MESH_NUM_ATTRIBUTES, MESH_POINT = MESH_LINE << 1 };
 
 struct mesh_values {
     float *values;                     /* float[components * count], finite; NULL: none */
@@ -70,8 +73,8 @@ struct mesh_file {
     uint32_t num_vertices, num_faces;
     struct mesh_values attribute[MESH_NUM_ATTRIBUTES];
     struct mesh_labels label[MESH_NUM_LABELS];
-    uint8_t *missing;                  /* uint8_t[num_faces], attributes that no corner of the face has where others have
-                                          them: bits 1 << MESH_NORMALS and so on; NULL: none is missing */
+    uint8_t *marks;                    /* uint8_t[num_faces]: bits 1 << MESH_NORMALS and so on for what no corner of the face
+                                          has, where others have it; MESH_LINE, MESH_POINT; NULL: all 0 */
     uint32_t *number;                  /* uint32_t[num_vertices], of the vertex in the file; NULL: its own */
     char *libraries;                   /* of materials: the names of files, a line each; NULL: none */
     double rounding;                   /* how far a coordinate moves at most if it becomes a 32-bit float, where the

@@ -67,7 +67,7 @@ static void check_mesh(const struct mesh_file *m) {
 static const float *value_of(const struct mesh_file *m, int attribute, size_t corner) {
     const struct mesh_values *a = &m->attribute[attribute];
     uint32_t item;
-    if (a->values == NULL || (m->missing != NULL && (m->missing[corner / 3] >> attribute & 1) != 0)) return NULL;
+    if (a->values == NULL || (m->marks != NULL && (m->marks[corner / 3] >> attribute & 1) != 0)) return NULL;
     item = a->corner != NULL ? a->corner[corner] : m->indices[corner];
     return item != MESH_NONE ? a->values + (size_t)a->components * item : NULL;
 }
@@ -172,8 +172,8 @@ static void check_expanding(struct mesh_file *m) {
     check_mesh(m);
     for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) REQUIRE(m->attribute[a].corner == NULL);
     check_writing(m, MESH_OBJ);
-    free(m->missing);
-    m->missing = NULL;
+    free(m->marks);
+    m->marks = NULL;
     check_writing(m, MESH_PLY);
     REQUIRE(mesh_expand(m, 0));
     for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) REQUIRE(m->attribute[a].values == NULL);

@@ -126,13 +126,13 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
 /* What faces may have numbers of, beside materials, which have ranges: channels of kind CQ_GENERIC, CQ_PER_FACE, in the
  * order of the words of the line "faces". The metadata of a stream is text, a line for each name:
  *
- *     faces g missing        channels of faces: numbers of groups; attributes that faces do not have
+ *     faces g marks          channels of faces: numbers of groups; marks of mesh_file.h
  *     mtllib scene.mtl       where materials are described
  *     usemtl red             material 0
  *     usemtl                 material 1: none; it is the last one
  *     g hand                 group 1; 0 is none
  *     o figure               object 1, of which all faces are, as there is no channel for it */
-enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MISSING, NUM_FACE_NUMBERS };
+enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MARKS, NUM_FACE_NUMBERS };
 
 /* Has the mesh numbers of this kind that differ from face to face? */
 int needs_face_numbers(const struct mesh_file *mesh, int kind);

@@ -22,14 +22,14 @@ static int add_materials(struct encoding *e, const struct mesh_file *mesh, const
 
 static uint32_t face_number(const struct mesh_file *mesh, int kind, size_t face)
 {
-    return kind == FACE_MISSING ? mesh->missing[face] : mesh->label[kind].of_face[face];
+    return kind == FACE_MARKS ? mesh->marks[face] : mesh->label[kind].of_face[face];
 }
 
-/* Groups, objects, and which attributes are missing, where these differ from face to face. */
+/* Groups, objects and marks, where these differ from face to face. */
 static int add_face_numbers(struct encoding *e, const struct mesh_file *mesh, const char *path, int kind)
 {
     uint32_t k = e->input.shape.num_channels;
-    uint32_t largest = kind == FACE_MISSING ? (1u << MESH_NUM_ATTRIBUTES) - 1 : mesh->label[kind].count;
+    uint32_t largest = kind == FACE_MARKS ? 2u * MESH_POINT - 1 : mesh->label[kind].count;
     if (!needs_face_numbers(mesh, kind))
         return 1;
     if (add_channel(e, CQ_GENERIC, CQ_PER_FACE, 1, bits_of_number(largest)) == NULL)

@@ -307,15 +307,15 @@ static int view_label(const struct view *v, struct words *words, int kind)
     return labels->of_face != NULL;
 }
 
-static int add_missing(const struct view *v, const struct words *words)
+static int add_marks(const struct view *v, const struct words *words)
 {
-    int channel = channel_of(v->d, words, FACE_MISSING);
+    int channel = channel_of(v->d, words, FACE_MARKS);
     if (channel < 0)
         return 1;
-    v->mesh->missing = calloc((size_t)v->mesh->num_faces + 1, 1);
-    for (uint32_t f = 0; f < v->mesh->num_faces && v->mesh->missing != NULL; f++)
-        v->mesh->missing[f] = (uint8_t)face_value(v->d, (uint32_t)channel, f);
-    return v->mesh->missing != NULL;
+    v->mesh->marks = calloc((size_t)v->mesh->num_faces + 1, 1);
+    for (uint32_t f = 0; f < v->mesh->num_faces && v->mesh->marks != NULL; f++)
+        v->mesh->marks[f] = (uint8_t)face_value(v->d, (uint32_t)channel, f);
+    return v->mesh->marks != NULL;
 }
 
 static int view_labels(const struct view *v, struct words *words)
@@ -323,7 +323,7 @@ static int view_labels(const struct view *v, struct words *words)
     v->mesh->libraries = words->libraries;
     words->libraries = NULL;
     return add_materials(v, words) && view_label(v, words, FACE_GROUP) && view_label(v, words, FACE_OBJECT)
-           && add_missing(v, words);
+           && add_marks(v, words);
 }
 
 /* -- The order of faces -------------------------------------------------------------------------------------------- */
@@ -353,9 +353,9 @@ static int reorder_u32(uint32_t **rows, size_t columns, const struct numbered *o
 
 static int reorder_faces(struct mesh_file *mesh, const struct numbered *order)
 {
-    void *missing = mesh->missing;
-    int ok = reorder_u32(&mesh->indices, 3, order, mesh->num_faces) && reorder(&missing, 1, order, mesh->num_faces);
-    mesh->missing = missing;
+    void *marks = mesh->marks;
+    int ok = reorder_u32(&mesh->indices, 3, order, mesh->num_faces) && reorder(&marks, 1, order, mesh->num_faces);
+    mesh->marks = marks;
     for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
         ok = reorder_u32(&mesh->attribute[a].corner, 3, order, mesh->num_faces);
     for (int k = 0; k < MESH_NUM_LABELS && ok; k++)

@@ -5,22 +5,22 @@
 #include <string.h>
 
 static const char *const label_words[MESH_NUM_LABELS] = { "usemtl", "g", "o" };
-static const char *const face_words[NUM_FACE_NUMBERS] = { "", "g", "o", "missing" };
+static const char *const face_words[NUM_FACE_NUMBERS] = { "", "g", "o", "marks" };
 
 /* -- Making -------------------------------------------------------------------------------------------------------- */
 
-static int has_missing(const struct mesh_file *mesh)
+static int has_marks(const struct mesh_file *mesh)
 {
-    for (size_t f = 0; f < mesh->num_faces && mesh->missing != NULL; f++)
-        if (mesh->missing[f] != 0)
+    for (size_t f = 0; f < mesh->num_faces && mesh->marks != NULL; f++)
+        if (mesh->marks[f] != 0)
             return 1;
     return 0;
 }
 
 int needs_face_numbers(const struct mesh_file *mesh, int kind)
 {
-    if (kind == FACE_MISSING)
-        return has_missing(mesh);
+    if (kind == FACE_MARKS)
+        return has_marks(mesh);
     const uint32_t *of_face = mesh->label[kind].of_face;
     for (size_t f = 0; f < mesh->num_faces && of_face != NULL; f++)
         if (of_face[f] != of_face[0])

@@ -181,8 +181,8 @@ static void drop_others(struct mesh_file *mesh, unsigned attributes)
         free(mesh->attribute[a].corner);
         memset(&mesh->attribute[a], 0, sizeof mesh->attribute[a]);
     }
-    for (size_t f = 0; f < mesh->num_faces && mesh->missing != NULL; f++)
-        mesh->missing[f] &= (uint8_t)attributes;
+    for (size_t f = 0; f < mesh->num_faces && mesh->marks != NULL; f++)
+        mesh->marks[f] &= (uint8_t)(attributes | MESH_LINE | MESH_POINT);
 }
 
 static int has_values_of_corners(const struct mesh_file *mesh)

@@ -69,7 +69,8 @@ struct store {
     uint32_t *smoothing;               /* of triangles; NULL: not wanted */
     double (*point)[3];                /* of the corners of a face */
     uint32_t (*triangle)[3];
-    size_t larger, smaller;            /* faces with more than three corners, and with fewer */
+    size_t triangles;                  /* in all, with lines and points */
+    size_t larger, empty;              /* faces with more than three corners, and with none */
 };
 
 static size_t first_corner(const struct faces *faces, size_t face)
@@ -89,7 +90,7 @@ static size_t count_triangles(const struct faces *faces, size_t *largest)
     *largest = 3;
     for (size_t f = 0; f < faces->num_faces; f++) {
         size_t corners = count_corners(faces, f);
-        triangles += corners >= 3 ? corners - 2 : 0;
+        triangles += corners > 3 ? corners - 2 : corners > 0;
         *largest = corners > *largest ? corners : *largest;
     }
     return triangles;
@@ -119,6 +120,7 @@ static int allocate_labels(struct store *s, size_t triangles)
 static int store_allocate(struct reader *r, struct store *s)
 {
     size_t largest, triangles = count_triangles(s->faces, &largest);
+    s->triangles = triangles;
     s->mesh->indices = malloc((triangles + 1) * 3 * sizeof *s->mesh->indices);
     s->point = malloc(largest * sizeof *s->point);
     s->triangle = malloc(largest * sizeof *s->triangle);
@@ -147,14 +149,27 @@ static void store_triangle(struct store *s, const struct face *face, const struc
     s->smoothing[f] = face->label[FACE_SMOOTHING];
 }
 
+/* A line, or a point. */
+static int store_line(struct store *s, const struct face *face, const struct face_corner *corner, size_t corners)
+{
+    static const uint32_t line[3] = { 0, 1, 1 }, point[3] = { 0, 0, 0 };
+    if (s->mesh->marks == NULL && (s->mesh->marks = calloc(s->triangles, 1)) == NULL)
+        return 0;
+    s->mesh->marks[s->mesh->num_faces] = corners == 2 ? MESH_LINE : MESH_POINT;
+    store_triangle(s, face, corner, corners == 2 ? line : point);
+    return 1;
+}
+
 static int store_face(struct store *s, size_t f)
 {
     size_t corners = count_corners(s->faces, f);
     s->larger += corners > 3;
-    s->smaller += corners < 3;
-    if (corners < 3)
+    s->empty += corners == 0;
+    if (corners == 0)
         return 1;
     const struct face_corner *corner = s->faces->corner + first_corner(s->faces, f);
+    if (corners < 3)
+        return store_line(s, &s->faces->face[f], corner, corners);
     for (size_t i = 0; i < corners; i++)
         memcpy(s->point[i], &s->mesh->positions[3 * (size_t)corner[i].vertex], sizeof *s->point);
     if (!triangulate((const double (*)[3])s->point, corners, s->triangle))
@@ -173,9 +188,9 @@ static int store_all(struct reader *r, struct store *s)
             return fail(r, "out of memory for a face with %zu corners", count_corners(s->faces, f));
     if (s->larger > 0)
         note(s->mesh, "changed: faces with more than three corners (%zu) are cut into triangles\n", s->larger);
-    if (s->smaller > 0)
-        note(s->mesh, "dropped: faces with fewer than three corners (%zu)\n", s->smaller);
-    return s->mesh->num_faces > 0 || s->faces->num_faces == 0 || fail(r, "no face has three corners");
+    if (s->empty > 0)
+        note(s->mesh, "dropped: faces without corners (%zu)\n", s->empty);
+    return s->mesh->num_faces > 0 || s->faces->num_faces == 0 || fail(r, "no face has a corner");
 }
 
 /* -- Normals from smoothing groups --------------------------------------------------------------------------------- */

@@ -223,11 +223,11 @@ static int check_missing(struct reader *r, struct mesh_file *mesh, enum mesh_att
     if (partly > 0)
         note(mesh, "changed: %s: where only some corners of a face have one, the others get 0\n",
              mesh_attribute_name(attribute));
-    if (without > 0 && mesh->missing == NULL && (mesh->missing = calloc(mesh->num_faces, 1)) == NULL)
+    if (without > 0 && mesh->marks == NULL && (mesh->marks = calloc(mesh->num_faces, 1)) == NULL)
         return fail(r, "out of memory for %lu faces", (unsigned long)mesh->num_faces);
     for (size_t f = 0; f < mesh->num_faces && without > 0; f++)
         if (count_with(a, f) == 0)
-            mesh->missing[f] |= (uint8_t)(1 << attribute);
+            mesh->marks[f] |= (uint8_t)(1 << attribute);
     return 1;
 }
 
@@ -305,7 +305,7 @@ void mesh_free(struct mesh_file *mesh)
         free(mesh->label[k].of_face);
         free(mesh->label[k].names);
     }
-    free(mesh->missing);
+    free(mesh->marks);
     free(mesh->number);
     free(mesh->libraries);
     free(mesh->notes);

@@ -56,7 +56,7 @@ static void obj_count_line(struct obj *obj, struct word word)
     int item = obj_find(word, obj_words, FACE_ITEMS), label = obj_find(word, obj_label_words, MESH_NUM_LABELS);
     if (word_is(word, "v"))
         obj->vertices++;
-    else if (word_is(word, "f"))
+    else if (word_is(word, "f") || word_is(word, "l") || word_is(word, "p"))
         obj->faces++;
     else if (item < FACE_ITEMS)
         obj->items[item]++;
@@ -70,7 +70,7 @@ static int obj_count(struct reader *r, struct obj *obj)
     for (; seek_word(r); next_line(r))
         obj_count_line(obj, take_word(r));
     if (obj->faces == 0)
-        return fail(r, "not an OBJ file, or one without faces: no line begins with 'f'");
+        return fail(r, "not an OBJ file, or one without faces: no line begins with 'f', 'l' or 'p'");
     return begin_text(r);
 }
 
@@ -195,6 +195,28 @@ static int obj_face(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     return end_face(r, &obj->face);
 }
 
+/* Each corner but the first one ends a line that begins at the corner before. */
+static int obj_polyline(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    int corners = 0;
+    for (struct word word = take_word(r); word.length > 0; word = take_word(r), corners++) {
+        struct face_corner last = obj->face.next;
+        if (corners > 1 && !add_corner(r, mesh, &obj->face, last.vertex))
+            return 0;
+        if (!obj_corner(r, mesh, obj, word) || (corners > 0 && !end_face(r, &obj->face)))
+            return 0;
+    }
+    return corners > 1 || fail(r, "a line with %d corners", corners);
+}
+
+static int obj_points(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    for (struct word word = take_word(r); word.length > 0; word = take_word(r))
+        if (!obj_corner(r, mesh, obj, word) || !end_face(r, &obj->face))
+            return 0;
+    return 1;
+}
+
 /* -- Labels -------------------------------------------------------------------------------------------------------- */
 
 /* The rest of the line is the name: it may have spaces. Without one, no label holds. */
@@ -226,6 +248,10 @@ static int obj_line(struct reader *r, struct mesh_file *mesh, struct obj *obj)
         return obj_vertex(r, mesh, obj);
     if (word_is(word, "f"))
         return obj_face(r, mesh, obj);
+    if (word_is(word, "l"))
+        return obj_polyline(r, mesh, obj);
+    if (word_is(word, "p"))
+        return obj_points(r, mesh, obj);
     if (label < MESH_NUM_LABELS)
         return obj_label(r, obj, label);
     if (word_is(word, "mtllib"))

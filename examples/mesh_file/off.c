@@ -79,7 +79,8 @@ static int is_free_form(struct reader r, double rows)
     return lines < rows || (rows > 0 && words < 3);
 }
 
-/* Takes the numbers of vertices and faces; that of edges is ignored. The shortest line "0 0 0" takes 6 bytes. */
+/* Takes the numbers of vertices and faces; that of edges is ignored. The shortest lines "0 0 0" and "0" take 6 bytes
+ * and 2. */
 static int off_counts(struct reader *r, struct mesh_file *mesh, struct off *off)
 {
     double vertices, faces, edges;
@@ -90,7 +91,7 @@ static int off_counts(struct reader *r, struct mesh_file *mesh, struct off *off)
         return 0;
     if (!r->free_form)
         next_line(r);
-    if (vertices + faces > (double)((r->size - r->at + 1) / 6))
+    if (6 * vertices + 2 * faces > (double)(r->size - r->at + 1))
         return fail(r, "%.12g vertices and %.12g faces do not fit in the file", vertices, faces);
     off->num_faces = (size_t)faces;
     return allocate(r, mesh, (size_t)vertices);

@@ -199,12 +199,17 @@ static void ply_note_skipped(const struct ply *ply, struct mesh_file *mesh)
     }
 }
 
+/* A texture without a name has its number as one. */
+static int ply_add_texture(struct reader *r, struct ply *ply, struct word name)
+{
+    struct word number = { NULL, ply->texture.count };
+    return add_label_name(r, &ply->texture, name.length > 0 ? name : number);
+}
+
 /* MeshLab names the images of textures in comments, in the order of their numbers. */
 static int ply_comment(struct reader *r, struct ply *ply)
 {
-    if (!word_is(take_word(r), "TextureFile"))
-        return 1;
-    return add_label_name(r, &ply->texture, take_rest(r));
+    return !word_is(take_word(r), "TextureFile") || ply_add_texture(r, ply, take_rest(r));
 }
 
 static int ply_header_line(struct reader *r, struct ply *ply, struct word word, int *has_encoding)
@@ -552,17 +557,16 @@ static void ply_store_texcoords(struct ply *ply, struct mesh_file *mesh)
     ply->face.has_items[MESH_TEXCOORDS] = 1;
 }
 
-/* Textures without a comment are named by their number. */
+/* There may be more textures than comments. */
 static int ply_store_textures(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
     uint32_t *texture = mesh->label[MESH_MATERIALS].of_face, last = 0;
     for (size_t f = 0; f < mesh->num_faces && texture != NULL; f++)
         last = texture[f] > last ? texture[f] : last;
-    while (ply->texture.count < last) {
-        struct word name = { NULL, ply->texture.count };
-        if (!add_label_name(r, &ply->texture, name))
+    const struct word no_name = { NULL, 0 };
+    while (ply->texture.count < last)
+        if (!ply_add_texture(r, ply, no_name))
             return 0;
-    }
     return store_labels(r, mesh, MESH_MATERIALS, &ply->texture);
 }
 

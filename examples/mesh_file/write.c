@@ -27,6 +27,14 @@ static void write_position(const struct mesh_file *mesh, FILE *file, size_t vert
         fprintf(file, "%.17g %.17g %.17g", p[0], p[1], p[2]);
 }
 
+/* Lines have two, points one. */
+static int corners_of_face(const struct mesh_file *mesh, size_t face)
+{
+    if (mesh->marks == NULL || (mesh->marks[face] & (MESH_LINE | MESH_POINT)) == 0)
+        return 3;
+    return (mesh->marks[face] & MESH_POINT) != 0 ? 1 : 2;
+}
+
 static void write_off(const struct mesh_file *mesh, FILE *file)
 {
     int are_floats = positions_are_floats(mesh);
@@ -36,8 +44,10 @@ static void write_off(const struct mesh_file *mesh, FILE *file)
         fputc('\n', file);
     }
     for (size_t f = 0; f < mesh->num_faces; f++) {
-        const uint32_t *i = &mesh->indices[3 * f];
-        fprintf(file, "3 %lu %lu %lu\n", (unsigned long)i[0], (unsigned long)i[1], (unsigned long)i[2]);
+        fprintf(file, "%d", corners_of_face(mesh, f));
+        for (size_t c = 3 * f; c < 3 * f + (size_t)corners_of_face(mesh, f); c++)
+            fprintf(file, " %lu", (unsigned long)mesh->indices[c]);
+        fputc('\n', file);
     }
 }
 
@@ -73,7 +83,7 @@ static void write_obj_vertices(const struct mesh_file *mesh, FILE *file)
 static uint32_t item_of_corner(const struct mesh_file *mesh, enum mesh_attribute attribute, size_t corner)
 {
     const struct mesh_values *a = &mesh->attribute[attribute];
-    if (a->values == NULL || (mesh->missing != NULL && (mesh->missing[corner / 3] >> attribute & 1) != 0))
+    if (a->values == NULL || (mesh->marks != NULL && (mesh->marks[corner / 3] >> attribute & 1) != 0))
         return MESH_NONE;
     return a->corner != NULL ? a->corner[corner] : mesh->indices[corner];
 }
@@ -128,6 +138,16 @@ static void write_obj_label(const struct mesh_labels *labels, const char **name,
         fprintf(file, "%s\n", word);
 }
 
+/* Normals of lines and points have no word but that for faces. */
+static void write_obj_face(const struct mesh_file *mesh, FILE *file, size_t face)
+{
+    int corners = corners_of_face(mesh, face), has_normals = item_of_corner(mesh, MESH_NORMALS, 3 * face) != MESH_NONE;
+    fputc(corners == 3 || has_normals ? 'f' : corners == 2 ? 'l' : 'p', file);
+    for (size_t c = 3 * face; c < 3 * face + (size_t)corners; c++)
+        write_obj_corner(mesh, file, c);
+    fputc('\n', file);
+}
+
 static int write_obj_faces(const struct mesh_file *mesh, FILE *file)
 {
     static const enum mesh_label order[MESH_NUM_LABELS] = { MESH_OBJECTS, MESH_GROUPS, MESH_MATERIALS };
@@ -140,10 +160,7 @@ static int write_obj_faces(const struct mesh_file *mesh, FILE *file)
     for (size_t f = 0; f < mesh->num_faces && ok; f++) {
         for (int k = 0; k < MESH_NUM_LABELS; k++)
             write_obj_label(&mesh->label[order[k]], name[k], file, words[k], &now[k], f);
-        fputc('f', file);
-        for (size_t c = 3 * f; c < 3 * f + 3; c++)
-            write_obj_corner(mesh, file, c);
-        fputc('\n', file);
+        write_obj_face(mesh, file, f);
     }
     for (int k = 0; k < MESH_NUM_LABELS; k++)
         free(name[k]);
@@ -238,26 +255,29 @@ static void write_ply_attributes(const struct mesh_file *mesh, FILE *file, size_
     }
 }
 
-/* Six numbers, or none if no corner has any. */
+/* Two numbers for each corner, or none if no corner has any. */
 static void write_ply_texcoords(const struct mesh_file *mesh, FILE *file, size_t face)
 {
     const struct mesh_values *a = &mesh->attribute[MESH_TEXCOORDS];
     const float nothing[2] = { NAN, NAN };
     uint8_t row[25] = { 0 };
-    for (size_t i = 0; i < 3; i++) {
+    int corners = corners_of_face(mesh, face);
+    for (size_t i = 0; i < (size_t)corners; i++) {
         uint32_t item = item_of_corner(mesh, MESH_TEXCOORDS, 3 * face + i);
         put_floats(row + 1 + 8 * i, item != MESH_NONE ? a->values + 2 * (size_t)item : nothing, 2);
-        row[0] = item != MESH_NONE ? 6 : row[0];
+        row[0] = item != MESH_NONE ? (uint8_t)(2 * corners) : row[0];
     }
-    fwrite(row, row[0] == 6 ? sizeof row : 1, 1, file);
+    fwrite(row, 1 + 4 * (size_t)row[0], 1, file);
 }
 
 static void write_ply_face(const struct mesh_file *mesh, FILE *file, size_t face)
 {
-    uint8_t row[13] = { 3 };
-    for (size_t i = 0; i < 3; i++)
+    uint8_t row[13];
+    int corners = corners_of_face(mesh, face);
+    row[0] = (uint8_t)corners;
+    for (size_t i = 0; i < (size_t)corners; i++)
         put_u32(row + 1 + 4 * i, mesh->indices[3 * face + i]);
-    fwrite(row, 13, 1, file);
+    fwrite(row, 1 + 4 * (size_t)corners, 1, file);
     if (mesh->attribute[MESH_TEXCOORDS].corner != NULL)
         write_ply_texcoords(mesh, file, face);
     if (mesh->label[MESH_MATERIALS].of_face != NULL) {

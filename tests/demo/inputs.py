@@ -48,7 +48,7 @@ def floats(point):
 
 def corners(positions, faces):
     """The mesh as a set of triangles of positions: STL has its own order of vertices."""
-    return sorted(min(points[k:] + points[:k] for k in range(3))
+    return sorted(min(points[k:] + points[:k] for k in range(len(points)))
                   for points in ([positions[v] for v in face] for face in faces))
 
 
@@ -189,9 +189,14 @@ def test_obj():
     reads("bow_tie.obj", "".join("v %d %d %d\n" % p for p in bow_tie) + "f 1 2 3\nf 1 4 5\n", bow_tie,
           [(0, 1, 2), (0, 3, 4)], tells=["1 vertex copied"])
     square = [(x, y, 0) for x, y in SQUARE]
-    reads("quad.obj", "".join("v %d %d %d\n" % p for p in square) + "f 1 2 3 4\nf 1 2\n", square, [(0, 1, 2), (0, 2, 3)],
-          says=[CUT, "dropped: faces with fewer than three corners (1)"])
-    refuses("no_face.obj", plain.replace("f ", "f 1 2 # "), "no face has three corners")
+    reads("quad.obj", "".join("v %d %d %d\n" % p for p in square) + "f 1 2 3 4\n", square, [(0, 1, 2), (0, 2, 3)],
+          says=[CUT])
+    lines = [(0, 1), (1, 2), (2, 3), (3,), (3, 0)]
+    reads("lines.obj", plain + "l 1 2 3 4\np 4\nf 4 1\n", faces=FACES + lines, tells=["set aside: 5 faces without area"])
+    reads("only_lines.obj", plain.replace("f ", "l "), faces=[(0, 2), (2, 1), (0, 1), (1, 3), (1, 2), (2, 3), (0, 3), (3, 2)],
+          tells=["set aside: 8 faces without area"])
+    refuses("no_corner.obj", plain.replace("f ", "f # "), "no face has a corner")
+    refuses("short_line.obj", plain + "l 1\n", "a line with 1 corners (line 9)")
 
 
 def test_what_obj_has_and_a_stream_has_not():
@@ -204,7 +209,7 @@ def test_what_obj_has_and_a_stream_has_not():
     vertices = "".join("v %d %d %d\n" % p for p in POSITIONS)
     reads("third_is_0.obj", vertices + textures.format(0, 0, 0, 0) + faces)
     reads("third.obj", vertices + textures.format(0, 0, 3, 0) + faces, says=["dropped: the third texture coordinate"])
-    reads("groups.obj", "o x\nmtllib a.mtl\ng a\n" + plain + "g b\ns 1\nl 1 2\n", says=["dropped: lines that are not read: 1 'l'"])
+    reads("groups.obj", "o x\nmtllib a.mtl\ng a\n" + plain + "g b\ns 1\nvp 1 2\n", says=["dropped: lines that are not read: 1 'vp'"])
     reads("many_words.obj", "".join(f"w{k} 0\n" for k in range(100)) + plain, says=["dropped: lines that are not read: 1 'w0', 1 'w1', "])
     reads("rounded_color.obj", obj(extra=" 1.0000001 -0.0000001 1"))
     check("colors are kept", b"property uchar red" in decoded_ply("rounded_color.obj"))

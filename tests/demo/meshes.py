@@ -41,7 +41,7 @@ def read_obj(path):
             label[word] = rest.strip() or None
         elif word == "mtllib":
             mesh.libraries.append(rest)
-        elif word == "f":
+        elif word in ("f", "l", "p"):
             corners = []
             for corner in rest.split():
                 v, vt, vn = (corner.split("/") + ["", ""])[:3]
@@ -101,6 +101,8 @@ def read_ply(path):
         texcoords = face.get("texcoord", ())
         if texcoords:
             corners = [c._replace(texcoord=texcoords[2 * k:2 * k + 2]) for k, c in enumerate(corners)]
+        elif "texcoord" in face:
+            corners = [c._replace(texcoord=None) for c in corners]
         texture = face.get("texnumber", -1)
         mesh.faces.append(Face(corners, mesh.textures[texture] if texture >= 0 else None, None, None))
     return mesh

@@ -41,7 +41,7 @@ def obj_text(faces, from_the_end=False, positions=(), head=""):
         for c in face.corners:
             at = number(v, c.position + (c.color or ())), c.texcoord and number(vt, c.texcoord), c.normal and number(vn, c.normal)
             numbers.append("/".join(str(n or "") for n in at).rstrip("/"))
-        lines.append("f " + " ".join(numbers))
+        lines.append("?plf"[min(len(numbers), 3)] + " " + " ".join(numbers))
     rows = [*("v " + " ".join(map(str, p)) for p in v), *("vt %r %r" % t for t in vt), *("vn %r %r %r" % n for n in vn)]
     if from_the_end:
         lines = [" ".join("/".join(str(int(n) - len(items) - 1) if n else "" for n, items in zip(word.split("/"), (v, vt, vn)))
@@ -321,6 +321,8 @@ def test_any_triangles():
     cases = {
         "moebius": moebius(), "turned": turned, "three_at_an_edge": flat + wing + fin, "two_sides": flat + back,
         "twice": flat + flat[5:9], "touching": flat + grid(3, at=(4, 4)), "soup": [random.choice(flat) for _ in range(60)],
+        "lines": flat + [Face(f.corners[:k % 2 + 1], *f[1:]) for k, f in enumerate(flat)],
+        "only_lines": [Face(f.corners[:k % 2 + 1], *f[1:]) for k, f in enumerate(flat)],
         "degenerate": flat + [Face([f.corners[0], f.corners[1], f.corners[0]], *f[1:]) for f in flat[::4]],
     }
     for name, faces in cases.items():

@@ -20,7 +20,7 @@ static int parse_text(const char *text) {
 
 TEST(names_come_back) {
     static uint32_t materials[4] = { 1, 2, 2, 1 }, groups[4] = { 1, 1, 1, 1 }, objects[4] = { 0, 2, 1, 2 };
-    static uint8_t missing[4] = { 0, 0, 0, 1 };
+    static uint8_t marks[4] = { 0, 0, 0, 1 };
     struct mesh_file mesh;
     char *text;
     memset(&mesh, 0, sizeof mesh);
@@ -32,16 +32,16 @@ TEST(names_come_back) {
     mesh.label[MESH_OBJECTS].of_face = objects;
     mesh.label[MESH_OBJECTS].names = (char *)"usemtl x\nfaces o\n";
     mesh.libraries = (char *)"a b.mtl\n";
-    mesh.missing = missing;
+    mesh.marks = marks;
     text = make_words(&mesh);
     REQUIRE(text != NULL);
-    CHECK(strcmp(text, "faces o missing\nmtllib a b.mtl\nusemtl red\nusemtl dark  green\ng g\no usemtl x\no faces o\n") == 0);
+    CHECK(strcmp(text, "faces o marks\nmtllib a b.mtl\nusemtl red\nusemtl dark  green\ng g\no usemtl x\no faces o\n") == 0);
     REQUIRE(parse_text(text));
     CHECK(same_text(parsed.names[MESH_MATERIALS], mesh.label[MESH_MATERIALS].names));
     CHECK(same_text(parsed.names[MESH_GROUPS], mesh.label[MESH_GROUPS].names));
     CHECK(same_text(parsed.names[MESH_OBJECTS], mesh.label[MESH_OBJECTS].names));
     CHECK(same_text(parsed.libraries, mesh.libraries));
-    CHECK(parsed.channel[FACE_GROUP] == 0 && parsed.channel[FACE_OBJECT] == 1 && parsed.channel[FACE_MISSING] == 2);
+    CHECK(parsed.channel[FACE_GROUP] == 0 && parsed.channel[FACE_OBJECT] == 1 && parsed.channel[FACE_MARKS] == 2);
     free_words(&parsed);
     free(text);
     materials[2] = 0;
@@ -71,7 +71,7 @@ static void check_lines(const char *text) {
 }
 
 TEST(any_bytes_may_be_there) {
-    static const char *const pieces[] = { "faces", " g", " o", " missing", "usemtl", "mtllib", "g", "o", " ", "\n", "\r", "x", "\xff" };
+    static const char *const pieces[] = { "faces", " g", " o", " marks", "usemtl", "mtllib", "g", "o", " ", "\n", "\r", "x", "\xff" };
     int k, i, names = 0;
     for (k = 0; k < 20000; k++) {
         uint8_t text[200];
