@@ -83,7 +83,6 @@ struct encoding {
     const double *positions;             /* of the mesh file, too */
     cq_value *values[CQ_MAX_CHANNELS];
     uint8_t *locked;
-    cq_index *material;
     char *words;                         /* the metadata */
     uint8_t *stream;
     size_t size;
@@ -123,13 +122,12 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
 
 /* -- words.c ------------------------------------------------------------------------------------------------------- */
 
-/* What faces may have numbers of, beside materials, which have ranges: channels of kind CQ_GENERIC, CQ_PER_FACE, in the
- * order of the words of the line "faces". The metadata of a stream is text, a line for each name:
+/* What faces may have numbers of, beside materials, which are a channel of kind CQ_GROUP: channels of kind CQ_GENERIC,
+ * CQ_PER_FACE, in the order of the words of the line "faces". The metadata of a stream is text, a line for each name:
  *
  *     faces g marks          channels of faces: numbers of groups; marks of mesh_file.h
  *     mtllib scene.mtl       where materials are described
- *     usemtl red             material 0
- *     usemtl                 material 1: none; it is the last one
+ *     usemtl red             material 0; 1 is none
  *     g hand                 group 1; 0 is none
  *     o figure               object 1, of which all faces are, as there is no channel for it */
 enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MARKS, NUM_FACE_NUMBERS };
@@ -137,16 +135,13 @@ enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MA
 /* Has the mesh numbers of this kind that differ from face to face? */
 int needs_face_numbers(const struct mesh_file *mesh, int kind);
 
-/* Some face has none, where others do. */
-int has_face_without_material(const struct mesh_file *mesh);
-
 /* The metadata for a mesh; an empty text if it has none. NULL: no memory. */
 char *make_words(const struct mesh_file *mesh);
 
 /* What metadata says. */
 struct words {
     int channel[NUM_FACE_NUMBERS];       /* which of the channels of faces has them, from 1; 0: none */
-    char *names[MESH_NUM_LABELS], *libraries;    /* as in mesh_file.h; NULL: none; materials may be the empty line */
+    char *names[MESH_NUM_LABELS], *libraries;    /* as in mesh_file.h; NULL: none */
 };
 
 int parse_words(struct words *words, const uint8_t *text, size_t size);

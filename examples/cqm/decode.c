@@ -112,7 +112,8 @@ static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format
     const cq_channel *c = &shape->channel[k];
     int attributes = format == MESH_OBJ || format == MESH_PLY;
     if (c->merge == CQ_PER_FACE)
-        return c->kind == CQ_TURNED || (c->kind == CQ_GENERIC && format == MESH_OBJ);
+        return c->kind == CQ_TURNED || (c->kind == CQ_GENERIC && format == MESH_OBJ)
+               || (find_channel(shape, CQ_GROUP, 1) == (int)k && (format == MESH_OBJ || format == MESH_PLY));
     if (find_channel(shape, (cq_kind)c->kind, 0) != (int)k)
         return 0;
     switch (c->kind) {
@@ -143,8 +144,6 @@ static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh,
             complain(path, "dropped: %s%s of the stream, which this format or this program does not write",
                      channel_kind_name(&shape->channel[k]),
                      shape->channel[k].kind == CQ_COLOR && format == MESH_OBJ ? "'s alpha" : "");
-    if (shape->num_materials > 0 && format != MESH_OBJ && format != MESH_PLY && ++losses > 0 && !quiet)
-        complain(path, "dropped: materials of the stream, which this format does not have");
     if (format == MESH_STL && float_distance(mesh) > 0 && ++losses > 0 && !quiet)
         complain(path, "changed: positions: STL has 32-bit floats, which move them by up to %.3g", float_distance(mesh));
     return losses;

@@ -379,7 +379,6 @@ void free_encoding(struct encoding *e)
     free(e->input.map);
     free(e->input.face_map);
     free(e->locked);
-    free(e->material);
     free(e->words);
     free(e->stream);
 }

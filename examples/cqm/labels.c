@@ -6,18 +6,18 @@
 
 enum { MAX_METADATA_BYTES = 1 << 20 };
 
-/* The faces of each material, and behind them those that have none. */
+/* Materials count from 0; the number behind the last one is none. */
 static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
 {
     const struct mesh_labels *materials = &mesh->label[MESH_MATERIALS];
+    uint32_t k = e->input.shape.num_channels, none = materials->count;
     if (materials->of_face == NULL)
         return 1;
-    e->input.shape.num_materials = materials->count + (uint32_t)has_face_without_material(mesh);
-    e->material = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->material);
-    e->input.material = e->material;
-    for (size_t f = 0; f < mesh->num_faces && e->material != NULL; f++)
-        e->material[f] = (materials->of_face[f] > 0 ? materials->of_face[f] : e->input.shape.num_materials) - 1;
-    return e->material != NULL || complain(path, "out of memory");
+    if (add_channel(e, CQ_GROUP, CQ_PER_FACE, 1, bits_of_number(none)) == NULL)
+        return complain(path, "out of memory");
+    for (size_t f = 0; f < mesh->num_faces; f++)
+        e->values[k][f] = (cq_value)(materials->of_face[f] > 0 ? materials->of_face[f] - 1 : none);
+    return 1;
 }
 
 static uint32_t face_number(const struct mesh_file *mesh, int kind, size_t face)

@@ -29,7 +29,7 @@ static int is_of_face(const cq_channel *channel)
 
 static void count_words(struct comparison *c)
 {
-    c->row_words = c->face_words = 1;            /* so that there is something to compare; a face has a material */
+    c->row_words = c->face_words = 1;            /* so that there is something to compare */
     for (uint32_t k = 0; k < c->shape->num_channels; k++)
         *(is_of_face(&c->shape->channel[k]) ? &c->face_words : &c->row_words) += c->shape->channel[k].components;
 }
@@ -64,8 +64,6 @@ static int take_sent(struct comparison *c, const struct encoding *e)
             put_columns(m->row, c->row_words, row_at, e->values[k], n, m->rows);
         row_at += is_of_face(&c->shape->channel[k]) ? 0 : n;
     }
-    for (size_t f = 0; f < faces && e->material != NULL; f++)
-        m->number[c->face_words * f] = (cq_value)e->material[f];
     m->index = malloc((3 * faces + 1) * sizeof *m->index);
     if (m->index != NULL)
         memcpy(m->index, e->input.indices, 3 * faces * sizeof *m->index);
@@ -79,13 +77,6 @@ static int take_rows(const struct comparison *c, struct content *m, const cq_dec
         put_columns(m->row, c->row_words, at, values, c->shape->channel[k].components, m->rows);
     free(values);
     return values != NULL;
-}
-
-static void take_materials(const struct comparison *c, struct content *m, const cq_decoder *d)
-{
-    for (uint32_t k = 0; k < d->shape.num_materials; k++)
-        for (size_t i = 0; i < d->material[k].count; i++)
-            m->number[c->face_words * (d->material[k].first + i)] = (cq_value)k;
 }
 
 static int take_received(struct comparison *c, const cq_decoder *d)
@@ -103,8 +94,6 @@ static int take_received(struct comparison *c, const cq_decoder *d)
             m->number[c->face_words * f + face_at] = face_value(d, k, f);
         face_at++;
     }
-    if (ok)
-        take_materials(c, m, d);
     return ok && (m->index = read_triangles(d)) != NULL;
 }
 
@@ -206,8 +195,7 @@ static int same_channels(const struct encoding *e, const cq_decoder *d)
     uint32_t sent = e->input.shape.num_channels, received = d->shape.num_channels;
     if (received == sent + 1 && d->shape.channel[sent].kind == CQ_TURNED)
         received--;
-    return received == sent && d->shape.num_materials == e->input.shape.num_materials
-           && memcmp(d->shape.channel, e->input.shape.channel, sent * sizeof *d->shape.channel) == 0;
+    return received == sent && memcmp(d->shape.channel, e->input.shape.channel, sent * sizeof *d->shape.channel) == 0;
 }
 
 static int same_words(const struct encoding *e, const cq_decoder *d)

@@ -248,35 +248,39 @@ static uint32_t *new_face_numbers(const struct view *v)
     return calloc((size_t)v->mesh->num_faces + 1, sizeof(uint32_t));
 }
 
-/* The last name is empty if faces may have none. */
-static int has_empty_name(const struct words *words)
-{
-    const char *names = words->names[MESH_MATERIALS];
-    size_t size = names != NULL ? strlen(names) : 0;
-    return size > 0 && names[size - 1] == '\n' && (size == 1 || names[size - 2] == '\n');
-}
-
 static void take_names(struct mesh_labels *labels, char **names)
 {
     labels->names = *names;
     *names = NULL;
 }
 
-/* The ranges of the mesh; those aside have them too. */
+static uint32_t largest_number(const struct view *v, uint32_t channel)
+{
+    uint32_t largest = 0;
+    for (uint32_t f = 0; f < v->mesh->num_faces; f++) {
+        uint32_t number = (uint32_t)face_value(v->d, channel, f);
+        largest = number > largest ? number : largest;
+    }
+    return largest;
+}
+
+/* A number without a name is none, if there are names. */
 static int add_materials(const struct view *v, struct words *words)
 {
+    enum { MAX_WITHOUT_NAMES = 65536 };
     struct mesh_labels *materials = &v->mesh->label[MESH_MATERIALS];
-    uint32_t count = v->d->shape.num_materials, with_name = count - (uint32_t)has_empty_name(words);
-    if (count == 0)
+    int channel = find_channel(&v->d->shape, CQ_GROUP, 1);
+    if (channel < 0)
         return 1;
-    materials->of_face = new_face_numbers(v);
-    for (uint32_t m = 0; m < count && materials->of_face != NULL; m++)
-        for (uint32_t i = 0; i < v->d->material[m].count; i++)
-            materials->of_face[v->d->material[m].first + i] = m < with_name ? m + 1 : 0;
-    materials->count = with_name;
     take_names(materials, &words->names[MESH_MATERIALS]);
-    if (materials->names != NULL && with_name < count)
-        materials->names[strlen(materials->names) - 1] = '\0';
+    materials->count = count_lines(materials->names);
+    if (materials->names == NULL && v->mesh->num_faces > 0)
+        materials->count = largest_number(v, (uint32_t)channel) % MAX_WITHOUT_NAMES + 1;
+    materials->of_face = new_face_numbers(v);
+    for (uint32_t f = 0; f < v->mesh->num_faces && materials->of_face != NULL; f++) {
+        uint32_t number = (uint32_t)face_value(v->d, (uint32_t)channel, f);
+        materials->of_face[f] = number < materials->count ? number + 1 : 0;
+    }
     return materials->of_face != NULL && complete_names(materials);
 }
 

@@ -59,16 +59,6 @@ static int add_face_line(char **text, size_t *size, const struct mesh_file *mesh
     return ok && (count == 0 || add_text(text, size, "\n", 1));
 }
 
-/* If some face has no material, the last one of all is none. */
-int has_face_without_material(const struct mesh_file *mesh)
-{
-    const uint32_t *of_face = mesh->label[MESH_MATERIALS].of_face;
-    for (size_t f = 0; f < mesh->num_faces && of_face != NULL; f++)
-        if (of_face[f] == 0)
-            return 1;
-    return 0;
-}
-
 char *make_words(const struct mesh_file *mesh)
 {
     char *text = NULL;
@@ -76,8 +66,7 @@ char *make_words(const struct mesh_file *mesh)
     int ok = add_text(&text, &size, "", 0) && add_face_line(&text, &size, mesh)
              && add_lines(&text, &size, "mtllib", mesh->libraries);
     for (int k = 0; k < MESH_NUM_LABELS && ok; k++)
-        ok = add_lines(&text, &size, label_words[k], mesh->label[k].names)
-             && (k != MESH_MATERIALS || !has_face_without_material(mesh) || add_lines(&text, &size, "usemtl", "\n"));
+        ok = add_lines(&text, &size, label_words[k], mesh->label[k].names);
     if (!ok)
         free(text);
     return ok ? text : NULL;

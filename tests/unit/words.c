@@ -44,12 +44,6 @@ TEST(names_come_back) {
     CHECK(parsed.channel[FACE_GROUP] == 0 && parsed.channel[FACE_OBJECT] == 1 && parsed.channel[FACE_MARKS] == 2);
     free_words(&parsed);
     free(text);
-    materials[2] = 0;
-    text = make_words(&mesh);
-    REQUIRE(text != NULL && parse_text(text));
-    CHECK(same_text(parsed.names[MESH_MATERIALS], "red\ndark  green\n\n"));
-    free_words(&parsed);
-    free(text);
 }
 
 TEST(a_mesh_without_names_has_no_words) {
