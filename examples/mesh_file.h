@@ -15,7 +15,7 @@
  *
  * mesh_expand() makes vertex buffers of it, in which each vertex has all of its attributes.
  *
- * Any bytes may be handed in. A file without faces is an error, unless it has a count of faces that says 0. Compile
+ * Any bytes may be handed in. A file without faces is an error, unless its counts say so. Compile
  * mesh_file/[a-z]*.c with your program. Writing text needs LC_NUMERIC "C", as it is unless the program calls setlocale. */
 #ifndef MESH_FILE_H
 #define MESH_FILE_H

@@ -276,16 +276,16 @@ static int ply_check_element(struct reader *r, const struct ply *ply, const stru
 
 static int ply_allocate(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
-    size_t vertices = 0, elements = 0;
+    size_t vertices = 0, elements = 0;       /* of vertices, faces or strips */
     for (size_t i = 0; i < ply->num_elements; i++) {
         const struct ply_element *element = &ply->element[i];
         if (!ply_check_element(r, ply, element))
             return 0;
         vertices += element->kind == PLY_VERTEX ? element->count : 0;
-        elements += element->kind == PLY_FACE || element->kind == PLY_STRIPS;
+        elements += element->kind != PLY_OTHER;
     }
     if (elements == 0)
-        return fail(r, "no element 'face' or 'tristrips'");
+        return fail(r, "no element 'vertex', 'face' or 'tristrips'");
     return allocate(r, mesh, vertices);
 }
 

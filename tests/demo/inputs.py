@@ -344,7 +344,10 @@ def test_ply():
         small = struct.unpack("<f", x)[0]
         positions = [(small, 0, 0)] + POSITIONS[1:]
         reads("line_end.ply", ply(positions, kind="binary_little_endian", end=end), positions)
-    refuses("faces.ply", ply().replace(b"element face", b"element edge"), "no element 'face'")
+    reads("points.ply", ply().replace(b"element face", b"element edge"), faces=[], tells=["set aside: 4 unused vertices"],
+          says=["dropped: properties of element 'edge': 'vertex_indices'"])
+    refuses("others.ply", ply().replace(b"element face", b"element edge").replace(b"element vertex", b"element point"),
+            "no element 'vertex', 'face' or 'tristrips'")
     reads("noise.ply", ply().replace(b"element vertex", b"Made by a tool\nelement vertex"),
           says=["dropped: header lines that are not PLY (1), the first begins with 'Made'"])
     refuses("cut.ply", ply(kind="binary_little_endian")[:-1], "the file ends inside its data")
