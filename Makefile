@@ -297,12 +297,12 @@ build/log/bases.log: build/cqm build/meshes tests/meshes/bases.py
 	@echo "bases: $$(tail -n 1 $@)"
 
 # Files of other projects through cqm, and how trimesh reads them before and after: OBJ, PLY, STL and OFF of Debian's package
-# assimp-testmodels, and of pybullet_data, which comes with PyPI's pybullet. 1164 files, some minutes.
+# assimp-testmodels, and of pybullet_data, which comes with the package pybullet. 1250 files, some minutes.
 ASSETS = assimp-testmodels=/usr/share/assimp/models \
     pybullet_data=$$(echo build/assets/venv/lib/python3*/site-packages/pybullet_data)
 
 .PHONY: assets deps-assets
-assets: deps-assets build/cqm build/assets/venv/complete ## encodes 1164 published files, compares with trimesh's reading
+assets: deps-assets build/cqm build/assets/venv/complete ## encodes 1250 published files, compares with trimesh's reading
 	@$(call KEEP,build/assets/venv/bin/python -W ignore tests/assets/assets.py build/cqm build/assets/files $(ASSETS))
 
 deps-assets:

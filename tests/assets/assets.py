@@ -142,6 +142,8 @@ class Assets:
         """What came of a file: "not for trimesh", "equal", "equal but for cuts", or "failed"."""
         try:
             source = load(path)
+        except ImportError:                                # something is missing here, not in the file
+            raise
         except Exception:                                  # whatever a reader says of a file that it does not like
             return self.refused_or_verified(path)
         if not source or not all(numpy.isfinite(part["positions"]).all() for part in source):
