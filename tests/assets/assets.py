@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Published files through cqm, compared with how another library reads them: assets.py CQM FOLDER SET=PATH...
+"""Published files through cqm, compared with how another library reads them: assets.py CQM FOLDER SET=FOLDER...
 
-A set is a folder or a list of files. Each OBJ, PLY, STL and OFF file in it that trimesh reads as triangles is encoded,
+A set is a folder. Each OBJ, PLY, STL and OFF file in it that trimesh reads as triangles is encoded,
 decoded to OBJ, and both files are read by trimesh: the triangles must be the same, as often, with the same texture coordinates
 and normals where the file has them. Where faces have more than three corners, which are not all cut the same way, their area
 and what borders them must be. `cqm verify` must succeed. The last line is `N passed, N failed`.
