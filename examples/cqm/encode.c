@@ -345,6 +345,7 @@ static int prepare_input(struct encoding *e, struct mesh_file *mesh, const char 
     e->input.indices = mesh->indices;
     e->positions = mesh->positions;
     e->input.goal = options->goal;
+    e->input.clean = options->clean;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
     if (e->input.map == NULL || e->input.face_map == NULL)

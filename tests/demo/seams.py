@@ -143,6 +143,11 @@ def test_seams():
     positions = len(read_obj(FOLDER / "sphere.obj").positions)
     check(f"the surface is one, whatever its texture: {report['components']}", report["components"] == 1)
     check(f"{report['vertices']} vertices, {positions} positions", report["vertices"] == positions)
+    round_trip("sphere.obj", obj_text(faces), faces, options=["--clean"])
+    cqm("encode", "--clean", FOLDER / "sphere.obj", FOLDER / "s.cqm")
+    clean = json.loads(run("info", "--json", FOLDER / "s.cqm")[1])
+    check(f"clean, {clean['base_vertices']} vertices of the base, {report['base_vertices']} without",
+          clean["base_vertices"] > report["base_vertices"])
 
 
 def test_parts_that_faces_do_not_have():
