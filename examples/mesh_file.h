@@ -24,8 +24,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* What a reader takes and a writer gives. Text may begin with a byte order mark; lines end in \n, \r\n or \r; numbers
- * may have any length.
+/* What a reader takes and a writer gives. Text may begin with a byte order mark and be UTF-16; lines end in \n, \r\n
+ * or \r; numbers may have any length.
  *
  * MESH_OFF  OFF and its variants with colors (C), normals (N), texture coordinates (ST) and a fourth coordinate (4) that
  *           divides the others, in text, with blanks or commas. One vertex or face a line; if there are fewer lines,

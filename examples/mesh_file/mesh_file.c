@@ -288,6 +288,7 @@ int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mes
     r.error = error;
     memset(mesh, 0, sizeof *mesh);
     int ok = read_format(&r, mesh, format);
+    free(r.converted);
     for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
         ok = mesh->attribute[a].values == NULL || check_attribute(&r, mesh, (enum mesh_attribute)a);
     if (!ok)

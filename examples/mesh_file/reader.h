@@ -21,6 +21,7 @@ struct reader {
     int continued;    /* text: 1 if a backslash at the end of a line continues it (OBJ) */
     int lone_cr;      /* text: 1 if a line ends in \r and what follows may be data that begins with \n (PLY) */
     char *error;      /* char[MESH_ERROR_BYTES] */
+    uint8_t *converted;   /* what `data` is then: the text as UTF-8, if the file is UTF-16 */
 };
 
 /* A word of the file, up to a blank or the end of its line; length 0 behind the last word of a line. */
@@ -117,7 +118,7 @@ int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3]
 
 /* -- text.c -------------------------------------------------------------------------------------------------------- */
 
-/* Names text that is no UTF-8, and skips a byte order mark. */
+/* Goes to the start, behind a byte order mark; of UTF-16 text makes UTF-8. */
 int begin_text(struct reader *r);
 
 /* Skips the rest of the line and its end: \n, \r\n or \r. */

@@ -143,7 +143,7 @@ def test_text_stl():
     refuses("prose.stl", "solid state physics " * 20, "no triangles")
     square = "solid\nfacet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x} {y} 0\n" for x, y in SQUARE) + "endloop\nendfacet\n"
     reads("quad.stl", square, [(x, y, 0) for x, y in SQUARE], [(0, 1, 2), (0, 2, 3)], says=[CUT])
-    refuses("utf16.stl", plain.encode("utf-16"), "UTF-16")
+    reads("utf16.stl", plain.encode("utf-16"))
 
 
 # -- OBJ ---------------------------------------------------------------------------------------------------------------
@@ -157,8 +157,10 @@ def test_obj():
     plain = obj()
     reads("plain.obj", plain)
     reads("mark.obj", b"\xef\xbb\xbf" + plain.encode())
-    for encoding in "utf-16", "utf-16-le", "utf-16-be", "utf-32":
-        refuses(f"{encoding}.obj", plain.encode(encoding), "UTF-16")
+    for encoding in "utf-16", "utf-16-le", "utf-16-be":
+        reads(f"{encoding}.obj", ("# na\u00efve \u20ac \U0001f4a9\n" + plain).encode(encoding))
+        reads("half.obj", plain.encode(encoding) + b"\n")
+    refuses("utf-32.obj", plain.encode("utf-32"), "UTF-32")
     for name, end in ("crlf", "\r\n"), ("cr", "\r"), ("blank", " \t\n"), ("page", "\f\n"):
         reads(f"{name}.obj", obj(end=end))
     reads("mixed.obj", plain.replace("\n", "\r", 2).replace("\n", "\r\n", 3))
@@ -277,7 +279,7 @@ def test_off():
     refuses("n.off", off("nOFF"), "nOFF")
     refuses("cut.off", off()[:-8], "the file ends before face 3")
     refuses("w_is_0.off", off("4OFF", (" 1", " 0", " 1", " 1")), "not a finite")
-    refuses("utf16.off", off().encode("utf-16"), "UTF-16")
+    reads("utf16.off", off().encode("utf-16"))
 
 
 def test_attributes_of_off():

@@ -191,6 +191,11 @@ def test_names():
     check("few lines name materials", (FOLDER / "n.obj").read_text().count("\nusemtl ") == 8)
     cqm("decode", FOLDER / "n.cqm", FOLDER / "n.ply")
     check("PLY has them as textures", sorted(read_ply(FOLDER / "n.ply").textures) == sorted(NAMES))
+    text = obj_text([face._replace(group="g\u00fc\U0001f4a9") for face in faces])
+    (FOLDER / "wide.obj").write_bytes(text.encode("utf-16"))
+    cqm("encode", FOLDER / "wide.obj", FOLDER / "w.cqm")
+    cqm("decode", FOLDER / "w.cqm", FOLDER / "w.obj")
+    check("names of UTF-16", {face.group for face in read_obj(FOLDER / "w.obj").faces} == {"g\u00fc\U0001f4a9"})
     one = [face._replace(group="g", object="o", material="m") for face in faces]
     round_trip("one.obj", obj_text(one), one)
     some = [face._replace(group=None if k % 3 else "g", object=None, material=None if k % 2 else "m") for k, face in enumerate(faces)]
