@@ -64,13 +64,14 @@ struct part {
     uint64_t cost;
 };
 
-#define NUM_PARTS 6
+#define NUM_PARTS 7
 
 static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
 {
     const struct part list[NUM_PARTS] = {
         { "header", r->header }, { "base", r->base }, { "flags", r->flags },
         { "indices", r->indices }, { "positions", r->positions }, { "channels", r->channels },
+        { "aside", r->aside },
     };
     for (int i = 0; i < NUM_PARTS; i++)
         parts[i] = list[i];
@@ -78,8 +79,8 @@ static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
 
 const char *channel_kind_name(const cq_channel *channel)
 {
-    static const char *const names[CQ_GROUP + 1] = { "position", "generic", "normal", "texcoord", "color",
-                                                     "joints", "weights", "number", "group" };
+    static const char *const names[CQ_TURNED + 1] = { "position", "generic", "normal", "texcoord", "color",
+                                                      "joints", "weights", "number", "group", "turned" };
     return names[channel->kind];
 }
 
@@ -97,10 +98,25 @@ static void print_so_far(const struct extent *extent)
            (unsigned long)extent->vertices, (unsigned long)extent->faces);
 }
 
+/* What not every stream has. */
+static void print_other_counts(const cq_shape *s)
+{
+    if (s->num_rows > 0)
+        printf("rows            %lu\n", (unsigned long)s->num_rows);
+    if (s->num_aside_rows > 0 || s->num_aside_faces > 0)
+        printf("aside           %lu vertices, %lu faces\n", (unsigned long)s->num_aside_rows,
+               (unsigned long)s->num_aside_faces);
+    if (s->num_materials > 0)
+        printf("materials       %lu\n", (unsigned long)s->num_materials);
+    if (s->metadata_bytes > 0)
+        printf("metadata        %lu bytes\n", (unsigned long)s->metadata_bytes);
+}
+
 static void print_counts(const cq_report *r, const struct extent *extent)
 {
     printf("vertices        %lu\n", (unsigned long)r->shape.num_vertices);
     printf("faces           %lu\n", (unsigned long)r->shape.num_faces);
+    print_other_counts(&r->shape);
     if (!is_whole(extent))
         print_so_far(extent);
     printf("boundary loops  %lu\n", (unsigned long)r->shape.num_boundary_loops);
@@ -216,6 +232,10 @@ static void print_json_counts(const cq_report *r)
            (unsigned long)r->num_components);
     printf("  \"boundary_loops\": %lu,\n  \"boundary_edges\": %lu,\n  \"genus\": %lld,\n",
            (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
+    printf("  \"rows\": %lu,\n  \"aside_rows\": %lu,\n  \"aside_faces\": %lu,\n", (unsigned long)r->shape.num_rows,
+           (unsigned long)r->shape.num_aside_rows, (unsigned long)r->shape.num_aside_faces);
+    printf("  \"materials\": %lu,\n  \"metadata_bytes\": %lu,\n", (unsigned long)r->shape.num_materials,
+           (unsigned long)r->shape.metadata_bytes);
     printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
            (unsigned long)r->base_faces);
     printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,

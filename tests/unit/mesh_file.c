@@ -1,8 +1,12 @@
 /* The readers of examples/mesh_file, where a small input and a number say more than a file: numbers in text. */
+#include "../../examples/mesh_file/expand.c"
+#include "../../examples/mesh_file/faces.c"
+#include "../../examples/mesh_file/labels.c"
 #include "../../examples/mesh_file/mesh_file.c"
 #include "../../examples/mesh_file/obj.c"
 #include "../../examples/mesh_file/off.c"
 #include "../../examples/mesh_file/ply.c"
+#include "../../examples/mesh_file/polygon.c"
 #include "../../examples/mesh_file/stl.c"
 #include "../../examples/mesh_file/text.c"
 #include "test.h"
