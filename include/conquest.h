@@ -1409,6 +1409,64 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     return b;
 }
 
+#ifdef CQI_REGULAR_LEVELS /* until the levels use it */
+/* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
+
+/* Are two vertices joined? Walks around the one with fewer neighbours. */
+static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
+{
+    const cq_index around = m->valence[v] < m->valence[w] ? v : w, wanted = around == v ? w : v;
+    cq_index h = m->out[around];
+    do {
+        if (cq_target(m, h) == wanted) return 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[around]);
+    return 0;
+}
+
+/* 1 if the edge of h can be turned to join the two vertices opposite it: all four are real, and the mesh stays simple,
+ * with valences of 3 or more at the ends that lose the edge. */
+static int cqi_can_flip(const cq_mesh *m, cq_index h)
+{
+    const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g];
+    const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, x) || cq_is_virtual(m, y)) return 0;
+    return m->valence[a] > 3 && m->valence[b] > 3 && x != y && !cqi_joined(m, x, y);
+}
+
+/* Turns the edge a -> b of halfedge h.
+ *
+ *            x                      x          h must satisfy cqi_can_flip.
+ *          /   \                  / | \        Both faces keep their slots: that of h is now y, x, a, with h = y -> x,
+ *        a--h-->b      =>        a  h  b       that of its twin x, y, b.
+ *          \   /                  \ | /
+ *            y                      y                                                                         */
+static void cqi_flip(cq_mesh *m, cq_index h)
+{
+    CQ_ASSERT(cqi_can_flip(m, h));
+    const cq_index g = m->twin[h], hn = cq_next(h), hp = cq_prev(h), gn = cq_next(g), gp = cq_prev(g);
+    const cq_index a = m->origin[h], b = m->origin[g], x = m->origin[hp], y = m->origin[gp];
+    const cq_index a_to_x = m->twin[hp], x_to_b = m->twin[hn], b_to_y = m->twin[gp], y_to_a = m->twin[gn];
+    m->origin[h] = m->origin[gn] = y;
+    m->origin[g] = m->origin[hn] = x;
+    m->origin[hp] = a;
+    m->origin[gp] = b;
+    cqi_pair(m, hn, a_to_x);
+    cqi_pair(m, hp, y_to_a);
+    cqi_pair(m, gn, b_to_y);
+    cqi_pair(m, gp, x_to_b);
+    m->out[a] = hp;
+    m->out[b] = gp;
+    m->out[x] = hn;
+    m->out[y] = gn;
+    m->valence[a]--;
+    m->valence[b]--;
+    m->valence[x]++;
+    m->valence[y]++;
+}
+
+#endif
+
 size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 {
     size_t n = 0;
@@ -1956,6 +2014,70 @@ static int cqi_plan_side(const cqi_plan *p)
     const cqi_collapse *c = &p->note[p->next];
     return c->level == p->level && c->first ? c->first - 1 : 0;
 }
+
+#ifdef CQI_REGULAR_LEVELS
+/* -- The plan of a regular level --
+ *
+ * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the coarse
+ * face to the left and to the right of a -> b, see CQI_HUB. When the level begins, p->mesh is idle, for the base has been read:
+ * its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input vertex v. */
+
+enum { CQI_HUB = 1, CQI_DISSOLVED_NEXT = 2, CQI_DISSOLVED_PREVIOUS = 4 };
+
+/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum of
+ * these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms", 1985). */
+static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
+{
+    return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
+}
+
+/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh m. */
+static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
+{
+    cq_index k, h;
+    for (h = 0; h < 3 * m->num_faces; h++) p->mesh.twin[h] = CQ_NONE;
+    for (k = first; k < first + count; k++) {
+        const cqi_collapse *c = &p->note[k];
+        h = cqi_find_edge(m, p->decoded[c->kept], p->decoded[c->face[0]]);
+        p->mesh.twin[h] = p->mesh.twin[m->twin[h]] = k;
+        p->mesh.origin[c->removed] = k;
+    }
+}
+
+/* The input vertex that goes into a decoded edge at this level, before any has; or CQ_NONE. */
+static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
+{
+    const cq_index k = h < 3 * p->mesh.first_virtual_face ? p->mesh.twin[h] : CQ_NONE;
+    return k == CQ_NONE ? k : p->note[k].removed;
+}
+
+/* The note of a decoded vertex that is new at this level. */
+static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
+{
+    return &p->note[p->mesh.origin[p->to_input[decoded]]];
+}
+
+/* Is a new vertex the hub of the coarse face that its spoke runs into? With one mark: is that edge flipped in the end? The
+ * spoke's end is no parent: of these, counter-clockwise, a comes first on the left of a -> b, b on the right. */
+static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
+{
+    const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
+    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
+    while (cq_target(m, spoke) != a && cq_target(m, spoke) != b) spoke = cq_counterclockwise(m, spoke);
+    return (cq_target(m, spoke) == a ? c->p : c->q) & CQI_HUB;
+}
+
+/* Is an edge dissolved, h: x -> y, with a new vertex opposite? It is a side of the coarse face that this vertex came into. */
+static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
+{
+    const cqi_collapse *c = cqi_plan_odd(p, m->origin[cq_prev(h)]);
+    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]], x = m->origin[h], y = cq_target(m, h);
+    if (x == b) return (c->p & CQI_DISSOLVED_NEXT) != 0;
+    if (y == a) return (c->p & CQI_DISSOLVED_PREVIOUS) != 0;
+    return (c->q & (x == a ? CQI_DISSOLVED_NEXT : CQI_DISSOLVED_PREVIOUS)) != 0;
+}
+
+#endif
 
 /* -- Symbols -- */
 
@@ -5113,6 +5235,702 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
         p->num_seeds++;
     }
 }
+
+#ifdef CQI_REGULAR_LEVELS
+/* -- Regular levels: labels ----------------------------------------------------------------------------------------
+ *
+ * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
+ * goes); an odd one has two parents, even neighbours that lie opposite each other, and goes back to be the middle of
+ * their edge. An edge is cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the
+ * faces into polygons, whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
+ *
+ * A labelling can be coded if all of this holds:
+ *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
+ *   2. A polygon of 4 corners can be dissolved, see below.
+ *   3. At each even vertex three polygons or more meet, and all that lies around it is different vertices: the other ends
+ *      of sides, and the corners opposite it in polygons of 4.
+ *
+ * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
+ * triangulations these are left: none or one, with up to one odd vertex (a mark); two, with two marks; four, with
+ * three: the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its
+ * side: one of two marks, one or none of three.
+ *
+ * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it is flipped when both are
+ * triangulated. That is: an edge x - y inside has A and C as the third corners of its triangles. Turned back, each
+ * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. A half with
+ * one mark x has the edge from x to its corner at the dissolved edge; that may have been flipped afterwards, too,
+ * and is then called second.
+ *
+ * Every order is legal in which a decoder inserts the odd vertices, then flips to the wanted triangulations of faces,
+ * dissolves, and does the second flips. First, valences: a polygon keeps one triangle or more at each of its corners
+ * in every state, hence by 3 a corner keeps three neighbours or more; and two or more triangles at each odd
+ * vertex. Second, no edge is made that is there: all edges inside of polygons, in every state, have an odd end x, but for
+ * the coarse edges, which are different by 3. Such an edge could only be there twice if the two polygons at x had another
+ * vertex in common than x and its parents a, b. Call its corners' cycles a b c (d) and b a e (f). By 3 at b or a, the
+ * polygons have no second side in common (two polygons alone would meet at b or a), hence no other odd
+ * vertex, nor c = f or c = e of a face of 3 corners, nor d = e. What is left is c = e or d = f with four corners
+ * each; then c is opposite a in one and the end of a side from a in the other, or d so for b, against 3. */
+
+enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3 }; /* the lowest bits of a label; above are two sides of 3 bits */
+
+#define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
+#define CQI_REGION_FACES 24  /* looked at of what is none */
+
+typedef struct cqi_labels {
+    const cq_mesh *mesh;
+    const cq_value *positions;   /* or NULL */
+    cq_index *parent[2];         /* of each odd vertex */
+    cq_index *since;             /* when an odd vertex got its label; how many odd vertices an even one is a parent of */
+    uint8_t *label;
+    cq_index *queue;             /* vertices whose neighbours are still to be labelled; scratch */
+    cq_index *waiting;           /* faces whose polygons are still to be checked */
+    uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
+    cq_index num_waiting, clock;
+    cq_index *best_parent[2], *best_since;
+    uint8_t *best_label;
+} cqi_labels;
+
+/* Lays out memory that holds nothing now. 0: it does not suffice. */
+static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
+{
+    const size_t v = (size_t)m->first_virtual + m->max_virtual, f = (size_t)m->first_virtual_face + m->max_virtual_faces;
+    cqi_arena arena;
+    arena.next = (uint8_t *)memory;
+    arena.left = size;
+    memset(l, 0, sizeof *l);
+    if (size < 7 * CQI_ROUND(v * sizeof(cq_index)) + CQI_ROUND(f * sizeof(cq_index)) + 2 * CQI_ROUND(v) + CQI_ROUND(f))
+        return 0;
+    l->parent[0] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->parent[1] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->since = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->queue = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->best_parent[0] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->best_parent[1] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->best_since = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->waiting = (cq_index *)cqi_take(&arena, f, sizeof(cq_index));
+    l->label = (uint8_t *)cqi_take(&arena, v, 1);
+    l->best_label = (uint8_t *)cqi_take(&arena, v, 1);
+    l->face = (uint8_t *)cqi_take(&arena, f, 1);
+    l->mesh = m;
+    return 1;
+}
+
+static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
+static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
+static int cqi_is_even(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_EVEN; }
+
+/* Vertices and faces with the virtual ones and the slots between. */
+static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
+static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
+
+static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
+{
+    return l->parent[0][odd] == v || l->parent[1][odd] == v;
+}
+
+static int cqi_is_cut(const cqi_labels *l, cq_index h)
+{
+    const cq_index a = l->mesh->origin[h], b = cq_target(l->mesh, h);
+    if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
+    return !cqi_is_odd(l, b) || cqi_is_parent(l, a, b);
+}
+
+/* -- Regular levels: polygons -- */
+
+/* A polygon, or as much of a region as was looked at. Its border is counter-clockwise; place k is the origin of border
+ * halfedge k. What follows `border` is for polygons only. */
+typedef struct cqi_polygon {
+    int faces, size, inner;                       /* size: of the border; inner: edges inside */
+    cq_index face[CQI_REGION_FACES];
+    cq_index border[CQI_REGION_FACES + 2];
+    int corners, corner[4];                       /* places of the corners */
+    int edge[CQI_REGION_FACES][2];                /* places that an edge inside joins */
+    uint8_t joined[CQI_POLYGON_FACES + 2];        /* to which places is a place joined? */
+    uint8_t even, second;                         /* places of corners, of odd vertices with a second flip */
+    int undone, undo[3][2];                       /* flips that lead to the coarse faces; the last one is of x - y */
+    int diagonal;                                 /* of 4 corners: 0 or 1, the first corner at the dissolved edge */
+} cqi_polygon;
+
+static cq_index cqi_place(const cqi_labels *l, const cqi_polygon *p, int k) { return l->mesh->origin[p->border[k]]; }
+
+/* Walks over the region that face f lies in, face by face across edges that are not cut; 0 if it has more faces than
+ * `most`, or comes back on itself. The faces form a tree then, so the region is a disc without inner vertices. */
+static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygon *p)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index stack[3 + 3 * CQI_REGION_FACES];   /* halfedges; CQ_NONE: all behind an edge inside has been seen, and */
+    int from[3 + 3 * CQI_REGION_FACES], n = 0;  /* from here it runs to the next place */
+    p->faces = 1;
+    p->size = p->inner = 0;
+    p->face[0] = f;
+    stack[n++] = (cq_index)(3 * f + 2);
+    stack[n++] = (cq_index)(3 * f + 1);
+    stack[n++] = (cq_index)(3 * f);
+    while (n) {
+        const cq_index h = stack[--n], g = h == CQ_NONE ? h : m->twin[h];
+        if (h == CQ_NONE) {
+            p->edge[p->inner][0] = from[n];
+            p->edge[p->inner++][1] = p->size;
+        } else if (cqi_is_cut(l, h)) {
+            p->border[p->size++] = h;
+        } else {
+            if (p->faces == most) return 0;
+            p->face[p->faces++] = (cq_index)(g / 3);
+            from[n] = p->size;
+            stack[n++] = CQ_NONE;
+            stack[n++] = cq_prev(g);
+            stack[n++] = cq_next(g);
+        }
+    }
+    return 1;
+}
+
+/* Are the corners 3 or 4, and all vertices different? Fills in the corners and what is joined. */
+static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
+{
+    int k, j;
+    p->corners = p->even = p->second = p->undone = 0;
+    for (k = 0; k < p->size; k++) {
+        const cq_index v = cqi_place(l, p, k);
+        for (j = 0; j < k; j++)
+            if (v == cqi_place(l, p, j)) return 0;
+        p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
+        if (cqi_is_odd(l, v)) continue;
+        if (p->corners == 4) return 0;
+        p->corner[p->corners++] = k;
+        p->even = (uint8_t)(p->even | 1 << k);
+    }
+    for (k = 0; k < p->inner; k++) {
+        int *e = p->edge[k];
+        if (e[1] == p->size) e[1] = 0;
+        p->joined[e[0]] = (uint8_t)(p->joined[e[0]] | 1 << e[1]);
+        p->joined[e[1]] = (uint8_t)(p->joined[e[1]] | 1 << e[0]);
+    }
+    return p->corners >= 3;
+}
+
+static int cqi_lowest_bit(int x)
+{
+    int k = 0;
+    while (!(x >> k & 1)) k++;
+    return k;
+}
+
+/* The third corners of the two triangles at edge e: two places are joined to both its ends. */
+static void cqi_third_corners(const cqi_polygon *p, int e, int *low, int *high)
+{
+    const int both = p->joined[p->edge[e][0]] & p->joined[p->edge[e][1]];
+    *low = cqi_lowest_bit(both);
+    *high = cqi_lowest_bit(both & (both - 1));
+}
+
+static void cqi_flip_inside(cqi_polygon *p, int e)
+{
+    int *ends = p->edge[e], low, high;
+    cqi_third_corners(p, e, &low, &high);
+    p->joined[ends[0]] = (uint8_t)(p->joined[ends[0]] & ~(1 << ends[1]));
+    p->joined[ends[1]] = (uint8_t)(p->joined[ends[1]] & ~(1 << ends[0]));
+    p->joined[low] = (uint8_t)(p->joined[low] | 1 << high);
+    p->joined[high] = (uint8_t)(p->joined[high] | 1 << low);
+    ends[0] = low;
+    ends[1] = high;
+}
+
+/* The number of the corner at a place, counted along the border. */
+static int cqi_corner_number(const cqi_polygon *p, int place)
+{
+    int k = 0;
+    while (p->corner[k] != place) k++;
+    return k;
+}
+
+/* Flips edge e, and notes it as one of those that lead to the coarse faces. */
+static void cqi_undo_inside(cqi_polygon *p, int e)
+{
+    p->undo[p->undone][0] = p->edge[e][0];
+    p->undo[p->undone++][1] = p->edge[e][1];
+    cqi_flip_inside(p, e);
+}
+
+/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is not -1. */
+static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
+{
+    int e, low, high;
+    for (e = 0; e < p->inner; e++) {
+        cqi_third_corners(p, e, &low, &high);
+        if (!(p->even >> low & p->even >> high & 1)) continue;
+        low = cqi_corner_number(p, low);
+        if (cqi_corner_number(p, high) != low + 2 || (diagonal >= 0 && low != diagonal)) continue;
+        p->diagonal = low;
+        cqi_undo_inside(p, e);
+        return 1;
+    }
+    return 0;
+}
+
+static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size ? k + 1 : 0; }
+static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
+
+/* Turns edge e back if it can be a second flip: it runs from a corner B to an odd vertex, and has on one side the odd
+ * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or -1. */
+static int cqi_undo_second(cqi_polygon *p, int e)
+{
+    int b = p->edge[e][0], odd, c;
+    if (!(p->even >> b & 1)) b = p->edge[e][1];
+    if (!(p->even >> b & 1)) return -1;
+    cqi_third_corners(p, e, &odd, &c);
+    if (p->even >> odd & 1) {
+        const int other = odd;
+        odd = c;
+        c = other;
+    }
+    if ((p->even >> odd & 1) || !(p->even >> c & 1)) return -1;
+    if (!((odd == cqi_next_place(p, b) && c == cqi_previous_place(p, b)) ||
+          (odd == cqi_previous_place(p, b) && c == cqi_next_place(p, b))))
+        return -1;
+    cqi_undo_inside(p, e);
+    p->second = (uint8_t)(p->second | 1 << odd);
+    return cqi_corner_number(p, c) & 1;
+}
+
+/* Takes the last second flip, of edge e, back. */
+static void cqi_redo_inside(cqi_polygon *p, int e, int second)
+{
+    cqi_flip_inside(p, e);
+    p->undone--;
+    p->second = (uint8_t)second;
+}
+
+/* Turns a polygon of 4 corners back to two coarse faces. Without second flips, or with one, or with two. */
+static int cqi_find_faces(cqi_polygon *p)
+{
+    int i, j;
+    if (cqi_find_dissolved(p, -1)) return 1;
+    for (i = 0; i < p->inner; i++) {
+        const int diagonal = cqi_undo_second(p, i), second = p->second;
+        if (diagonal < 0) continue;
+        if (cqi_find_dissolved(p, diagonal)) return 1;
+        for (j = i + 1; j < p->inner; j++) {
+            const int other = cqi_undo_second(p, j);
+            if (other < 0) continue;
+            if (other == diagonal && cqi_find_dissolved(p, diagonal)) return 1;
+            cqi_redo_inside(p, j, second);
+        }
+        cqi_redo_inside(p, i, 0);
+    }
+    return 0;
+}
+
+/* The polygon of face f, if it can be coded; p is then in its coarse state. */
+static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
+{
+    return cqi_read_region(l, f, CQI_POLYGON_FACES, p) && cqi_find_corners(l, p) &&
+           (p->corners == 3 || cqi_find_faces(p));
+}
+
+/* Is there an odd vertex behind that corner? */
+static int cqi_is_marked(const cqi_polygon *p, int corner)
+{
+    return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
+}
+
+/* What is said of the coarse face at the odd vertex behind a corner. */
+static int cqi_side_of(const cqi_polygon *p, int corner)
+{
+    const int place = cqi_next_place(p, p->corner[corner]);
+    int bits = 0, marks = p->size - 3, opposite = (corner + 2) % p->corners;
+    if (p->corners == 4 && ((corner ^ p->diagonal) & 1)) {
+        bits = CQI_DISSOLVED_NEXT;
+        opposite = (corner + 3) % 4;
+        marks = 1 + cqi_is_marked(p, opposite);
+    } else if (p->corners == 4) {
+        bits = CQI_DISSOLVED_PREVIOUS;
+        marks = 1 + cqi_is_marked(p, (corner + 1) % 4);
+    }
+    return bits | ((marks > 1 ? p->joined[place] >> p->corner[opposite] : p->second >> place) & CQI_HUB);
+}
+
+/* -- Regular levels: the wave --
+ *
+ * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind w
+ * as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet and
+ * disagree. */
+
+/* The vertex straight behind the target of h: across an even valence, or along a boundary; CQ_NONE: there is none. Only
+ * valence 6, unless `any_valence`. */
+static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
+{
+    const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
+    const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
+    cq_index s = right, k, opposite = CQ_NONE;
+    if (valence > CQ_MAX_VALENCE) return CQ_NONE;
+    if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
+    if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
+    for (k = 1; k < valence; k++, s = cq_clockwise(m, s)) {
+        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
+        if (2 * k == valence) opposite = cq_target(m, s);
+    }
+    return valence == 6 || any_valence ? opposite : CQ_NONE;
+}
+
+static void cqi_make_odd(cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    l->label[v] = CQI_ODD;
+    l->parent[0][v] = a;
+    l->parent[1][v] = b;
+    l->since[v] = l->clock++;
+}
+
+static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index head = 0, tail = 0;
+    l->label[seed] = CQI_EVEN;
+    l->queue[tail++] = seed;
+    while (head < tail) {
+        const cq_index v = l->queue[head++];
+        cq_index h = m->out[v];
+        do {
+            const cq_index w = cq_target(m, h);
+            if (cqi_label(l, w) == CQI_UNLABELLED) {
+                const cq_index b = cqi_behind(m, h, any_valence);
+                if (b != CQ_NONE && !cqi_is_odd(l, b) && !cq_is_virtual(m, b)) {
+                    cqi_make_odd(l, w, v, b);
+                    if (cqi_label(l, b) == CQI_UNLABELLED) l->queue[tail++] = b;
+                    l->label[b] = CQI_EVEN;
+                }
+            }
+            h = cq_clockwise(m, h);
+        } while (h != m->out[v]);
+    }
+}
+
+/* Virtual vertices are even, and slots that are free. */
+static void cqi_clear_labels(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    memset(l->label, CQI_EVEN, cqi_vertex_slots(m));
+    for (v = 0; v < m->num_vertices; v++)
+        if (m->out[v] != CQ_NONE) l->label[v] = CQI_UNLABELLED;
+    l->clock = 0;
+}
+
+/* Waves from the seed, then from what they have not reached: irregular vertices, then any. */
+static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
+{
+    cq_index v;
+    int pass;
+    cqi_clear_labels(l);
+    cqi_wave(l, seed, any_valence);
+    for (pass = 0; pass < 2; pass++)
+        for (v = 0; v < l->mesh->num_vertices; v++)
+            if (cqi_label(l, v) == CQI_UNLABELLED && (pass || l->mesh->valence[v] != 6)) cqi_wave(l, v, any_valence);
+}
+
+/* -- Regular levels: repair --
+ *
+ * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such polygons
+ * around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each piece of a polygon
+ * that they cut has a face there, so only the faces there are checked again. It ends, for with no odd vertices left
+ * each face is a polygon. */
+
+enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2 };
+
+static void cqi_wait(cqi_labels *l, cq_index f)
+{
+    if (!(l->face[f] & CQI_LISTED_FACE)) l->waiting[l->num_waiting++] = f;
+    l->face[f] = CQI_WAITS | CQI_LISTED_FACE;
+}
+
+static void cqi_make_even(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v];
+    l->label[v] = CQI_EVEN;
+    l->since[v] = 0;
+    do {
+        cqi_wait(l, (cq_index)(h / 3));
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+}
+
+/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around it
+ * is one region. */
+static int cqi_count_bad(const cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_polygon p;
+    cq_index h = m->out[v];
+    int bad = 0, all = 0;
+    do {
+        if (cqi_is_cut(l, h)) {
+            all++;
+            bad += !cqi_read_polygon(l, (cq_index)(h / 3), &p);
+        }
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return all ? bad : 1;
+}
+
+/* The odd vertex of a region that becomes even. */
+static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
+{
+    cq_index best = CQ_NONE;
+    int k, least = 0;
+    for (k = 0; k < 3 * region->faces; k++) {
+        const cq_index v = l->mesh->origin[3 * region->face[k / 3] + k % 3];
+        int bad;
+        if (!cqi_is_odd(l, v) || v == best) continue;
+        l->label[v] = CQI_EVEN;
+        bad = cqi_count_bad(l, v);
+        l->label[v] = CQI_ODD;
+        if (best != CQ_NONE && (bad > least || (bad == least && l->since[v] <= l->since[best]))) continue;
+        best = v;
+        least = bad;
+    }
+    return best;
+}
+
+static void cqi_repair(cqi_labels *l)
+{
+    cqi_polygon p;
+    while (l->num_waiting) {
+        const cq_index f = l->waiting[--l->num_waiting];
+        int k;
+        l->face[f] &= (uint8_t)~CQI_LISTED_FACE;
+        if (!(l->face[f] & CQI_WAITS)) continue;
+        if (cqi_read_polygon(l, f, &p)) {
+            for (k = 0; k < p.faces; k++) l->face[p.face[k]] &= (uint8_t)~CQI_WAITS;
+        } else {
+            cqi_wait(l, f);
+            cqi_read_region(l, f, CQI_REGION_FACES, &p);
+            cqi_make_even(l, cqi_choose_even(l, &p));
+        }
+    }
+}
+
+static void cqi_wait_all(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index f;
+    memset(l->face, 0, cqi_face_slots(m));
+    l->num_waiting = 0;
+    for (f = cqi_face_slots(m); f--;)
+        if (cqi_is_face(m, f)) cqi_wait(l, f);
+}
+
+/* -- Regular levels: what lies around an even vertex -- */
+
+/* The odd vertex of a polygon that was labelled last, or CQ_NONE. */
+static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
+{
+    cq_index last = CQ_NONE;
+    int k;
+    for (k = 0; k < p->size; k++) {
+        const cq_index v = cqi_place(l, p, k);
+        if (cqi_is_odd(l, v) && (last == CQ_NONE || l->since[v] > l->since[last])) last = v;
+    }
+    return last;
+}
+
+/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE. If it has been noted before: the odd vertex that is
+ * to become even. */
+static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
+{
+    cq_index k = 0;
+    if (!(l->mesh->mark[w] & CQI_SCRATCH)) {
+        l->mesh->mark[w] |= CQI_SCRATCH;
+        l->queue[*n] = w;
+        l->waiting[(*n)++] = odd;
+        return CQ_NONE;
+    }
+    while (l->queue[k] != w) k++;
+    return odd == CQ_NONE ? l->waiting[k] : odd;
+}
+
+/* The end of a side that leaves v along h, and the odd vertex on it. */
+static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_index *odd)
+{
+    const cq_index w = cq_target(l->mesh, h);
+    *odd = cqi_is_odd(l, w) ? w : CQ_NONE;
+    return *odd == CQ_NONE ? w : l->parent[l->parent[0][w] == v][w];
+}
+
+/* An odd vertex near v that must become even, or CQ_NONE: all around is different, and these are three polygons. */
+static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v], n = 0, conflict = CQ_NONE, odd, w, last = CQ_NONE;
+    cqi_polygon p;
+    int polygons = 0;
+    do {
+        if (cqi_is_odd(l, cq_target(m, h))) last = cq_target(m, h);
+        if (cqi_is_cut(l, h)) {
+            polygons++;
+            w = cqi_side_end(l, v, h, &odd);
+            conflict = cqi_note_around(l, &n, w, odd);
+            if (conflict == CQ_NONE && cqi_read_polygon(l, (cq_index)(h / 3), &p) && p.corners == 4) {
+                const cq_index first = cqi_place(l, &p, p.corner[0]), second = cqi_place(l, &p, p.corner[1]);
+                w = cqi_place(l, &p, p.corner[v == first ? 2 : v == second ? 3 : v == cqi_place(l, &p, p.corner[2]) ? 0 : 1]);
+                conflict = cqi_note_around(l, &n, w, cqi_last_odd(l, &p));
+            }
+        }
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v] && conflict == CQ_NONE);
+    while (n) m->mark[l->queue[--n]] &= (uint8_t)~CQI_SCRATCH;
+    return conflict == CQ_NONE && polygons < 3 ? last : conflict;
+}
+
+/* Makes vertices even until nothing is in conflict; 0: too many rounds. */
+static int cqi_settle(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    int round;
+    for (round = 0; round < 64; round++) {
+        cq_index v, conflict, conflicts = 0;
+        cqi_repair(l);
+        for (v = 0; v < cqi_vertex_slots(m); v++) {
+            if (!cqi_is_vertex(m, v) || cqi_is_odd(l, v)) continue;
+            conflict = cqi_find_conflict(l, v);
+            if (conflict == CQ_NONE) continue;
+            cqi_make_even(l, conflict);
+            cqi_repair(l);
+            conflicts++;
+        }
+        if (!conflicts) return 1;
+    }
+    return 0;
+}
+
+static cq_index cqi_count_odd(const cqi_labels *l)
+{
+    cq_index v, n = 0;
+    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + cqi_is_odd(l, v));
+    return n;
+}
+
+/* -- Regular levels: the best labelling -- */
+
+static void cqi_copy_labels(cqi_labels *l, int to_best)
+{
+    const size_t n = cqi_vertex_slots(l->mesh);
+    int k;
+    for (k = 0; k < 2; k++)
+        memcpy(to_best ? l->best_parent[k] : l->parent[k], to_best ? l->parent[k] : l->best_parent[k], n * sizeof(cq_index));
+    memcpy(to_best ? l->best_since : l->since, to_best ? l->since : l->best_since, n * sizeof(cq_index));
+    memcpy(to_best ? l->best_label : l->label, to_best ? l->label : l->best_label, n);
+}
+
+/* A seed: a vertex at about that place in their order; irregular if there is one. */
+static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int irregular)
+{
+    const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
+    cq_index k, any = CQ_NONE;
+    for (k = 0; k < n; k++) {
+        const cq_index v = (cq_index)((start + k) % n);
+        if (m->out[v] == CQ_NONE) continue;
+        if (any == CQ_NONE) any = v;
+        if (!irregular) break;
+        if (m->valence[v] != 6 && !cqi_on_boundary(m, v)) return v;
+    }
+    return any;
+}
+
+#ifndef CQI_LABELLINGS
+#define CQI_LABELLINGS 8
+#endif
+
+/* Labels the mesh of l; returns the number of odd vertices. */
+static cq_index cqi_find_labels(cqi_labels *l)
+{
+    cq_index best = 0, n;
+    uint32_t k;
+    for (k = 0; k < CQI_LABELLINGS; k++) {
+        cqi_label_all(l, cqi_find_seed(l->mesh, k, !(k & 1)), k >> 1 & 1);
+        cqi_wait_all(l);
+        if (!cqi_settle(l)) continue;
+        n = cqi_count_odd(l);
+        if (n <= best) continue;
+        best = n;
+        cqi_copy_labels(l, 1);
+    }
+    if (best) cqi_copy_labels(l, 0);
+    return best;
+}
+
+/* -- Regular levels: undoing one -- */
+
+/* Notes what a polygon says of the odd vertices on its sides, and turns it back to coarse faces. */
+static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
+{
+    cq_index at[CQI_POLYGON_FACES + 2];
+    int k;
+    for (k = 0; k < p->size; k++) at[k] = cqi_place(l, p, k);
+    for (k = 0; k < p->corners; k++) {
+        const cq_index a = at[p->corner[k]], odd = at[cqi_next_place(p, p->corner[k])];
+        if (cqi_is_marked(p, k))
+            l->label[odd] |= (uint8_t)(cqi_side_of(p, k) << (l->parent[0][odd] == a ? 2 : 5));
+    }
+    for (k = 0; k < p->undone; k++) {
+        const cq_index x = at[p->undo[k][0]], y = at[p->undo[k][1]];
+        cqi_flip(m, cqi_is_odd(l, x) ? cqi_find_spoke(m, x, y) : cqi_find_spoke(m, y, x));
+    }
+}
+
+/* Can this edge at an odd vertex be flipped without leaving its coarse face? Then it is not the last one there. */
+static int cqi_is_extra(const cqi_labels *l, cq_index h)
+{
+    const cq_mesh *m = l->mesh;
+    return !cqi_is_cut(l, h) &&
+           (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
+}
+
+/* Takes an odd vertex out of its edge: flips what it has more than four neighbours, then collapses it into a parent. */
+static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v)
+{
+    cq_index first, last, h = m->out[v];
+    while (m->valence[v] > 4) {
+        if (cqi_is_extra(l, h)) {
+            cqi_flip(m, h);
+            h = m->out[v];
+        } else {
+            h = cq_clockwise(m, h);
+        }
+    }
+    l->label[v] = (uint8_t)((l->label[v] & ~CQI_LABEL) | CQI_EVEN);
+    cq_mesh_collapse(m, m->twin[cqi_find_spoke(m, v, l->parent[0][v])], &first, &last);
+}
+
+/* Undoes the level on the mesh, which l was made for, and writes a note for each odd vertex. */
+static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32_t level)
+{
+    cq_index f, v;
+    cqi_polygon p;
+    memset(l->face, 0, cqi_face_slots(m));
+    for (f = 0; f < cqi_face_slots(m); f++) {
+        int k;
+        if (!cqi_is_face(m, f) || l->face[f]) continue;
+        cqi_read_polygon(l, f, &p);
+        for (k = 0; k < p.faces; k++) l->face[p.face[k]] = 1;
+        cqi_undo_polygon(l, m, &p);
+    }
+    for (v = 0; v < m->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        cqi_undo_odd(l, m, v);
+        note->removed = v;
+        note->kept = l->parent[0][v];
+        note->face[0] = l->parent[1][v];
+        note->face[1] = CQ_NONE;
+        note->p = l->label[v] >> 2 & 7;
+        note->q = l->label[v] >> 5;
+        note->first = 0;
+        note->level = (uint8_t)level;
+        note++;
+    }
+}
+
+#endif /* CQI_REGULAR_LEVELS */
 
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
