@@ -361,6 +361,7 @@ CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
  *
  * Encoder and decoder fill the same report, if given one. Costs are in 1/65536 bit; the parts add up to the stream. */
 typedef struct cq_level {
+    uint32_t regular;                /* 1: a regular level, which has no patches and no indices */
     uint32_t num_vertices;           /* real vertices after the level is refined */
     uint32_t num_patches;            /* patches conquered */
     uint32_t num_splits;             /* of these, split; the others are isolated */
@@ -504,7 +505,7 @@ enum {
 enum {
     CQI_COMPONENT = 0,                        /* base: another component follows */
     CQI_LOOP,                                 /* base: a new vertex is virtual */
-    CQI_OTHER_LEVEL,                          /* a level is not of the one known type */
+    CQI_OTHER_LEVEL,                          /* a level is regular */
     CQI_BEGINS,                               /* another component takes part from this level on */
     CQI_ERROR,                                /* [8] the error of the mesh, less than that before */
     CQI_SIDE = CQI_ERROR + 8,                 /* [2] which corner of the first gate's triangle is the first centre */
@@ -524,7 +525,17 @@ enum {
     CQI_PRIORS = CQI_SIGN_SMALL + 3 * 4,
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
-    CQI_MODELS = CQI_FACE + 12,
+    CQI_MARK = CQI_FACE + 12,                 /* [pair of pairs of states][length] a coarse edge gets a vertex */
+    CQI_DISSOLVED = CQI_MARK + 21 * 5,        /* [marks around][shape] a coarse edge is flipped */
+    CQI_AFTER = CQI_DISSOLVED + 6 * 5,        /* one at a flipped edge is flipped, too; */
+    CQI_WHICH = CQI_AFTER + 1,                /* [shape] is it this one */
+    CQI_TWO = CQI_WHICH + 5,                  /* [shape] the diagonal of a face with two marks is flipped */
+    CQI_CENTRAL = CQI_TWO + 5,                /* [before] a face with three marks has a triangle in the middle */
+    CQI_SHORTEST = CQI_CENTRAL + 3,           /* else a fan around the new vertex that is nearest to the opposite corner; */
+    CQI_SHORTER,                              /* or the next one */
+    CQI_NEW_ALONG,                            /* residuals of regular levels: along the surface, */
+    CQI_NEW_ABOVE = CQI_NEW_ALONG + CQI_RESIDUAL_MODELS, /* and above it */
+    CQI_MODELS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
     CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
@@ -547,6 +558,23 @@ typedef struct cqi_model {
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
 } cqi_model;
+
+/* A regular level in progress: see there. */
+enum { CQI_FIXED = 3, CQI_FINE = 7 }; /* features of the two predictions */
+typedef struct cqi_regular {
+    cq_index vertices, faces;              /* of the mesh before the level */
+    cq_index count;                        /* marked edges: new vertices */
+    cq_index at;                           /* the face or vertex that a phase has come to */
+    cq_index record;                       /* face slot of its record; or how many buckets are filled */
+    cq_index own;                          /* first vertex that the face at hand has inserted, */
+    uint8_t side[3];                       /* and on which of its sides; */
+    int bucket;                            /* a bucket of edges has 2^bucket halfedges */
+    int axes;                              /* 0: the plane of each vertex; 1 .. 3: x, y, z is above */
+    int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
+    uint32_t length;                       /* of marked edges, 1/16: running mean */
+    uint32_t size;                         /* class of the residuals, 1/16: running mean */
+    int8_t fixed[2 * CQI_FIXED], fine[2 * CQI_FINE]; /* weights, along the surface and above it */
+} cqi_regular;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
@@ -614,6 +642,7 @@ typedef struct cq_decoder {
     cq_index seed;                         /* base vertices before it: their components had their first patch */
     cq_index cleared;                      /* vertices that are ready for the level */
     cqi_walk walk;
+    cqi_regular regular;
     cqi_ring ring;
     union {
         cqi_choice choice;                 /* while the pair is coded; */
@@ -1159,6 +1188,9 @@ static int cqi_is_face(const cq_mesh *m, cq_index f)
            m->origin[3 * f] != CQ_NONE;
 }
 
+/* Is h a halfedge of a real face? */
+static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
+
 /* Number of corners of a face that are virtual. */
 static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
 {
@@ -1409,7 +1441,6 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     return b;
 }
 
-#ifdef CQI_REGULAR_LEVELS /* until the levels use it */
 /* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
 
 /* Are two vertices joined? Walks around the one with fewer neighbours. */
@@ -1464,8 +1495,6 @@ static void cqi_flip(cq_mesh *m, cq_index h)
     m->valence[x]++;
     m->valence[y]++;
 }
-
-#endif
 
 size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 {
@@ -1926,6 +1955,7 @@ typedef struct cqi_plan {
                                              split makes may be turned */
     int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
     uint32_t num_levels;
+    uint32_t num_regular;               /* of these, regular levels: the finest ones */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
 } cqi_plan;
@@ -2015,14 +2045,13 @@ static int cqi_plan_side(const cqi_plan *p)
     return c->level == p->level && c->first ? c->first - 1 : 0;
 }
 
-#ifdef CQI_REGULAR_LEVELS
 /* -- The plan of a regular level --
  *
  * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the coarse
- * face to the left and to the right of a -> b, see CQI_HUB. When the level begins, p->mesh is idle, for the base has been read:
+ * face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for the base has been read:
  * its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input vertex v. */
 
-enum { CQI_HUB = 1, CQI_DISSOLVED_NEXT = 2, CQI_DISSOLVED_PREVIOUS = 4 };
+enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
 /* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum of
  * these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms", 1985). */
@@ -2035,7 +2064,7 @@ static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
-    for (h = 0; h < 3 * m->num_faces; h++) p->mesh.twin[h] = CQ_NONE;
+    for (h = 0; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++) p->mesh.twin[h] = CQ_NONE;
     for (k = first; k < first + count; k++) {
         const cqi_collapse *c = &p->note[k];
         h = cqi_find_edge(m, p->decoded[c->kept], p->decoded[c->face[0]]);
@@ -2047,7 +2076,7 @@ static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_i
 /* The input vertex that goes into a decoded edge at this level, before any has; or CQ_NONE. */
 static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
 {
-    const cq_index k = h < 3 * p->mesh.first_virtual_face ? p->mesh.twin[h] : CQ_NONE;
+    const cq_index k = p->mesh.twin[h];
     return k == CQ_NONE ? k : p->note[k].removed;
 }
 
@@ -2057,27 +2086,47 @@ static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
     return &p->note[p->mesh.origin[p->to_input[decoded]]];
 }
 
-/* Is a new vertex the hub of the coarse face that its spoke runs into? With one mark: is that edge flipped in the end? The
- * spoke's end is no parent: of these, counter-clockwise, a comes first on the left of a -> b, b on the right. */
+/* What a note knows of the coarse face that a spoke of its vertex runs into. The spoke's end is no parent: of these,
+ * counter-clockwise, a comes first on the left of a -> b, b on the right. */
+static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_collapse *c, cq_index spoke)
+{
+    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
+    while (cq_target(m, spoke) != a && cq_target(m, spoke) != b) spoke = cq_counterclockwise(m, spoke);
+    return cq_target(m, spoke) == a ? c->p : c->q;
+}
+
+/* Is a new vertex the hub of the coarse face that its spoke runs into, which has two or three marks? */
 static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
+{
+    return cqi_plan_face_side(p, m, cqi_plan_odd(p, m->origin[spoke]), spoke) & CQI_SIDE_HUB;
+}
+
+/* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
+ * mark: then both parents are next to the spoke. */
+static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
     const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
-    while (cq_target(m, spoke) != a && cq_target(m, spoke) != b) spoke = cq_counterclockwise(m, spoke);
-    return (cq_target(m, spoke) == a ? c->p : c->q) & CQI_HUB;
+    const cq_index left = cq_target(m, cq_counterclockwise(m, spoke)), right = cq_target(m, cq_clockwise(m, spoke));
+    if (!((left == a && right == b) || (left == b && right == a))) return 0;
+    return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Is an edge dissolved, h: x -> y, with a new vertex opposite? It is a side of the coarse face that this vertex came into. */
+/* Does the mark of halfedge `marked` say that a side of its face is dissolved? */
+static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
+{
+    const cq_index k = p->mesh.twin[marked];
+    if (k == CQ_NONE) return 0;
+    return ((p->decoded[p->note[k].kept] == m->origin[marked] ? p->note[k].p : p->note[k].q) & side) != 0;
+}
+
+/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces says it. */
 static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 {
-    const cqi_collapse *c = cqi_plan_odd(p, m->origin[cq_prev(h)]);
-    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]], x = m->origin[h], y = cq_target(m, h);
-    if (x == b) return (c->p & CQI_DISSOLVED_NEXT) != 0;
-    if (y == a) return (c->p & CQI_DISSOLVED_PREVIOUS) != 0;
-    return (c->q & (x == a ? CQI_DISSOLVED_NEXT : CQI_DISSOLVED_PREVIOUS)) != 0;
+    const cq_index g = m->twin[h];
+    return cqi_plan_mark_says(p, m, cq_prev(h), CQI_SIDE_NEXT) || cqi_plan_mark_says(p, m, cq_next(h), CQI_SIDE_PREVIOUS) ||
+           cqi_plan_mark_says(p, m, cq_prev(g), CQI_SIDE_NEXT) || cqi_plan_mark_says(p, m, cq_next(g), CQI_SIDE_PREVIOUS);
 }
-
-#endif
 
 /* -- Symbols -- */
 
@@ -2326,7 +2375,9 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_FIRST);
         m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
-    for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
+    for (; k < CQI_MARK; k++) m->bit[k] = 256u * 240u + 128u;
+    for (; k < CQI_NEW_ALONG; k++) m->bit[k] = CQ_BIT_MODEL_INIT;
+    for (; k < CQI_MODELS; k++) m->bit[k] = m->bit[k < CQI_NEW_ABOVE ? k - CQI_NEW_ALONG + CQI_FIRST : k - CQI_NEW_ABOVE + CQI_NORMAL];
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
     m->worth_rivals = m->worth_same = 16 * 64 * 4;
@@ -3889,6 +3940,15 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
+/* What the next step does. */
+enum {
+    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
+    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_COMPLETE
+};
+
+/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
+#define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
+
 /* -- Patches -- */
 
 #define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
@@ -4004,12 +4064,995 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
     return cqi_code_patch(d, cqi_first_spoke(&d->mesh, gate, side));
 }
 
+/* -- Regular levels --------------------------------------------------------------------------------------------------
+ *
+ * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse edges.
+ *
+ *     marks        for each coarse edge: does it get a vertex? New vertices have the order of the edges
+ *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
+ *                  is not part of the mesh yet
+ *     dissolves    for some edges without a vertex: is the edge flipped, when its faces have got theirs?
+ *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
+ *                  with its final position; then flips that turn what they made of the face into the triangles wanted,
+ *                  and flips of dissolved edges that it shares with earlier faces
+ *
+ * So the mesh is valid after each insertion and each flip, and what has arrived is final. The first vertex that is
+ * inserted into a face is its hub: two or three of them make a fan around it.
+ *
+ *            c                c                   c                    c
+ *          /   \            / | \               / | \                / | \        the edge from the hub to the opposite
+ *         /     \          /  |  \             /  |  m1             m2 |  m1      corner may be flipped; with three
+ *        /       \        /   |   \           /   | /  \           /  \|/   \     new vertices that gives a triangle
+ *       a---------b      a---hub---b         a---hub----b         a---hub----b    in the middle, and another flip a fan
+ *                                                                                 around m1 or m2
+ *
+ * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face,
+ * and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the coarse faces are in
+ * the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
+
+/* -- Regular levels: bits of the coarse faces --
+ *
+ * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not marked,
+ * its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there already.
+ * That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 is
+ * not above 2 k + 2. */
+
+static int cqi_has_mark(const cq_decoder *d, cq_index h)
+{
+    return ((const uint8_t *)d->walk.queue)[h >> 3] >> (h & 7) & 1;
+}
+
+static void cqi_set_mark(cq_decoder *d, cq_index h)
+{
+    uint8_t *byte = (uint8_t *)d->walk.queue + (h >> 3);
+    *byte = (uint8_t)(*byte | 1 << (h & 7));
+}
+
+static uint8_t *cqi_side_byte(const cq_decoder *d, cq_index f)
+{
+    return (uint8_t *)d->walk.queue + (3 * d->regular.faces + 7) / 8 + (f >> 2);
+}
+
+static int cqi_dissolved_side(const cq_decoder *d, cq_index f) { return *cqi_side_byte(d, f) >> 2 * (f & 3) & 3; }
+
+static void cqi_set_dissolved_side(const cq_decoder *d, cq_index f, int side)
+{
+    uint8_t *byte = cqi_side_byte(d, f);
+    *byte = (uint8_t)(*byte | side << 2 * (f & 3));
+}
+
+/* Marked sides of a face, as bits. */
+static int cqi_marks_of(const cq_decoder *d, cq_index f)
+{
+    return cqi_has_mark(d, (cq_index)(3 * f)) | cqi_has_mark(d, (cq_index)(3 * f + 1)) << 1 |
+           cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
+}
+
+static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
+
+/* -- Regular levels: marks -- */
+
+/* Position of a vertex, and what one is from another. */
+static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+{
+    const cq_value *p = d->channel[d->located] + 3 * (size_t)v;
+    cqi_vector x;
+    x.x = p[0];
+    x.y = p[1];
+    x.z = p[2];
+    return x;
+}
+
+static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b) { return cqi_minus(cqi_at(d, b), cqi_at(d, a)); }
+
+static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
+{
+    return (uint32_t)cqi_norm(cqi_from(d, a, b));
+}
+
+/* 0: not marked, 1: marked, 2: not known when halfedge `now` has its turn. */
+static int cqi_mark_state(const cq_decoder *d, cq_index h, cq_index now)
+{
+    return h < now || d->mesh.twin[h] < now ? cqi_has_mark(d, h) : 2;
+}
+
+/* States of the two other edges of the halfedge's face, in either order. */
+static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
+{
+    static const uint8_t pair[9] = { 0, 1, 2, 1, 3, 4, 2, 4, 5 };
+    if (!cqi_is_real_face(&d->mesh, h)) return 0;
+    return pair[3 * cqi_mark_state(d, cq_next(h), now) + cqi_mark_state(d, cq_prev(h), now)];
+}
+
+/* Class of a ratio of lengths. */
+static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high)
+{
+    const int x = cqi_logarithm(a + 1) - cqi_logarithm(b + 1);
+    return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
+}
+
+/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which are. */
+static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
+{
+    cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], v = (cq_index)(r->vertices + r->count);
+    int a = cqi_mark_pair(d, h, h), b = cqi_mark_pair(d, g, h), row = 0;
+    uint32_t length = 0;
+    if (a > b) {
+        const int larger = a;
+        a = b;
+        b = larger;
+    }
+    if (d->located >= 0) {
+        length = 16 * cqi_distance(d, m->origin[h], m->origin[g]);
+        if (r->count) row = 1 + cqi_ratio_class(length, r->length, -10, -4, 4);
+    }
+    if (!cqi_code_bit(d, CQI_MARK + 5 * (b * (b + 1) / 2 + a) + row,
+                      CQI_ENCODING(d) && cqi_plan_mark(d->plan, h) != CQ_NONE))
+        return CQ_OK;
+    if (v >= m->first_virtual) return CQ_ERROR_CORRUPT;
+    r->length = r->count ? r->length - (r->length >> 5) + (length >> 5) : length;
+    r->count++;
+    d->mesh.out[v] = h;
+    d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
+    cqi_set_mark(d, h);
+    if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
+    return CQ_OK;
+}
+
+/* Enough new vertices for linear time: one for 16 of the old ones, and for 32 faces. */
+static int cqi_is_worth_it(const cqi_regular *r)
+{
+    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->faces / 32;
+}
+
+/* The marks of one face. */
+static cq_result cqi_step_marks(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    cq_index h = (cq_index)(3 * r->at);
+    cq_result result = CQ_OK;
+    if (r->at == r->faces) {
+        if (!cqi_is_worth_it(r)) return CQ_ERROR_CORRUPT;
+        for (r->bucket = 0; (3 * r->faces - 1) >> r->bucket >= r->count;) r->bucket++;
+        r->at = r->record = 0;
+        d->phase = CQI_TABLE;
+        return CQ_OK;
+    }
+    r->at++;
+    for (; h < 3 * r->at && result == CQ_OK; h++)
+        if (d->mesh.twin[h] > h) result = cqi_code_mark(d, h);
+    return cqi_starved(d) ? CQ_TRUNCATED : result;
+}
+
+/* -- Regular levels: the new vertices by their edges --
+ *
+ * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new vertices;
+ * valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192 halfedges. */
+
+static cq_result cqi_step_table(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index *out = d->mesh.out + r->vertices;
+    cq_index *first = d->mesh.valence + r->vertices;
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && r->at < r->count; k++) {
+        if (r->record <= out[r->at] >> r->bucket) first[r->record++] = r->at;
+        else r->at++;
+    }
+    if (r->at < r->count) return CQ_OK;
+    r->at = d->located < 0 ? r->count : 0;
+    r->record = r->faces;
+    d->phase = CQI_EXPECT;
+    return CQ_OK;
+}
+
+/* The new vertex on a coarse edge, or CQ_NONE. */
+static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
+{
+    const cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    cq_index v;
+    if (m->twin[h] < h) h = m->twin[h];
+    if (!cqi_has_mark(d, h)) return CQ_NONE;
+    v = (cq_index)(r->vertices + m->valence[r->vertices + (h >> r->bucket)]);
+    while (m->out[v] != h) v++;
+    return v;
+}
+
+/* -- Regular levels: predictions --
+ *
+ * Along the surface and above it, the weights are not the same: x and y of the tilt are two components, z is the third
+ * one above a plane through a point, which rises by the slopes. */
+
+typedef struct cqi_tilt {
+    int axis[3];                 /* components that are x, y, z here */
+    int32_t slope_x, slope_y;    /* in 1/256 */
+} cqi_tilt;
+
+static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+
+/* The plane of a normal below 2^30. */
+static void cqi_set_tilt(cqi_tilt *t, cqi_vector normal, int axes)
+{
+    const int shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
+    int k = axes - 1;
+    int32_t nearest = 0;
+    if (!axes) {
+        normal = cqi_shift(normal, shift);
+        k = cqi_abs(normal.y) > cqi_abs(normal.x);
+        if (cqi_abs(normal.z) > cqi_abs(cqi_component(normal, k))) k = 2;
+        nearest = cqi_component(normal, k);
+    }
+    t->axis[2] = k;
+    t->axis[0] = k < 2 ? k + 1 : 0;
+    t->axis[1] = 3 - k - t->axis[0];
+    t->slope_x = nearest ? -(cqi_component(normal, t->axis[0]) * 256 / nearest) : 0;
+    t->slope_y = nearest ? -(cqi_component(normal, t->axis[1]) * 256 / nearest) : 0;
+}
+
+static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a)
+{
+    cqi_vector x;
+    x.x = cqi_component(a, t->axis[0]);
+    x.y = cqi_component(a, t->axis[1]);
+    x.z = cqi_component(a, t->axis[2]);
+    return x;
+}
+
+/* The same with z as the height above the plane. */
+static cqi_vector cqi_above(const cqi_tilt *t, cqi_vector a)
+{
+    cqi_vector x = cqi_tilted(t, a);
+    x.z -= cqi_product(t->slope_x, x.x, 8) + cqi_product(t->slope_y, x.y, 8);
+    return x;
+}
+
+/* Normal of one or two triangles at the edge a -> b: to c on its left, and to e on its right. */
+static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vector *e)
+{
+    cqi_vector sum = { 0, 0, 0 };
+    uint32_t bits = cqi_abs(b.x) | cqi_abs(b.y) | cqi_abs(b.z);
+    int shift;
+    if (c) bits |= cqi_abs(c->x) | cqi_abs(c->y) | cqi_abs(c->z);
+    if (e) bits |= cqi_abs(e->x) | cqi_abs(e->y) | cqi_abs(e->z);
+    shift = cqi_bit_length(bits >> 13);
+    b = cqi_shift(b, shift);
+    if (c) sum = cqi_cross(b, cqi_shift(*c, shift));
+    if (e) sum = cqi_plus(sum, cqi_cross(cqi_shift(*e, shift), b));
+    return sum;
+}
+
+/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. CQ_NONE:
+ * there is none. */
+static cq_index cqi_straight(const cq_mesh *m, cq_index h)
+{
+    const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
+    cq_index s = h, k, end = CQ_NONE;
+    if (n > CQ_MAX_VALENCE) return CQ_NONE;
+    if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
+    if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
+    for (k = 0; k < n; k++, s = cq_clockwise(m, s)) {
+        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
+        if (2 * k == n) end = s;
+    }
+    return end;
+}
+
+/* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond the
+ * other edges of the two faces; straight on from a and b is the four-point rule. */
+static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
+    const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
+    cqi_vector tip[2], wings = none, ahead = none;
+    int inner[2], num_wings = 0, num_ahead = 0, i;
+    for (i = 0; i < 2; i++) {
+        const cq_index s = side[i], on = cqi_straight(m, s), next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
+        inner[i] = cqi_is_real_face(m, s);
+        tip[i] = none;
+        if (on != CQ_NONE) {
+            const cqi_vector end = cqi_from(d, a, cq_target(m, on));
+            num_ahead += 1 + i;
+            ahead = cqi_plus(ahead, end);
+        }
+        if (!inner[i]) continue;
+        tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
+        if (!cqi_is_real_face(m, next) || !cqi_is_real_face(m, prev)) continue;
+        wings = cqi_plus(wings, cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
+        num_wings += 2;
+    }
+    cqi_set_tilt(t, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
+    feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
+    feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
+    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 2));        /* beyond a: b + (b - a) instead of what is beyond b */
+    feature[2] = num_ahead ? cqi_scale(cqi_minus(ahead, num_ahead == 2 ? cqi_scale(b, 2) : b), 2) : none;
+}
+
+/* Weighted sums of n features, in 1/256. */
+static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
+{
+    int k;
+    sum[0] = sum[1] = sum[2] = 0;
+    for (k = 0; k < n; k++) {
+        const cqi_vector x = cqi_above(t, feature[k]);
+        sum[0] += (int64_t)weight[k] * x.x;
+        sum[1] += (int64_t)weight[k] * x.y;
+        sum[2] += (int64_t)weight[n + k] * x.z;
+    }
+}
+
+static int32_t cqi_rounded(int64_t x) { return (int32_t)cqi_floor_shift_wide(x + 128, 8); }
+
+/* Puts the vertex of the edge where it is expected. */
+static void cqi_expect(cq_decoder *d, cq_index v)
+{
+    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    const int32_t most = (int32_t)(((uint32_t)1 << d->shape.channel[d->located].bits) - 1);
+    cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
+    const cq_value *const from = d->channel[d->located] + 3 * (size_t)a;
+    cqi_vector feature[CQI_FIXED], b;
+    cqi_tilt t;
+    int64_t sum[3];
+    int32_t x[3];
+    int c;
+    cqi_find_fixed(d, h, feature, &t);
+    cqi_weigh(&t, feature, d->regular.fixed, CQI_FIXED, sum);
+    b = cqi_tilted(&t, cqi_from(d, a, cq_target(&d->mesh, h)));
+    x[0] = cqi_rounded(sum[0] + 128 * (int64_t)b.x);
+    x[1] = cqi_rounded(sum[1] + 128 * (int64_t)b.y);
+    sum[2] += t.slope_x * (x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
+    x[2] = cqi_rounded(sum[2] + 128 * (int64_t)b.z);
+    for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
+}
+
+/* -- Regular levels: records --
+ *
+ * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill. In
+ * it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite; the new
+ * vertex straight on from the edge's start, and those on the edges of the faces beyond that begin and end where this
+ * edge does. */
+
+static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
+{
+    const cq_index g = d->mesh.twin[h];
+    return cqi_is_real_face(&d->mesh, g) ? cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g)) : CQ_NONE;
+}
+
+static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index on = cqi_straight(m, s);
+    cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
+    origin[0] = cqi_vertex_on(d, cq_next(s));
+    origin[1] = cqi_vertex_on(d, cq_prev(s));
+    origin[2] = m->origin[cq_prev(s)];
+    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
+    twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
+    twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
+}
+
+/* Writes the record of a vertex; false if there is no room for its faces. */
+static int cqi_write_record(cq_decoder *d, cq_index v)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index h = m->out[v], g = m->twin[h];
+    const cq_index n = (cq_index)(cqi_is_real_face(m, g) ? 2 : 1);
+    if (m->first_virtual_face - d->regular.record < n) return 0;
+    cqi_write_side(d, h, d->regular.record);
+    if (n == 2) cqi_write_side(d, g, (cq_index)(d->regular.record + 1));
+    d->regular.record = (cq_index)(d->regular.record + n);
+    return 1;
+}
+
+/* Adds where w is, from the place that v is expected at. */
+static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
+{
+    if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
+}
+
+/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only expected
+ * have weights of their own. And the plane of its faces. */
+static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature, cqi_tilt *t)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index a = m->origin[h], b = cq_target(m, h), n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
+    cqi_vector tip[2];
+    cq_index i;
+    int k;
+    memset(feature, 0, CQI_FINE * sizeof *feature);
+    for (i = 0; i < n; i++) {
+        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i);
+        tip[i] = cqi_from(d, a, origin[2]);
+        for (k = 0; k < 2; k++) {
+            cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
+            cqi_add_offset(d, &feature[twin[k + 1] < v ? 3 : 4], v, twin[k + 1]);
+        }
+        cqi_add_offset(d, &feature[2], v, origin[2]);
+        cqi_add_offset(d, &feature[5], v, twin[0]);
+    }
+    feature[2] = cqi_scale(feature[2], 2);
+    feature[5] = cqi_scale(feature[5], 2);
+    feature[6] = cqi_scale(cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b)), 2);
+    cqi_set_tilt(t, cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL), d->regular.axes);
+}
+
+/* -- Regular levels: weights -- */
+
+static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
+{
+    for (; n--; weight++) {
+        const int x = (int)cqi_code_raw(d, (uint32_t)*weight & 255, 8);
+        *weight = (int8_t)(x < 128 ? x : x - 256);
+    }
+}
+
+/* -- Regular levels: weights of an encoder --
+ *
+ * Robust least squares: rows count the less the larger their error is, as its power -3/2, so that what is left has short
+ * codes. Normal equations of at most CQI_ROWS rows, solved by Gauss and Seidel's method; all in integers.
+ *
+ * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
+enum { CQI_ROWS = 4096, CQI_PASSES = 4, CQI_SWEEPS = 400 };
+
+typedef struct cqi_fit {
+    int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
+    uint32_t cost;               /* about, in half bits */
+} cqi_fit;
+
+/* A row: features x, and what their weighted sum in 1/16 should be. */
+static void cqi_add_row(cqi_fit *fit, const int8_t *weight, const int32_t *x, int n, int32_t y)
+{
+    static const uint16_t root[4] = { 4096, 3444, 2896, 2435 }; /* 2^(12 - k / 4) */
+    int32_t error = 16 * y;
+    int64_t share;
+    int i, j, half_bits;
+    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    half_bits = cqi_half_bits((cqi_abs(error) >> 7) + 1);
+    share = root[3 * half_bits % 4] >> cqi_at_most(3 * half_bits / 4, 15);
+    fit->cost += (uint32_t)half_bits;
+    for (i = 0; i < n; i++) {
+        for (j = 0; j <= i; j++) fit->a[i][j] += share * x[i] * x[j];
+        fit->b[i] += share * x[i] * y;
+    }
+}
+
+static void cqi_solve(cqi_fit *fit, int8_t *weight, int n)
+{
+    int32_t x[CQI_FINE];
+    int i, j, k, shift = 0;
+    for (i = 0; i < n; i++) {
+        while (fit->a[i][i] >> shift >> 38) shift++;
+        x[i] = 16 * weight[i];
+    }
+    for (i = 0; i < n; i++) {
+        for (j = 0; j <= i; j++) fit->a[i][j] = fit->a[j][i] = cqi_floor_shift_wide(fit->a[i][j], shift);
+        fit->b[i] = cqi_floor_shift_wide(fit->b[i], shift);
+        fit->a[i][i] += fit->a[i][i] / 1024 + 1;
+    }
+    for (k = 0; k < CQI_SWEEPS; k++)
+        for (i = 0; i < n; i++) {
+            int64_t sum = 256 * fit->b[i] + fit->a[i][i] * x[i];
+            for (j = 0; j < n; j++) sum -= fit->a[i][j] * x[j];
+            sum /= fit->a[i][i];
+            x[i] = (int32_t)(sum < -2032 ? -2032 : sum > 2032 ? 2032 : sum);
+        }
+    for (i = 0; i < n; i++) weight[i] = (int8_t)cqi_floor_shift(x[i] + 8, 4);
+}
+
+/* Adds the three rows of a vertex: n features, and the offset that they should give. */
+static void cqi_add_rows(cqi_fit *along, cqi_fit *above, const int8_t *weight, const cqi_tilt *t, const cqi_vector *feature,
+                         int n, cqi_vector offset, int shift)
+{
+    const int32_t most = 8191, far = 65535;
+    int32_t x[CQI_FINE], y[CQI_FINE], z[CQI_FINE];
+    int k;
+    for (k = 0; k < n; k++) {
+        const cqi_vector f = cqi_above(t, feature[k]);
+        x[k] = cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
+        y[k] = cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
+        z[k] = cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
+    }
+    offset = cqi_above(t, offset);
+    cqi_add_row(along, weight, x, n, cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far));
+    cqi_add_row(along, weight, y, n, cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far));
+    cqi_add_row(above, weight + n, z, n, cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far));
+}
+
+static int cqi_fit_shift(const cqi_regular *r) { return cqi_at_most(cqi_bit_length(r->length >> 14), 12); }
+
+/* Final position of a new vertex. */
+static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
+{
+    const cq_index input = cqi_plan_mark(d->plan, d->mesh.out[v]);
+    cqi_vector x;
+    x.x = cqi_plan_value(d, (uint32_t)d->located, 0, input);
+    x.y = cqi_plan_value(d, (uint32_t)d->located, 1, input);
+    x.z = cqi_plan_value(d, (uint32_t)d->located, 2, input);
+    return x;
+}
+
+/* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
+static uint32_t cqi_fit_fixed(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
+    const int shift = cqi_fit_shift(r);
+    cqi_fit along, above;
+    cq_index v;
+    int pass;
+    memset(r->fixed, 0, sizeof r->fixed);
+    for (pass = 0;; pass++) {
+        memset(&along, 0, sizeof along);
+        memset(&above, 0, sizeof above);
+        for (v = r->vertices; v < end; v = (cq_index)(v + step)) {
+            const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+            cqi_vector feature[CQI_FIXED], offset;
+            cqi_tilt t;
+            cqi_find_fixed(d, h, feature, &t);
+            offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
+            offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
+            cqi_add_rows(&along, &above, r->fixed, &t, feature, CQI_FIXED, offset, shift);
+        }
+        if (pass == CQI_PASSES) return along.cost + above.cost;
+        cqi_solve(&along, r->fixed, CQI_FIXED);
+        cqi_solve(&above, r->fixed + CQI_FIXED, CQI_FIXED);
+    }
+}
+
+/* Chooses the axes, and the weights of the fixed prediction. */
+static CQI_APART void cqi_plan_fixed(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    uint32_t least = UINT32_MAX;
+    int axes, best = 0;
+    for (axes = 0; axes < 4; axes++) {
+        uint32_t cost;
+        r->axes = axes;
+        cost = cqi_fit_fixed(d);
+        if (cost >= least) continue;
+        least = cost;
+        best = axes;
+    }
+    r->axes = best;
+    cqi_fit_fixed(d);
+}
+
+/* Chooses the weights of the fine prediction. Rows of the channel are final for vertices before the one at hand. */
+static CQI_APART void cqi_plan_fine(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
+    const int shift = cqi_fit_shift(r);
+    cqi_fit along, above;
+    int pass;
+    memset(r->fine, 0, sizeof r->fine);
+    for (pass = 0; pass < CQI_PASSES; pass++) {
+        cq_index v, record = r->faces;
+        memset(&along, 0, sizeof along);
+        memset(&above, 0, sizeof above);
+        for (v = r->vertices; v < end; v++) {
+            const cq_index h = d->mesh.out[v];
+            const cqi_vector at = cqi_plan_position(d, v);
+            cq_value *to = d->channel[d->located] + 3 * (size_t)v;
+            cqi_vector feature[CQI_FINE];
+            cqi_tilt t;
+            if ((v - r->vertices) % step == 0) {
+                cqi_find_fine(d, v, h, record, feature, &t);
+                cqi_add_rows(&along, &above, r->fine, &t, feature, CQI_FINE, cqi_scale(cqi_minus(at, cqi_at(d, v)), 16), shift);
+            }
+            record = (cq_index)(record + (cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1));
+            to[0] = (cq_value)at.x;
+            to[1] = (cq_value)at.y;
+            to[2] = (cq_value)at.z;
+        }
+        cqi_solve(&along, r->fine, CQI_FINE);
+        cqi_solve(&above, r->fine + CQI_FINE, CQI_FINE);
+        for (v = r->vertices; v < end; v++) cqi_expect(d, v);
+    }
+}
+
+/* Next new vertex: where it is expected, and its record. */
+static cq_result cqi_step_expect(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index v = (cq_index)(r->vertices + r->at);
+    if (r->at == r->count) {
+        r->at = 0;
+        d->phase = CQI_DISSOLVES;
+        return CQ_OK;
+    }
+    if (!r->at) {
+        if (CQI_ENCODING(d)) cqi_plan_fixed(d);
+        r->axes = (int)cqi_code_raw(d, (uint32_t)r->axes, 2);
+        cqi_code_weights(d, r->fixed, 2 * CQI_FIXED);
+        if (cqi_starved(d)) return CQ_TRUNCATED;
+    }
+    cqi_expect(d, v);
+    r->at++;
+    return cqi_write_record(d, v) ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+/* -- Regular levels: dissolved edges -- */
+
+/* Class of the length of an edge's flip beside its own; 4: unknown. */
+static int cqi_shape_class(const cq_decoder *d, cq_index a, cq_index b, cq_index x, cq_index y)
+{
+    if (d->located < 0) return 4;
+    return cqi_ratio_class(cqi_distance(d, x, y), cqi_distance(d, a, b), -4, 0, 4);
+}
+
+/* The vertex that will be opposite to an edge that is not marked. */
+static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
+{
+    const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
+    return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
+}
+
+/* Marks around an edge: of one face and of the other, fewer first; with one each, whether they meet. */
+static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
+{
+    const int of_h = cqi_ones[cqi_marks_of(d, (cq_index)(h / 3))], of_g = cqi_ones[cqi_marks_of(d, (cq_index)(g / 3))];
+    if (of_h + of_g < 3) return of_h + of_g < 2 ? 0 : of_h != of_g ? 1 : 2 + (cqi_has_mark(d, cq_next(h)) != cqi_has_mark(d, cq_next(g)));
+    return of_h + of_g + 1;
+}
+
+/* Codes whether the edge is dissolved. */
+static void cqi_code_dissolve(cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], f = (cq_index)(h / 3), e = (cq_index)(g / 3);
+    const int marks = cqi_marks_of(d, f);
+    int shape;
+    if (!cqi_is_real_face(m, g) || cqi_has_mark(d, h) || !(marks | cqi_marks_of(d, e))) return;
+    if (cqi_dissolved_side(d, f) || cqi_dissolved_side(d, e)) return;
+    shape = cqi_shape_class(d, m->origin[h], m->origin[g], cqi_expected_tip(d, h), cqi_expected_tip(d, g));
+    if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
+                      CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
+        return;
+    cqi_set_dissolved_side(d, e, 1 + (int)(g % 3));
+    if (marks) cqi_set_dissolved_side(d, f, marks & 1 ? 1 : marks & 2 ? 2 : 3);
+}
+
+/* The edges of one face that it shares with a later one. */
+static cq_result cqi_step_dissolves(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    cq_index h = (cq_index)(3 * r->at);
+    if (r->at == r->faces) {
+        if (d->located >= 0) {
+            if (CQI_ENCODING(d)) cqi_plan_fine(d);
+            cqi_code_weights(d, r->fine, 2 * CQI_FINE);
+            if (cqi_starved(d)) return CQ_TRUNCATED;
+        }
+        r->at = 0;
+        r->own = r->vertices;
+        d->phase = CQI_SWEEP;
+        return CQ_OK;
+    }
+    r->at++;
+    for (; h < 3 * r->at; h++)
+        if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
+    return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* -- Regular levels: residuals -- */
+
+/* Class of the size of residuals: half bits of their sum, as four bits of mark[] of the vertex. */
+static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size), 15); }
+
+static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
+
+/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running mean
+ * once. */
+static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, cq_index n)
+{
+    const cq_mesh *m = &d->mesh;
+    int sum = 0, weight = 1;
+    cq_index i;
+    int k;
+    for (i = 0; i < n; i++) {
+        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i) + 1;
+        for (k = 0; k < 2; k++) {
+            if (origin[k] < v) {
+                sum += 2 * cqi_size_of(m, origin[k]);
+                weight += 2;
+            }
+            if (twin[k] < v) {
+                sum += cqi_size_of(m, twin[k]);
+                weight++;
+            }
+        }
+    }
+    return (int)((uint32_t)(64 * sum) + d->regular.size) / (16 * weight);
+}
+
+/* The residual of an offset that is predicted in 1/256. */
+static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predicted, int32_t value)
+{
+    const int32_t p = cqi_rounded(predicted);
+    const int fraction = (int)cqi_floor_shift_wide(predicted + 128, 6) & 3, row = (size + 2) / 4;
+    const int expected = row < 4 ? 0 : (row - 3) / 2;
+    return p + cqi_code_residual(d, kind, cqi_at_most(row, CQI_EXPECTED - 1), expected, 26, fraction, value - p);
+}
+
+/* Codes the position of v, on the edge h; false if it is none. */
+static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index input)
+{
+    const cq_channel *const channel = &d->shape.channel[d->located];
+    cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
+    const cq_index record = d->mesh.num_faces, n = (cq_index)(cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1);
+    int32_t value[3] = { 0, 0, 0 }, x[3], size[3];
+    cqi_vector feature[CQI_FINE];
+    cqi_tilt t;
+    int64_t sum[3];
+    int expected, c;
+    expected = cqi_expected_size(d, v, record, n);
+    cqi_find_fine(d, v, h, record, feature, &t);
+    cqi_weigh(&t, feature, d->regular.fine, CQI_FINE, sum);
+    for (c = 0; c < 3; c++) {
+        if (CQI_ENCODING(d)) value[c] = cqi_plan_value(d, (uint32_t)d->located, (uint32_t)t.axis[c], input) - to[t.axis[c]];
+    }
+    x[0] = cqi_code_offset(d, CQI_NEW_ALONG, expected, sum[0], value[0]);
+    size[0] = (int32_t)cqi_abs(x[0] - cqi_rounded(sum[0]));
+    x[1] = cqi_code_offset(d, CQI_NEW_ALONG, (3 * expected + 4 * cqi_size_class((uint32_t)size[0] * 3)) / 4, sum[1], value[1]);
+    size[1] = (int32_t)cqi_abs(x[1] - cqi_rounded(sum[1]));
+    sum[2] += (int64_t)t.slope_x * x[0] + (int64_t)t.slope_y * x[1];
+    x[2] = cqi_code_offset(d, CQI_NEW_ABOVE, (3 * expected + 4 * cqi_size_class((uint32_t)(size[0] + size[1]) * 3 / 2)) / 4, sum[2], value[2]);
+    size[2] = (int32_t)cqi_abs(x[2] - cqi_rounded(sum[2]));
+    for (c = 0; c < 3; c++) {
+        const int32_t p = to[t.axis[c]] + x[c];
+        if (!cqi_value_fits(channel, p)) return 0;
+        to[t.axis[c]] = (cq_value)p;
+    }
+    c = cqi_size_class((uint32_t)(size[0] + size[1] + size[2]));
+    d->mesh.mark[v] = (uint8_t)(d->mesh.mark[v] | c);
+    d->regular.size = d->regular.size - (d->regular.size >> 5) + 2 * (uint32_t)c;
+    return 1;
+}
+
+/* -- Regular levels: insertions and flips -- */
+
+/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge of
+ * its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of its ends.
+ *
+ *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
+ *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
+ *       a-----b          a--v--b        later of two insertions is taken back first. */
+static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    for (;;) {
+        const cq_index from = m->origin[h], to = cq_target(m, h);
+        if (from < d->regular.vertices && to < d->regular.vertices) return h;
+        h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
+    }
+}
+
+/* Inserts the next new vertex into its edge: a split of the edge's start. */
+static cq_result cqi_code_insertion(cq_decoder *d)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
+    const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
+    const int ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
+    if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
+    if (CQI_REPORTING(d) && d->located >= 0) cqi_charge_channel(d, (uint32_t)d->located);
+    return CQ_OK;
+}
+
+/* Is the flip of this edge possible, and does it make an edge with a new vertex? */
+static int cqi_is_flippable(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(m->twin[h])];
+    return (x >= d->regular.vertices || y >= d->regular.vertices) && cqi_can_flip(m, h);
+}
+
+static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
+{
+    if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
+    cqi_flip(&d->mesh, h);
+    return CQ_OK;
+}
+
+static int cqi_shape_of(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h];
+    return cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], m->origin[cq_prev(g)]);
+}
+
+/* Side of the face at hand that a new vertex is on. */
+static int cqi_side_here(const cq_decoder *d, cq_index v)
+{
+    return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
+}
+
+/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
+ * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
+ * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
+ * after that, the start of the side. */
+static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index old = d->regular.vertices;
+    cq_index h = CQ_NONE, k, p, q;
+    int next;
+    for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
+        if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
+    next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
+    p = cq_target(m, h);
+    q = m->origin[cq_prev(h)];
+    if (p >= old) return cqi_side_here(d, p) == next ? cq_counterclockwise(m, h) : cq_clockwise(m, h);
+    if (q < old) return marks >> next & 1 ? h : cq_counterclockwise(m, h);
+    return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
+}
+
+/* Two new vertices: which of them the opposite corner is joined to. */
+static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
+{
+    const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
+    return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
+}
+
+/* Which new vertex of three has a fan, by the length of the edges to the opposite corners. */
+static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
+{
+    int order[3] = { 0, 1, 2 }, k, j;
+    for (k = 1; k < 3; k++) {
+        for (j = k; j && length[order[j - 1]] > length[k]; j--) order[j] = order[j - 1];
+        order[j] = k;
+    }
+    if (cqi_code_bit(d, CQI_SHORTEST, fan == order[0])) return order[0];
+    return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
+}
+
+/* Three: a triangle in the middle, or a fan around one of them. */
+static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index right = cq_clockwise(m, hub), left = cq_counterclockwise(m, hub); /* to the next side, to the one before */
+    uint32_t length[3] = { 0, 0, 0 };
+    cq_result result;
+    int fan = 0, central = 0;
+    if (CQI_ENCODING(d)) {
+        fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
+        central = !fan && !cqi_plan_hub(d->plan, m, hub);
+    }
+    d->regular.central = central = cqi_code_bit(d, CQI_CENTRAL + d->regular.central, central);
+    if (!central) {
+        if (d->located >= 0) {
+            length[0] = cqi_distance(d, m->origin[hub], cq_target(m, hub));
+            length[1] = cqi_distance(d, cq_target(m, right), cq_target(m, cq_counterclockwise(m, left)));
+            length[2] = cqi_distance(d, cq_target(m, left), cq_target(m, cq_clockwise(m, right)));
+        }
+        fan = cqi_code_fan(d, length, fan);
+        if (!fan) return CQ_OK;
+    }
+    result = cqi_flip_checked(d, hub);
+    if (result != CQ_OK || central) return result;
+    return cqi_flip_checked(d, fan == 1 ? cq_next(hub) : cq_prev(hub));
+}
+
+/* One of the four edges of a quadrangle whose diagonal was flipped: from a new vertex, if it is one, to an end that the
+ * diagonal had. Is it flipped too? */
+static void cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int flip)
+{
+    cq_index h;
+    if (v < d->regular.vertices) return;
+    h = cqi_find_spoke(&d->mesh, v, end);
+    if (cqi_is_flippable(d, h) && cqi_code_bit(d, CQI_WHICH + cqi_shape_of(d, h), flip)) cqi_flip(&d->mesh, h);
+}
+
+/* The flip of a dissolved edge, and those of edges around. */
+static cq_result cqi_code_dissolved(cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    int flip[4] = { 0, 0, 0, 0 };
+    if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
+    if (CQI_ENCODING(d)) {
+        flip[0] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(h));
+        flip[1] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
+        flip[2] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
+        flip[3] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(g));
+    }
+    cqi_flip(&d->mesh, h);
+    if (!cqi_code_bit(d, CQI_AFTER, flip[0] | flip[1] | flip[2] | flip[3])) return CQ_OK;
+    cqi_code_second(d, x, a, flip[0]);
+    cqi_code_second(d, x, b, flip[1]);
+    cqi_code_second(d, y, a, flip[2]);
+    cqi_code_second(d, y, b, flip[3]);
+    return CQ_OK;
+}
+
+/* The flips of a face that has got its new vertices. */
+static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
+{
+    const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
+    cq_result result = CQ_OK;
+    cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
+    if (side && !(marks >> (side - 1) & 1)) beyond = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
+    if (cqi_ones[marks] > 1) {
+        const cq_index hub = cqi_find_hub(d, f, marks);
+        result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
+    }
+    if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    return result;
+}
+
+static cq_result cqi_end_regular(cq_decoder *d)
+{
+    if (CQI_REPORTING(d)) {
+        cq_level *level = cqi_level_report(d);
+        d->report->num_levels = d->level;
+        level->num_splits = d->regular.count;
+        level->num_vertices = (uint32_t)d->mesh.num_vertices;
+    }
+    d->phase = CQI_LEVEL;
+    return CQ_OK;
+}
+
+/* The next new vertex of the face at hand, or its flips. */
+static cq_result cqi_step_sweep(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index v = d->mesh.num_vertices;
+    cq_result result;
+    if (r->at == r->faces) return cqi_end_regular(d);
+    if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
+    result = cqi_code_flips(d, r->at);
+    r->at++;
+    r->own = v;
+    return result;
+}
+
+/* Begins a level: takes the bits of the one before. */
+static cq_result cqi_step_wipe(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    uint8_t *const bits = (uint8_t *)d->walk.queue;
+    const cq_index n = (cq_index)((3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && r->at < n; k++) bits[r->at++] = 0;
+    if (r->at < n) return CQ_OK;
+    r->at = 0;
+    d->phase = CQI_MARKS;
+    return CQ_OK;
+}
+
+/* Turns to the plan of the regular level that begins. */
+static void cqi_plan_level(cqi_plan *p, const cq_mesh *m)
+{
+    cq_index first = 0, count = 0;
+    while (p->note[first].level != p->level) first++;
+    while (p->note[first + count].level == p->level) count++;
+    cqi_plan_regular(p, m, first, count);
+}
+
+static cq_result cqi_begin_regular(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    if (d->shape.num_channels > 1 || (d->shape.num_channels && d->located < 0)) return CQ_ERROR_UNSUPPORTED;
+    memset(r, 0, sizeof *r);
+    r->vertices = d->mesh.num_vertices;
+    r->faces = d->mesh.num_faces;
+    r->central = 2;
+    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh);
+    if (CQI_REPORTING(d)) cqi_level_report(d)->regular = 1;
+    d->phase = CQI_WIPE;
+    return CQ_OK;
+}
+
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
-
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_COMPLETE };
-
-/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
-#define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
 static cq_result cqi_end_component(cq_decoder *d)
 {
@@ -4098,18 +5141,17 @@ static cq_result cqi_step_active(cq_decoder *d)
 /* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
-    int other;
+    int regular;
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         d->phase = CQI_COMPLETE;
         if (CQI_ENCODING(d)) return CQ_DONE;
         return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
-    other = cqi_code_bit(d, CQI_OTHER_LEVEL, 0);
+    if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels - d->level;
+    regular = cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (other) return CQ_ERROR_UNSUPPORTED;
     d->level++;
-    if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels + 1 - d->level;
     cqi_code_error(d);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (CQI_REPORTING(d)) {
@@ -4117,6 +5159,7 @@ static cq_result cqi_step_level(cq_decoder *d)
         cqi_level_report(d)->error = d->error;
     }
     d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
+    if (regular) return cqi_begin_regular(d);
     d->splits = 0;
     d->seed = d->cleared = 0;
     d->walk.head = d->walk.count = 0;
@@ -4172,6 +5215,12 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_LEVEL: return cqi_step_level(d);
     case CQI_ACTIVE: return cqi_step_active(d);
     case CQI_CLEAR: return cqi_step_clear(d);
+    case CQI_WIPE: return cqi_step_wipe(d);
+    case CQI_MARKS: return cqi_step_marks(d);
+    case CQI_TABLE: return cqi_step_table(d);
+    case CQI_EXPECT: return cqi_step_expect(d);
+    case CQI_DISSOLVES: return cqi_step_dissolves(d);
+    case CQI_SWEEP: return cqi_step_sweep(d);
     default: return cqi_step_patch(d);
     }
 }
@@ -4553,7 +5602,7 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     memset(count, 0, sizeof count);
     p->most_loss = CQI_ANY_LOSS - 1;
     for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
-        cq_index h = m->out[v], w = cq_target(m, h);
+        cq_index h = m->out[v], w = h == CQ_NONE ? h : cq_target(m, h);
         uint32_t loss;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
         loss = cqi_loss_of(p, h);
@@ -4799,8 +5848,6 @@ static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 }
 
 /* -- Covers -- */
-
-static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h / 3 < m->first_virtual_face; }
 
 /* Lists the real faces of a cover. Where a tip was cut off it has none, and those next to it serve. One of these is
  * real: else A and B had no others than the removed faces, and could not have been collapsed. */
@@ -5213,7 +6260,10 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     cq_index *next = p->decoded, v, f, h;
     for (v = 0; v < m->num_vertices; v++) parent[v] = v;
     for (h = 0; h < 3 * m->num_faces; h++) {
-        cq_index a = cqi_find_root(parent, m->origin[h]), b = cqi_find_root(parent, cq_target(m, h));
+        cq_index a, b;
+        if (!cqi_is_face(m, (cq_index)(h / 3))) continue;
+        a = cqi_find_root(parent, m->origin[h]);
+        b = cqi_find_root(parent, cq_target(m, h));
         parent[a < b ? b : a] = a < b ? a : b;
     }
     for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
@@ -5225,9 +6275,9 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     }
     p->num_seeds = 0;
     for (f = 0; f < m->num_faces; f++) {
-        const cq_index root = cqi_find_root(parent, m->origin[3 * f]);
+        const cq_index root = cqi_is_face(m, f) ? cqi_find_root(parent, m->origin[3 * f]) : CQ_NONE;
         cqi_seed *s = &p->seed[p->num_seeds];
-        if (m->mark[root]) continue;
+        if (root == CQ_NONE || m->mark[root]) continue;
         m->mark[root] = 1;
         s->l = m->origin[3 * f];
         s->r = m->origin[3 * f + 1];
@@ -5236,7 +6286,6 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     }
 }
 
-#ifdef CQI_REGULAR_LEVELS
 /* -- Regular levels: labels ----------------------------------------------------------------------------------------
  *
  * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
@@ -5317,7 +6366,6 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
 
 static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
 static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
-static int cqi_is_even(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_EVEN; }
 
 /* Vertices and faces with the virtual ones and the slots between. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
@@ -5389,7 +6437,8 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
     int k, j;
-    p->corners = p->even = p->second = p->undone = 0;
+    p->corners = p->undone = 0;
+    p->even = p->second = 0;
     for (k = 0; k < p->size; k++) {
         const cq_index v = cqi_place(l, p, k);
         for (j = 0; j < k; j++)
@@ -5540,14 +6589,14 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
     const int place = cqi_next_place(p, p->corner[corner]);
     int bits = 0, marks = p->size - 3, opposite = (corner + 2) % p->corners;
     if (p->corners == 4 && ((corner ^ p->diagonal) & 1)) {
-        bits = CQI_DISSOLVED_NEXT;
+        bits = CQI_SIDE_NEXT;
         opposite = (corner + 3) % 4;
         marks = 1 + cqi_is_marked(p, opposite);
     } else if (p->corners == 4) {
-        bits = CQI_DISSOLVED_PREVIOUS;
+        bits = CQI_SIDE_PREVIOUS;
         marks = 1 + cqi_is_marked(p, (corner + 1) % 4);
     }
-    return bits | ((marks > 1 ? p->joined[place] >> p->corner[opposite] : p->second >> place) & CQI_HUB);
+    return bits | ((marks > 1 ? p->joined[place] >> p->corner[opposite] : p->second >> place) & CQI_SIDE_HUB);
 }
 
 /* -- Regular levels: the wave --
@@ -5635,7 +6684,7 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
  * that they cut has a face there, so only the faces there are checked again. It ends, for with no odd vertices left
  * each face is a polygon. */
 
-enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2 };
+enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
 
 static void cqi_wait(cqi_labels *l, cq_index f)
 {
@@ -5679,7 +6728,7 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     cq_index best = CQ_NONE;
     int k, least = 0;
     for (k = 0; k < 3 * region->faces; k++) {
-        const cq_index v = l->mesh->origin[3 * region->face[k / 3] + k % 3];
+        const cq_index v = l->mesh->origin[3 * region->face[k / 3] + (cq_index)(k % 3)];
         int bad;
         if (!cqi_is_odd(l, v) || v == best) continue;
         l->label[v] = CQI_EVEN;
@@ -5692,16 +6741,25 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     return best;
 }
 
+/* Notes that a polygon has been checked. */
+static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
+{
+    int k;
+    for (k = 0; k < p->faces; k++) {
+        uint8_t *face = &l->face[p->face[k]];
+        *face = (uint8_t)((*face & CQI_LISTED_FACE) | (p->corners == 4 ? CQI_OF_FOUR : 0));
+    }
+}
+
 static void cqi_repair(cqi_labels *l)
 {
     cqi_polygon p;
     while (l->num_waiting) {
         const cq_index f = l->waiting[--l->num_waiting];
-        int k;
         l->face[f] &= (uint8_t)~CQI_LISTED_FACE;
         if (!(l->face[f] & CQI_WAITS)) continue;
         if (cqi_read_polygon(l, f, &p)) {
-            for (k = 0; k < p.faces; k++) l->face[p.face[k]] &= (uint8_t)~CQI_WAITS;
+            cqi_note_polygon(l, &p);
         } else {
             cqi_wait(l, f);
             cqi_read_region(l, f, CQI_REGION_FACES, &p);
@@ -5757,6 +6815,16 @@ static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_ind
     return *odd == CQ_NONE ? w : l->parent[l->parent[0][w] == v][w];
 }
 
+/* The corner opposite v in the polygon of 4 corners that face f lies in. */
+static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f, cqi_polygon *p)
+{
+    int k = 0;
+    cqi_read_region(l, f, CQI_POLYGON_FACES, p);
+    cqi_find_corners(l, p);
+    while (cqi_place(l, p, p->corner[k]) != v) k++;
+    return cqi_place(l, p, p->corner[(k + 2) % 4]);
+}
+
 /* An odd vertex near v that must become even, or CQ_NONE: all around is different, and these are three polygons. */
 static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
 {
@@ -5770,9 +6838,8 @@ static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
             polygons++;
             w = cqi_side_end(l, v, h, &odd);
             conflict = cqi_note_around(l, &n, w, odd);
-            if (conflict == CQ_NONE && cqi_read_polygon(l, (cq_index)(h / 3), &p) && p.corners == 4) {
-                const cq_index first = cqi_place(l, &p, p.corner[0]), second = cqi_place(l, &p, p.corner[1]);
-                w = cqi_place(l, &p, p.corner[v == first ? 2 : v == second ? 3 : v == cqi_place(l, &p, p.corner[2]) ? 0 : 1]);
+            if (conflict == CQ_NONE && l->face[h / 3] & CQI_OF_FOUR) {
+                w = cqi_opposite_corner(l, v, (cq_index)(h / 3), &p);
                 conflict = cqi_note_around(l, &n, w, cqi_last_odd(l, &p));
             }
         }
@@ -5806,8 +6873,147 @@ static int cqi_settle(cqi_labels *l)
 static cq_index cqi_count_odd(const cqi_labels *l)
 {
     cq_index v, n = 0;
-    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + cqi_is_odd(l, v));
+    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + (cq_index)cqi_is_odd(l, v));
     return n;
+}
+
+/* -- Regular levels: filling --
+ *
+ * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even neighbours a, b.
+ * That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be coded the best one is
+ * taken, if it costs less than a dissolved edge: dissolved edges more than before, and four times the distance from
+ * the middle of the parents in relation to their distance. On a boundary the parents are those along it. */
+
+#define CQI_FILL_VALENCE 8
+#define CQI_FILL_COST 64 /* of a dissolved edge */
+
+/* The ring of v: spokes, counter-clockwise. Place `virtual_one` is of a virtual vertex, or -1. */
+typedef struct cqi_fill_ring {
+    int size, virtual_one;
+    cq_index spoke[CQI_FILL_VALENCE];
+    uint8_t even[CQI_FILL_VALENCE];
+} cqi_fill_ring;
+
+static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v];
+    r->size = 0;
+    r->virtual_one = -1;
+    do {
+        if (cq_is_virtual(m, cq_target(m, h))) r->virtual_one = r->size;
+        r->even[r->size] = !cqi_is_odd(l, cq_target(m, h));
+        r->spoke[r->size++] = h;
+        h = cq_counterclockwise(m, h);
+    } while (h != m->out[v]);
+}
+
+/* Could places i and j be the parents? Even vertices between are corners, two at most; a virtual one lies alone. */
+static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
+{
+    int inside = 0, outside = 0, k;
+    if (!r->even[i] || !r->even[j]) return 0;
+    for (k = 0; k < r->size; k++) {
+        if (k == i || k == j) continue;
+        if (k > i && k < j) inside += r->even[k];
+        else outside += r->even[k];
+    }
+    if (inside > 2 || outside > 2) return 0;
+    if (r->virtual_one < 0) return 1;
+    k = (j - i + r->size) % r->size;
+    return r->virtual_one == i + 1 ? k == 2 : r->virtual_one == j + 1 ? k == r->size - 2 : r->virtual_one == 0 && i == 1 && j == r->size - 1;
+}
+
+/* Four times the distance of v from the middle of a and b, divided by their distance. */
+static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    cqi_vector to_a, to_b, sum;
+    if (!l->positions) return 0;
+    to_a = cqi_offset(l->positions, v, a);
+    to_b = cqi_offset(l->positions, v, b);
+    sum.x = to_a.x + to_b.x;
+    sum.y = to_a.y + to_b.y;
+    sum.z = to_a.z + to_b.z;
+    to_a = cqi_subtract(to_a, to_b);
+    return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_root((uint64_t)cqi_wide_dot(sum, sum)) /
+                      (cqi_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
+}
+
+/* Polygons of 4 corners around v. */
+static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
+{
+    int k, n = 0;
+    for (k = 0; k < r->size; k++)
+        n += cqi_is_cut(l, r->spoke[k]) && l->face[r->spoke[k] / 3] & CQI_OF_FOUR;
+    return n;
+}
+
+/* Makes v odd, if there are parents for it. */
+static int cqi_fill(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_fill_ring r;
+    cqi_polygon left, right;
+    int i, j, before, best_i = -1, best_j = -1, best = CQI_FILL_COST;
+    cqi_read_fill_ring(l, v, &r);
+    before = cqi_count_of_four(l, &r);
+    l->label[v] = CQI_ODD;
+    for (i = 0; i < r.size; i++)
+        for (j = i + 2; j < r.size; j++) {
+            int cost;
+            if (!cqi_are_opposite(&r, i, j)) continue;
+            l->parent[0][v] = cq_target(m, r.spoke[i]);
+            l->parent[1][v] = cq_target(m, r.spoke[j]);
+            cost = (int)cqi_fill_distance(l, v, l->parent[0][v], l->parent[1][v]) - CQI_FILL_COST * before;
+            if (cost >= best || !cqi_read_polygon(l, (cq_index)(r.spoke[i] / 3), &left)) continue;
+            cost += left.corners == 4 ? CQI_FILL_COST : 0;
+            if (cost >= best || !cqi_read_polygon(l, (cq_index)(r.spoke[j] / 3), &right)) continue;
+            cost += right.corners == 4 ? CQI_FILL_COST : 0;
+            if (cost >= best) continue;
+            best = cost;
+            best_i = i;
+            best_j = j;
+        }
+    l->label[v] = CQI_EVEN;
+    if (best_i < 0) return 0;
+    cqi_make_odd(l, v, cq_target(m, r.spoke[best_i]), cq_target(m, r.spoke[best_j]));
+    cqi_read_polygon(l, (cq_index)(r.spoke[best_i] / 3), &left);
+    cqi_read_polygon(l, (cq_index)(r.spoke[best_j] / 3), &right);
+    cqi_note_polygon(l, &left);
+    cqi_note_polygon(l, &right);
+    l->since[l->parent[0][v]]++;
+    l->since[l->parent[1][v]]++;
+    return 1;
+}
+
+static void cqi_count_children(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    for (v = 0; v < m->num_vertices; v++)
+        if (!cqi_is_odd(l, v)) l->since[v] = 0;
+    for (v = 0; v < m->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        l->since[l->parent[0][v]]++;
+        l->since[l->parent[1][v]]++;
+    }
+}
+
+#ifndef CQI_FILL_PASSES
+#define CQI_FILL_PASSES 4
+#endif
+static void cqi_fill_all(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    int pass;
+    cqi_count_children(l);
+    for (pass = 0; pass < CQI_FILL_PASSES; pass++) {
+        cq_index v, n = 0;
+        for (v = 0; v < m->num_vertices; v++)
+            if (m->out[v] != CQ_NONE && !cqi_is_odd(l, v) && l->since[v] == 0 && m->valence[v] <= CQI_FILL_VALENCE)
+                n = (cq_index)(n + (cq_index)cqi_fill(l, v));
+        if (!n) break;
+    }
 }
 
 /* -- Regular levels: the best labelling -- */
@@ -5849,14 +7055,18 @@ static cq_index cqi_find_labels(cqi_labels *l)
     for (k = 0; k < CQI_LABELLINGS; k++) {
         cqi_label_all(l, cqi_find_seed(l->mesh, k, !(k & 1)), k >> 1 & 1);
         cqi_wait_all(l);
-        if (!cqi_settle(l)) continue;
+        cqi_repair(l);
         n = cqi_count_odd(l);
         if (n <= best) continue;
         best = n;
         cqi_copy_labels(l, 1);
     }
-    if (best) cqi_copy_labels(l, 0);
-    return best;
+    if (!best) return 0;
+    cqi_copy_labels(l, 0);
+    cqi_wait_all(l);
+    cqi_repair(l);
+    cqi_fill_all(l);
+    return cqi_settle(l) ? cqi_count_odd(l) : 0;
 }
 
 /* -- Regular levels: undoing one -- */
@@ -5929,8 +7139,6 @@ static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32
         note++;
     }
 }
-
-#endif /* CQI_REGULAR_LEVELS */
 
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
@@ -6006,7 +7214,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
     p->note[p->num_notes++].level = 0;
     p->most_loss = most_loss;
     p->tries = 0;
-    p->level = 1;
+    p->level = p->num_regular + 1;
     while (p->level <= CQ_MAX_LEVELS) {
         const cq_index notes = p->num_notes;
         p->refused_loss = CQI_ANY_LOSS;
@@ -6043,11 +7251,37 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
     if (p->num_seeds) memcpy(p->seed, sorted, p->num_seeds * sizeof *sorted);
 }
 
+/* Regular levels need that positions are all that there is. */
+static int cqi_may_be_regular(const cq_shape *s)
+{
+    return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
+}
+
+/* Takes regular levels while they are worth it; memory that is idle. */
+static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
+{
+    cq_index live = (cq_index)in->shape.num_vertices;
+    p->num_regular = 0;
+    while (cqi_may_be_regular(&in->shape) && p->num_regular < 32) {
+        cqi_labels l;
+        cq_index n;
+        if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
+        n = cqi_find_labels(&l);
+        if (n < live / 12 + 1) return;
+        p->num_regular++;
+        cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
+        p->num_notes = (cq_index)(p->num_notes + n);
+        live = (cq_index)(live - n);
+    }
+}
+
 static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
 {
     cqi_plan *p = &e->plan;
     uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
+    p->num_levels = p->num_regular;
+    live = (cq_index)(live - p->num_notes);
     cqi_set_goal(p, in);
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
@@ -6142,11 +7376,22 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
-static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
+/* The decoded face of an input face, by its vertices: that on the left of its first edge. */
+static cq_index cqi_match_face(const cqi_plan *p, const cq_mesh *decoded, const cq_index *corner)
 {
+    const cq_index a = p->decoded[corner[0]], h = cqi_find_edge(decoded, a, p->decoded[corner[1]]);
+    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
+}
+
+static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
+{
+    const cqi_plan *p = &e->plan;
     cq_index v, f;
+    for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++)
+        in->face_map[f] = cqi_match_face(p, &e->replay.mesh, in->indices + 3 * (size_t)f);
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
-    for (f = 0; in->face_map && f < in->shape.num_faces; f++) in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
+    for (f = 0; !p->num_regular && in->face_map && f < in->shape.num_faces; f++)
+        in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
 }
 
 static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
@@ -6184,11 +7429,12 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     cq_range_encoder_init(&e->plan.range, out_size > gap ? out + gap : out, out_size > gap ? out_size - gap : 0);
     if (report) memset(report, 0, sizeof *report);
     e->replay.report = report;
+    cqi_take_regular(&e->plan, in, &arena);
     cqi_simplify_all(e, in);
     cqi_replay(e, in);
     result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &in->shape, *stream_size);
-    cqi_write_maps(in, &e->plan);
+    cqi_write_maps(in, e);
     return result;
 }
 
