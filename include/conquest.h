@@ -4493,10 +4493,10 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 /* -- Regular levels: weights of an encoder --
  *
  * Robust least squares: rows count the less the larger their error is, as its power -3/2, so that what is left has short
- * codes. Normal equations of at most CQI_ROWS rows, solved by Gauss and Seidel's method; all in integers.
+ * codes. Normal equations of at most CQI_ROWS vertices; all in integers.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_ROWS = 4096, CQI_PASSES = 4, CQI_SWEEPS = 400 };
+enum { CQI_ROWS = 4096, CQI_PASSES = 4 };
 
 typedef struct cqi_fit {
     int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
@@ -4520,27 +4520,41 @@ static void cqi_add_row(cqi_fit *fit, const int8_t *weight, const int32_t *x, in
     }
 }
 
-static void cqi_solve(cqi_fit *fit, int8_t *weight, int n)
+/* Scales the equations to 28 bits, and lets no feature be without weight of its own. */
+static void cqi_scale_fit(cqi_fit *fit, int n)
 {
-    int32_t x[CQI_FINE];
-    int i, j, k, shift = 0;
-    for (i = 0; i < n; i++) {
-        while (fit->a[i][i] >> shift >> 38) shift++;
-        x[i] = 16 * weight[i];
-    }
+    int64_t most = 0;
+    int i, j, shift = 0;
+    for (i = 0; i < n; i++) most = fit->a[i][i] > most ? fit->a[i][i] : most;
+    while (most >> shift >> 28) shift++;
     for (i = 0; i < n; i++) {
         for (j = 0; j <= i; j++) fit->a[i][j] = fit->a[j][i] = cqi_floor_shift_wide(fit->a[i][j], shift);
         fit->b[i] = cqi_floor_shift_wide(fit->b[i], shift);
-        fit->a[i][i] += fit->a[i][i] / 1024 + 1;
+        fit->a[i][i] += (fit->a[i][i] >> 12) + (most >> shift >> 16) + 1;
     }
-    for (k = 0; k < CQI_SWEEPS; k++)
-        for (i = 0; i < n; i++) {
-            int64_t sum = 256 * fit->b[i] + fit->a[i][i] * x[i];
-            for (j = 0; j < n; j++) sum -= fit->a[i][j] * x[j];
-            sum /= fit->a[i][i];
-            x[i] = (int32_t)(sum < -2032 ? -2032 : sum > 2032 ? 2032 : sum);
+}
+
+/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
+static void cqi_solve(cqi_fit *fit, int8_t *weight, int n)
+{
+    int64_t x[CQI_FINE];
+    int i, j, k;
+    cqi_scale_fit(fit, n);
+    for (i = 0; i < n; i++) {
+        if (fit->a[i][i] < 1) fit->a[i][i] = 1;
+        for (j = i + 1; j < n; j++) {
+            const int64_t factor = fit->a[j][i] * ((int64_t)1 << 24) / fit->a[i][i];
+            for (k = i; k < n; k++) fit->a[j][k] -= cqi_floor_shift_wide(factor * fit->a[i][k], 24);
+            fit->b[j] -= cqi_floor_shift_wide(factor * fit->b[i], 24);
         }
-    for (i = 0; i < n; i++) weight[i] = (int8_t)cqi_floor_shift(x[i] + 8, 4);
+    }
+    for (i = n; i--;) {
+        x[i] = 4096 * fit->b[i];
+        for (k = i + 1; k < n; k++) x[i] -= fit->a[i][k] * x[k];
+        x[i] /= fit->a[i][i];
+        x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
+        weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
+    }
 }
 
 /* Adds the three rows of a vertex: n features, and the offset that they should give. */
