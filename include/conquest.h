@@ -522,10 +522,7 @@ enum {
     CQI_AGREED = CQI_NORMAL + CQI_RESIDUAL_MODELS, /* [many] where predictions agree: along the surface, */
     CQI_AGREED_NORMAL = CQI_AGREED + 2 * CQI_RESIDUAL_MODELS, /* and above it */
     CQI_SIGN_SMALL = CQI_AGREED_NORMAL + CQI_RESIDUAL_MODELS, /* [bits][fraction of the prediction] sign */
-    CQI_PRIORS = CQI_SIGN_SMALL + 3 * 4,
-    CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
-    CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
-    CQI_MARK = CQI_FACE + 12,                 /* [pair of pairs of states][length] a coarse edge gets a vertex */
+    CQI_MARK = CQI_SIGN_SMALL + 3 * 4,                /* [pair of pairs of states][length] a coarse edge gets a vertex */
     CQI_DISSOLVED = CQI_MARK + 21 * 5,        /* [marks around][shape] a coarse edge is flipped */
     CQI_AFTER = CQI_DISSOLVED + 6 * 5,        /* one at a flipped edge is flipped, too; */
     CQI_WHICH = CQI_AFTER + 1,                /* [shape] is it this one */
@@ -535,7 +532,10 @@ enum {
     CQI_SHORTER,                              /* or the next one */
     CQI_NEW_ALONG,                            /* residuals of regular levels: along the surface, */
     CQI_NEW_ABOVE = CQI_NEW_ALONG + CQI_RESIDUAL_MODELS, /* and above it */
-    CQI_MODELS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
+    CQI_PRIORS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
+    CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
+    CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
+    CQI_MODELS = CQI_FACE + 12,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
     CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
@@ -1926,6 +1926,8 @@ typedef struct cqi_seed {
     cq_index l, r, notes;
 } cqi_seed;
 
+#define CQI_MAX_REGULAR 32
+
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
@@ -1956,6 +1958,9 @@ typedef struct cqi_plan {
     int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
+    uint32_t most_regular;              /* and how many there may be */
+    cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
+    uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
 } cqi_plan;
@@ -2281,6 +2286,36 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     128, 128, 166, 171, 123, 68, 35, 76, 122, 128, 146, 138, 121, 132, 51, 95, 128, 128, 171, 166, 142, 92,
     47, 70, 116, 128, 156, 131, 142, 87, 73, 115, 127, 128, 159, 139, 117, 97, 145, 132, 123, 108, 141, 132,
     124, 117,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128,
 };
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
     -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0,
@@ -2375,9 +2410,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
         int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_FIRST);
         m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
     }
-    for (; k < CQI_MARK; k++) m->bit[k] = 256u * 240u + 128u;
-    for (; k < CQI_NEW_ALONG; k++) m->bit[k] = CQ_BIT_MODEL_INIT;
-    for (; k < CQI_MODELS; k++) m->bit[k] = m->bit[k < CQI_NEW_ABOVE ? k - CQI_NEW_ALONG + CQI_FIRST : k - CQI_NEW_ABOVE + CQI_NORMAL];
+    for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
     m->worth_rivals = m->worth_same = 16 * 64 * 4;
@@ -4219,6 +4252,7 @@ static cq_result cqi_step_marks(cq_decoder *d)
         for (r->bucket = 0; (3 * r->faces - 1) >> r->bucket >= r->count;) r->bucket++;
         r->at = r->record = 0;
         d->phase = CQI_TABLE;
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
         return CQ_OK;
     }
     r->at++;
@@ -4684,6 +4718,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         r->axes = (int)cqi_code_raw(d, (uint32_t)r->axes, 2);
         cqi_code_weights(d, r->fixed, 2 * CQI_FIXED);
         if (cqi_starved(d)) return CQ_TRUNCATED;
+        cqi_charge_channel(d, (uint32_t)d->located);
     }
     cqi_expect(d, v);
     r->at++;
@@ -4738,6 +4773,7 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
     cq_index h = (cq_index)(3 * r->at);
     if (r->at == r->faces) {
         if (d->located >= 0) {
+            if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
             if (CQI_ENCODING(d)) cqi_plan_fine(d);
             cqi_code_weights(d, r->fine, 2 * CQI_FINE);
             if (cqi_starved(d)) return CQ_TRUNCATED;
@@ -5003,8 +5039,21 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     return result;
 }
 
+/* Turns to the plan of the regular level that begins; notes the bytes of one that ends. */
+static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
+{
+    cq_index first = 0, count = 0;
+    const uint32_t bytes = (uint32_t)(p->range.count + p->range.pending);
+    p->bytes_of[p->level] = bytes - (end ? p->bytes_of[p->level] : 0);
+    if (end) return;
+    while (p->note[first].level != p->level) first++;
+    while (p->note[first + count].level == p->level) count++;
+    cqi_plan_regular(p, m, first, count);
+}
+
 static cq_result cqi_end_regular(cq_decoder *d)
 {
+    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 1);
     if (CQI_REPORTING(d)) {
         cq_level *level = cqi_level_report(d);
         d->report->num_levels = d->level;
@@ -5043,15 +5092,6 @@ static cq_result cqi_step_wipe(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Turns to the plan of the regular level that begins. */
-static void cqi_plan_level(cqi_plan *p, const cq_mesh *m)
-{
-    cq_index first = 0, count = 0;
-    while (p->note[first].level != p->level) first++;
-    while (p->note[first + count].level == p->level) count++;
-    cqi_plan_regular(p, m, first, count);
-}
-
 static cq_result cqi_begin_regular(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -5060,7 +5100,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
     r->central = 2;
-    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh);
+    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 0);
     if (CQI_REPORTING(d)) cqi_level_report(d)->regular = 1;
     d->phase = CQI_WIPE;
     return CQ_OK;
@@ -7276,13 +7316,14 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
 {
     cq_index live = (cq_index)in->shape.num_vertices;
     p->num_regular = 0;
-    while (cqi_may_be_regular(&in->shape) && p->num_regular < 32) {
+    while (cqi_may_be_regular(&in->shape) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
         n = cqi_find_labels(&l);
-        if (n < live / 12 + 1) return;
+        if (n < live / 12 + 1 || n < 24) return;
         p->num_regular++;
+        p->count_of[p->num_regular] = n;
         cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
         p->num_notes = (cq_index)(p->num_notes + n);
         live = (cq_index)(live - n);
@@ -7415,21 +7456,15 @@ static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
     r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
 }
 
-cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
-                    size_t *stream_size, cq_place *place, cq_report *report)
+/* Encodes with so many regular levels at most. */
+static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size, uint32_t most_regular, uint8_t *out,
+                                 size_t out_size, size_t *stream_size, cq_place *place, cq_report *report)
 {
     cqi_encoder *e = (cqi_encoder *)memory;
     cqi_arena arena;
     cq_result result;
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
-    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS)
-        return CQ_ERROR_ARGUMENT;
-    if (place) place->face = place->vertex = place->other = CQ_NONE;
-    result = cqi_check_values(in, place);
-    if (result != CQ_OK) return result;
-    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
-    if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
     memset(e, 0, sizeof *e);
     arena.next = (uint8_t *)memory + CQI_ENCODER_BYTES;
     arena.left = memory_size - CQI_ENCODER_BYTES;
@@ -7443,6 +7478,7 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     cq_range_encoder_init(&e->plan.range, out_size > gap ? out + gap : out, out_size > gap ? out_size - gap : 0);
     if (report) memset(report, 0, sizeof *report);
     e->replay.report = report;
+    e->plan.most_regular = most_regular;
     cqi_take_regular(&e->plan, in, &arena);
     cqi_simplify_all(e, in);
     cqi_replay(e, in);
@@ -7450,6 +7486,62 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     if (report) cqi_report_encoding(report, &in->shape, *stream_size);
     cqi_write_maps(in, e);
     return result;
+}
+
+/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that the
+ * mesh has half of the vertices, for those of a coarser mesh also take more. */
+static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
+{
+    uint32_t live = num_vertices, j;
+    for (j = 1; j < k; j++) live -= p->count_of[j];
+    return (uint32_t)((uint64_t)without * 128 / num_vertices) +
+           3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
+}
+
+/* How many regular levels there should be, given those that there are, and the bytes without any: none if that is smaller,
+ * else the finest ones as long as they take not too much. */
+static uint32_t cqi_choose_regular(const cqi_plan *p, size_t bytes, size_t without, uint32_t num_vertices)
+{
+    uint32_t k = 1;
+    if (without < bytes) return 0;
+    while (k <= p->num_regular && p->bytes_of[k] * (uint64_t)128 <=
+                                      (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices)) k++;
+    return k - 1;
+}
+
+/* With regular levels if there are any; then without, to compare; then with fewer, if some do not pay. */
+static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                                 size_t *stream_size, cq_place *place, cq_report *report)
+{
+    cqi_plan plan;
+    cq_input plain;
+    size_t without = 0;
+    uint32_t best;
+    const cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
+    plan = ((cqi_encoder *)memory)->plan;
+    if (!plan.num_regular) return result;
+    plain = *in;
+    plain.map = plain.face_map = NULL;
+    plain.progress = NULL;
+    cqi_encode_pass(&plain, memory, memory_size, 0, NULL, 0, &without, NULL, NULL);
+    best = cqi_choose_regular(&plan, *stream_size, without, in->shape.num_vertices);
+    if (best == plan.num_regular) return result;
+    return cqi_encode_pass(in, memory, memory_size, best, out, out_size, stream_size, place, report);
+}
+
+cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                    size_t *stream_size, cq_place *place, cq_report *report)
+{
+    cq_result result;
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS)
+        return CQ_ERROR_ARGUMENT;
+    if (place) place->face = place->vertex = place->other = CQ_NONE;
+    result = cqi_check_values(in, place);
+    if (result != CQ_OK) return result;
+    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
+    if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    return cqi_encode_best(in, memory, memory_size, out, out_size, stream_size, place, report);
 }
 
 #endif /* CQ_NO_ENCODER */
