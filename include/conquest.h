@@ -4526,15 +4526,18 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 
 /* -- Regular levels: weights of an encoder --
  *
- * Robust least squares: rows count the less the larger their error is, as its power -3/2, so that what is left has short
- * codes. Normal equations of at most CQI_ROWS vertices; all in integers.
+ * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left has
+ * short codes. Normal equations of at most CQI_ROWS vertices; all in integers.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_ROWS = 4096, CQI_PASSES = 4 };
+enum { CQI_ROWS = 4096, CQI_PASSES = 12 };
 
 typedef struct cqi_fit {
     int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
+    uint32_t least;              /* cost of the best weights so far, */
+    int8_t best[CQI_FINE];       /* and these */
     uint32_t cost;               /* about, in half bits */
+    int power;                   /* of the error that rows count by, -1/2 */
 } cqi_fit;
 
 /* A row: features x, and what their weighted sum in 1/16 should be. */
@@ -4546,7 +4549,7 @@ static void cqi_add_row(cqi_fit *fit, const int8_t *weight, const int32_t *x, in
     int i, j, half_bits;
     for (i = 0; i < n; i++) error -= weight[i] * x[i];
     half_bits = cqi_half_bits((cqi_abs(error) >> 7) + 1);
-    share = root[3 * half_bits % 4] >> cqi_at_most(3 * half_bits / 4, 15);
+    share = root[fit->power * half_bits % 4] >> cqi_at_most(fit->power * half_bits / 4, 15);
     fit->cost += (uint32_t)half_bits;
     for (i = 0; i < n; i++) {
         for (j = 0; j <= i; j++) fit->a[i][j] += share * x[i] * x[j];
@@ -4564,7 +4567,7 @@ static void cqi_scale_fit(cqi_fit *fit, int n)
     for (i = 0; i < n; i++) {
         for (j = 0; j <= i; j++) fit->a[i][j] = fit->a[j][i] = cqi_floor_shift_wide(fit->a[i][j], shift);
         fit->b[i] = cqi_floor_shift_wide(fit->b[i], shift);
-        fit->a[i][i] += (fit->a[i][i] >> 12) + (most >> shift >> 16) + 1;
+        fit->a[i][i] += (fit->a[i][i] >> 16) + 1;
     }
 }
 
@@ -4589,6 +4592,27 @@ static void cqi_solve(cqi_fit *fit, int8_t *weight, int n)
         x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
         weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
     }
+}
+
+/* Begins a pass: sums are empty. */
+static void cqi_begin_fit(cqi_fit *fit, int pass)
+{
+    memset(fit->a, 0, sizeof fit->a);
+    memset(fit->b, 0, sizeof fit->b);
+    if (!pass) fit->least = UINT32_MAX;
+    fit->cost = 0;
+    fit->power = pass < CQI_PASSES / 2 ? 2 : 3;
+}
+
+/* Ends one: keeps the weights that it has measured if they are the best ones so far, and improves them. */
+static void cqi_end_fit(cqi_fit *fit, int8_t *weight, int n, int last)
+{
+    if (fit->cost < fit->least) {
+        fit->least = fit->cost;
+        memcpy(fit->best, weight, (size_t)n);
+    }
+    if (last) memcpy(weight, fit->best, (size_t)n);
+    else cqi_solve(fit, weight, n);
 }
 
 /* Adds the three rows of a vertex: n features, and the offset that they should give. */
@@ -4633,9 +4657,9 @@ static uint32_t cqi_fit_fixed(cq_decoder *d)
     cq_index v;
     int pass;
     memset(r->fixed, 0, sizeof r->fixed);
-    for (pass = 0;; pass++) {
-        memset(&along, 0, sizeof along);
-        memset(&above, 0, sizeof above);
+    for (pass = 0; pass <= CQI_PASSES; pass++) {
+        cqi_begin_fit(&along, pass);
+        cqi_begin_fit(&above, pass);
         for (v = r->vertices; v < end; v = (cq_index)(v + step)) {
             const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
             cqi_vector feature[CQI_FIXED], offset;
@@ -4645,10 +4669,10 @@ static uint32_t cqi_fit_fixed(cq_decoder *d)
             offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
             cqi_add_rows(&along, &above, r->fixed, &t, feature, CQI_FIXED, offset, shift);
         }
-        if (pass == CQI_PASSES) return along.cost + above.cost;
-        cqi_solve(&along, r->fixed, CQI_FIXED);
-        cqi_solve(&above, r->fixed + CQI_FIXED, CQI_FIXED);
+        cqi_end_fit(&along, r->fixed, CQI_FIXED, pass == CQI_PASSES);
+        cqi_end_fit(&above, r->fixed + CQI_FIXED, CQI_FIXED, pass == CQI_PASSES);
     }
+    return along.least + above.least;
 }
 
 /* Chooses the axes, and the weights of the fixed prediction. */
@@ -4678,10 +4702,10 @@ static CQI_APART void cqi_plan_fine(cq_decoder *d)
     cqi_fit along, above;
     int pass;
     memset(r->fine, 0, sizeof r->fine);
-    for (pass = 0; pass < CQI_PASSES; pass++) {
+    for (pass = 0; pass <= CQI_PASSES; pass++) {
         cq_index v, record = r->faces;
-        memset(&along, 0, sizeof along);
-        memset(&above, 0, sizeof above);
+        cqi_begin_fit(&along, pass);
+        cqi_begin_fit(&above, pass);
         for (v = r->vertices; v < end; v++) {
             const cq_index h = d->mesh.out[v];
             const cqi_vector at = cqi_plan_position(d, v);
@@ -4697,8 +4721,8 @@ static CQI_APART void cqi_plan_fine(cq_decoder *d)
             to[1] = (cq_value)at.y;
             to[2] = (cq_value)at.z;
         }
-        cqi_solve(&along, r->fine, CQI_FINE);
-        cqi_solve(&above, r->fine + CQI_FINE, CQI_FINE);
+        cqi_end_fit(&along, r->fine, CQI_FINE, pass == CQI_PASSES);
+        cqi_end_fit(&above, r->fine + CQI_FINE, CQI_FINE, pass == CQI_PASSES);
         for (v = r->vertices; v < end; v++) cqi_expect(d, v);
     }
 }
@@ -7519,6 +7543,9 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     uint32_t best;
     const cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
+#ifdef CQ_TRAINING
+    return result;
+#endif
     plan = ((cqi_encoder *)memory)->plan;
     if (!plan.num_regular) return result;
     plain = *in;
