@@ -240,6 +240,8 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
+    cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
+    cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
 } cq_mesh;
 
 /* A number of bytes, which may be more than a size_t of 16 bits can say. */
@@ -300,6 +302,8 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 /* Marks the faces that a decoder has changed since its mesh had `since` vertices, so that only those are uploaded to a
  * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
  * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
+ *
+ * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is marked.
  *
  * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
  *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
@@ -661,7 +665,8 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
  *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
- *          gets 1024 vertices ready for a level. Budget 1 stops after every split. A step takes bounded time, but for
+ *          gets 1024 vertices ready for a level; of a regular level it looks at one face or inserts one vertex. Budget 1
+ *          stops after every split. A step takes bounded time, but for
  *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
@@ -949,6 +954,7 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->max_virtual = (cq_index)s->num_boundary_loops;
     m->max_virtual_faces = (cq_index)s->num_boundary_edges;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
+    m->flipped_from = m->flipped_to = m->flipped_before = 0;
 }
 
 /* -- Mesh: building ------------------------------------------------------------------------------------------------ */
@@ -1509,7 +1515,15 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 }
 
 /* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
- * those around new vertices. */
+ * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two faces
+ * then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just done, looks
+ * at all of it again; and before that, at an earlier one or at its end: at everything. */
+static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
+{
+    if (since <= m->flipped_before) return 0;
+    return since > m->flipped_from && since <= m->flipped_to ? m->flipped_from : since;
+}
+
 static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces)
 {
     cq_index h = m->out[v];
@@ -1526,7 +1540,7 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
     CQ_ASSERT(faces);
     cq_index v;
-    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
+    for (v = cqi_changed_from(m, since); v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -4791,6 +4805,9 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
         }
         r->at = 0;
         r->own = r->vertices;
+        d->mesh.flipped_before = d->mesh.flipped_to;
+        d->mesh.flipped_from = r->vertices;
+        d->mesh.flipped_to = (cq_index)(r->vertices + r->count);
         d->phase = CQI_SWEEP;
         return CQ_OK;
     }
@@ -6115,7 +6132,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     uint8_t *code = &p->level_error[p->level];
     if (code[0] < code[-1]) code[0] = code[-1];
     p->root = root;
-    p->looks = CQI_LOOKS + (p->level > 1 ? p->looks : 0);
+    p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
 }
 
@@ -7316,6 +7333,48 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
     if (p->num_seeds) memcpy(p->seed, sorted, p->num_seeds * sizeof *sorted);
 }
 
+/* -- How far a regular level is from the exact surface --
+ *
+ * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or what
+ * it was removed for, was next to; then on to neighbours of the best one while they are nearer. */
+
+static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
+{
+    const cq_mesh *m = &p->mesh;
+    uint8_t *code = &p->level_error[p->level];
+    cq_index h = m->out[near], best;
+    cqi_nearest n;
+    int k;
+    n.h = h;
+    n.error = UINT32_MAX;
+    for (k = 0; k < CQ_MAX_VALENCE || n.error == UINT32_MAX; k++, h = cq_clockwise(m, h)) {
+        if (k && h == m->out[near]) break;
+        cqi_try_face(p, h, v, &n);
+    }
+    for (k = 0, best = CQ_NONE; k < CQ_MAX_VALENCE && best != n.h; k++) {
+        best = n.h;
+        cqi_try_face(p, m->twin[best], v, &n);
+        cqi_try_face(p, m->twin[cq_next(best)], v, &n);
+        cqi_try_face(p, m->twin[cq_prev(best)], v, &n);
+    }
+    cqi_push(p, &p->attached[n.h / 3], v);
+    if (n.error > cqi_error_of_code(*code)) *code = cqi_error_code(n.error);
+}
+
+/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later levels come
+ * first, so that those of earlier ones find it. */
+static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
+{
+    cq_index k = p->num_notes;
+    p->level_error[p->level] = p->level_error[p->level - 1];
+    memset(p->attached, 0xff, cqi_all_faces(s) * sizeof(cq_index));
+    while (k--) {
+        const cq_index v = p->note[k].removed, kept = p->note[k].kept;
+        p->decoded[v] = p->mesh.out[kept] == CQ_NONE ? p->decoded[kept] : kept;
+        cqi_measure_vertex(p, v, p->decoded[v]);
+    }
+}
+
 /* Regular levels need that positions are all that there is. */
 static int cqi_may_be_regular(const cq_shape *s)
 {
@@ -7326,7 +7385,9 @@ static int cqi_may_be_regular(const cq_shape *s)
 static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
 {
     cq_index live = (cq_index)in->shape.num_vertices;
+    const int channel = cqi_context_channel(&in->shape);
     p->num_regular = 0;
+    if (channel >= 0) p->measured = in->values[channel];
     while (cqi_may_be_regular(&in->shape) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
@@ -7337,6 +7398,8 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         p->count_of[p->num_regular] = n;
         cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
         p->num_notes = (cq_index)(p->num_notes + n);
+        p->level = p->num_regular;
+        if (p->measured) cqi_measure_regular(p, &in->shape);
         live = (cq_index)(live - n);
     }
 }
