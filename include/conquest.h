@@ -5231,7 +5231,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
     if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels - d->level;
-    regular = cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
+    regular = d->regular.count || /* the first gates are no edges any more */
+              cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     d->level++;
     cqi_code_error(d);
@@ -7336,29 +7337,38 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 /* -- How far a regular level is from the exact surface --
  *
  * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or what
- * it was removed for, was next to; then on to neighbours of the best one while they are nearer. */
+ * it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
+
+/* Tries the faces around a vertex until one is near enough. */
+static void cqi_try_around(const cqi_plan *p, cq_index centre, cq_index v, cqi_nearest *n)
+{
+    const cq_mesh *m = &p->mesh;
+    const uint32_t enough = cqi_error_now(p);
+    cq_index h = m->out[centre];
+    int k = 0;
+    do {
+        cqi_try_face(p, h, v, n);
+        h = cq_clockwise(m, h);
+    } while (h != m->out[centre] && (n->error == UINT32_MAX || (n->error > enough && ++k < CQ_MAX_VALENCE)));
+}
 
 static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
 {
     const cq_mesh *m = &p->mesh;
-    uint8_t *code = &p->level_error[p->level];
-    cq_index h = m->out[near], best;
+    cq_index before = CQ_NONE;
     cqi_nearest n;
-    int k;
-    n.h = h;
+    int k, step;
     n.error = UINT32_MAX;
-    for (k = 0; k < CQ_MAX_VALENCE || n.error == UINT32_MAX; k++, h = cq_clockwise(m, h)) {
-        if (k && h == m->out[near]) break;
-        cqi_try_face(p, h, v, &n);
-    }
-    for (k = 0, best = CQ_NONE; k < CQ_MAX_VALENCE && best != n.h; k++) {
-        best = n.h;
-        cqi_try_face(p, m->twin[best], v, &n);
-        cqi_try_face(p, m->twin[cq_next(best)], v, &n);
-        cqi_try_face(p, m->twin[cq_prev(best)], v, &n);
+    cqi_try_around(p, near, v, &n);
+    for (step = 0; step < 16 && n.h != before && n.error > cqi_error_now(p); step++) {
+        before = n.h;
+        for (k = 0; k < 3; k++) {
+            const cq_index corner = m->origin[cqi_corner(before, k)];
+            if (!cq_is_virtual(m, corner)) cqi_try_around(p, corner, v, &n);
+        }
     }
     cqi_push(p, &p->attached[n.h / 3], v);
-    if (n.error > cqi_error_of_code(*code)) *code = cqi_error_code(n.error);
+    if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
 }
 
 /* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later levels come
