@@ -6378,7 +6378,7 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
  *
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
- *   2. A polygon of 4 corners can be dissolved, see below.
+ *   2. A polygon of 4 corners can be dissolved, see below, and has no virtual one. Parents are real.
  *   3. At each even vertex three polygons or more meet, and all that lies around it is different vertices: the other ends
  *      of sides, and the corners opposite it in polygons of 4.
  *
@@ -6403,7 +6403,8 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
  * vertex, nor c = f or c = e of a face of 3 corners, nor d = e. What is left is c = e or d = f with four corners
  * each; then c is opposite a in one and the end of a side from a in the other, or d so for b, against 3. */
 
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3 }; /* the lowest bits of a label; above are two sides of 3 bits */
+/* The lowest bits of a label; a bit that is set on even vertices meanwhile. In the end two sides of 3 bits are above. */
+enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of what is none */
@@ -6411,6 +6412,9 @@ enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3 }; /* the lowest bits of
 typedef struct cqi_labels {
     const cq_mesh *mesh;
     const cq_value *positions;   /* or NULL */
+    int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
+    int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
+    int least;                   /* per mille of odd vertices that the waves must find, else there is no level */
     cq_index *parent[2];         /* of each odd vertex */
     cq_index *since;             /* when an odd vertex got its label; how many odd vertices an even one is a parent of */
     uint8_t *label;
@@ -6418,9 +6422,13 @@ typedef struct cqi_labels {
     cq_index *waiting;           /* faces whose polygons are still to be checked */
     uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
     cq_index num_waiting, clock;
-    cq_index *best_parent[2], *best_since;
-    uint8_t *best_label;
+    int alike;                   /* the dissolved edges of strips shall run the same way */
+    int ready;                   /* number of the labelling that is just made and repaired, without a limit */
 } cqi_labels;
+
+/* Bytes of memory for v vertices and f faces, virtual ones included: 27 per vertex of a closed mesh. */
+#define CQI_LABEL_BYTES(v, f) \
+    (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
 
 /* Lays out memory that holds nothing now. 0: it does not suffice. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
@@ -6430,20 +6438,16 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
     arena.next = (uint8_t *)memory;
     arena.left = size;
     memset(l, 0, sizeof *l);
-    if (size < 7 * CQI_ROUND(v * sizeof(cq_index)) + CQI_ROUND(f * sizeof(cq_index)) + 2 * CQI_ROUND(v) + CQI_ROUND(f))
-        return 0;
+    if (size < CQI_LABEL_BYTES(v, f)) return 0;
     l->parent[0] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
     l->parent[1] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
     l->since = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
     l->queue = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
-    l->best_parent[0] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
-    l->best_parent[1] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
-    l->best_since = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
     l->waiting = (cq_index *)cqi_take(&arena, f, sizeof(cq_index));
     l->label = (uint8_t *)cqi_take(&arena, v, 1);
-    l->best_label = (uint8_t *)cqi_take(&arena, v, 1);
     l->face = (uint8_t *)cqi_take(&arena, f, 1);
     l->mesh = m;
+    l->least = 300;
     return 1;
 }
 
@@ -6464,6 +6468,13 @@ static int cqi_is_cut(const cqi_labels *l, cq_index h)
     const cq_index a = l->mesh->origin[h], b = cq_target(l->mesh, h);
     if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
     return !cqi_is_odd(l, b) || cqi_is_parent(l, a, b);
+}
+
+static cq_index cqi_count_odd(const cqi_labels *l)
+{
+    cq_index v, n = 0;
+    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + (cq_index)cqi_is_odd(l, v));
+    return n;
 }
 
 /* -- Regular levels: polygons -- */
@@ -6516,10 +6527,10 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
     return 1;
 }
 
-/* Are the corners 3 or 4, and all vertices different? Fills in the corners and what is joined. */
+/* Are the corners 3, or 4 real ones, and all vertices different? Fills in the corners and what is joined. */
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
-    int k, j;
+    int k, j, any_virtual = 0;
     p->corners = p->undone = 0;
     p->even = p->second = 0;
     for (k = 0; k < p->size; k++) {
@@ -6529,6 +6540,7 @@ static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
         p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
         if (cqi_is_odd(l, v)) continue;
         if (p->corners == 4) return 0;
+        any_virtual |= cq_is_virtual(l->mesh, v);
         p->corner[p->corners++] = k;
         p->even = (uint8_t)(p->even | 1 << k);
     }
@@ -6538,7 +6550,7 @@ static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
         p->joined[e[0]] = (uint8_t)(p->joined[e[0]] | 1 << e[1]);
         p->joined[e[1]] = (uint8_t)(p->joined[e[1]] | 1 << e[0]);
     }
-    return p->corners >= 3;
+    return p->corners == 3 || (p->corners == 4 && !any_virtual);
 }
 
 static int cqi_lowest_bit(int x)
@@ -6633,19 +6645,20 @@ static void cqi_redo_inside(cqi_polygon *p, int e, int second)
     p->second = (uint8_t)second;
 }
 
-/* Turns a polygon of 4 corners back to two coarse faces. Without second flips, or with one, or with two. */
-static int cqi_find_faces(cqi_polygon *p)
+/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that diagonal if
+ * it is not -1. */
+static int cqi_find_faces(cqi_polygon *p, int wanted)
 {
     int i, j;
-    if (cqi_find_dissolved(p, -1)) return 1;
+    if (cqi_find_dissolved(p, wanted)) return 1;
     for (i = 0; i < p->inner; i++) {
         const int diagonal = cqi_undo_second(p, i), second = p->second;
         if (diagonal < 0) continue;
-        if (cqi_find_dissolved(p, diagonal)) return 1;
+        if ((wanted < 0 || wanted == diagonal) && cqi_find_dissolved(p, diagonal)) return 1;
         for (j = i + 1; j < p->inner; j++) {
             const int other = cqi_undo_second(p, j);
             if (other < 0) continue;
-            if (other == diagonal && cqi_find_dissolved(p, diagonal)) return 1;
+            if (other == diagonal && (wanted < 0 || wanted == diagonal) && cqi_find_dissolved(p, diagonal)) return 1;
             cqi_redo_inside(p, j, second);
         }
         cqi_redo_inside(p, i, 0);
@@ -6653,17 +6666,28 @@ static int cqi_find_faces(cqi_polygon *p)
     return 0;
 }
 
-/* The polygon of face f, if it can be coded; p is then in its coarse state. */
-static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
-{
-    return cqi_read_region(l, f, CQI_POLYGON_FACES, p) && cqi_find_corners(l, p) &&
-           (p->corners == 3 || cqi_find_faces(p));
-}
-
 /* Is there an odd vertex behind that corner? */
 static int cqi_is_marked(const cqi_polygon *p, int corner)
 {
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
+}
+
+/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these; or
+ * -1. */
+static int cqi_alike(const cqi_polygon *p)
+{
+    if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
+    return cqi_is_marked(p, 0);
+}
+
+/* The polygon of face f, if it can be coded; p is then in its coarse state. */
+static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
+{
+    int alike;
+    if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
+    if (p->corners == 3) return 1;
+    alike = l->alike ? cqi_alike(p) : -1;
+    return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
 }
 
 /* What is said of the coarse face at the odd vertex behind a corner. */
@@ -6760,6 +6784,213 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
             if (cqi_label(l, v) == CQI_UNLABELLED && (pass || l->mesh->valence[v] != 6)) cqi_wave(l, v, any_valence);
 }
 
+/* -- Regular levels: strips --
+ *
+ * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and below
+ * an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up, down,
+ * right and left, each may be missing, and the wave carries frames on: along a row past one or two edges, whichever way
+ * the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and in `waiting`. */
+
+#define CQI_STRIP_SAMPLE 1024
+enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
+
+/* The cosine of the angle a, v, b in 1/1024. */
+static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
+{
+    cqi_vector x = cqi_offset(l->positions, v, a), y = cqi_offset(l->positions, v, b);
+    x = cqi_shift(x, cqi_bit_length((cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z)) >> CQI_OFFSET_BITS));
+    y = cqi_shift(y, cqi_bit_length((cqi_abs(y.x) | cqi_abs(y.y) | cqi_abs(y.z)) >> CQI_OFFSET_BITS));
+    return (int)(1024 * cqi_wide_dot(x, y) /
+                 ((int64_t)cqi_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
+}
+
+/* The real spoke of v, other than h, that goes straight on from vertex `from`; CQ_NONE if it bends by 60 degrees. */
+static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index s = cq_clockwise(m, h), best = CQ_NONE;
+    int least = -512;
+    for (; s != h; s = cq_clockwise(m, s)) {
+        int cosine;
+        if (cq_is_virtual(m, cq_target(m, s))) continue;
+        cosine = cqi_cosine(l, from, m->origin[h], cq_target(m, s));
+        if (cosine >= least) continue;
+        least = cosine;
+        best = s;
+    }
+    return best;
+}
+
+/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the middle one of
+ * three, or the straightest; from CQ_NONE the middle one. */
+static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, cq_index from)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index s, best = CQ_NONE;
+    int all = 0, n = 0, k = 0, least = 2048, middle;
+    for (s = cq_counterclockwise(m, first); s != last; s = cq_counterclockwise(m, s)) {
+        all++;
+        n += !cq_is_virtual(m, cq_target(m, s));
+    }
+    middle = n == 1 || from == CQ_NONE || (n == 3 && all == 3);
+    for (s = cq_counterclockwise(m, first); s != last; s = cq_counterclockwise(m, s)) {
+        int cosine;
+        if (cq_is_virtual(m, cq_target(m, s))) continue;
+        cosine = middle ? (k++ == n / 2 ? 0 : 4096) : cqi_cosine(l, from, m->origin[first], cq_target(m, s));
+        if (cosine >= least) continue;
+        least = cosine;
+        best = s;
+    }
+    return best;
+}
+
+/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad between
+ * them, or CQ_NONE. left: u is counter-clockwise of r. */
+static cq_index cqi_carry(const cq_mesh *m, cq_index r, cq_index u, int left)
+{
+    const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]);     /* the edge from the end of r to the corner beside */
+    const cq_index beside = left ? cq_target(m, side) : m->origin[side];
+    const cq_index second = left ? cq_counterclockwise(m, cq_counterclockwise(m, r)) : cq_clockwise(m, cq_clockwise(m, r));
+    cq_index over, found;
+    if (cq_is_virtual(m, beside)) return CQ_NONE;
+    if (beside != cq_target(m, u)) return second != u ? CQ_NONE : left ? side : m->twin[side];
+    over = m->twin[side]; /* the quad's diagonal is that side, the corner sought lies behind it */
+    found = left ? cq_next(over) : m->twin[cq_prev(over)];
+    return cq_is_virtual(m, cq_target(m, found)) ? CQ_NONE : found;
+}
+
+static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
+{
+    return direction == CQI_UP ? &l->parent[0][v] : direction == CQI_DOWN ? &l->parent[1][v]
+         : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
+}
+
+/* Makes v even, if it has no label: then it waits for its turn. */
+static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
+{
+    int k;
+    if (cqi_label(l, v) != CQI_UNLABELLED) return;
+    l->label[v] = CQI_EVEN;
+    for (k = 0; k < 4; k++) *cqi_frame(l, v, k) = frame[k];
+    l->queue[(*tail)++] = v;
+}
+
+/* The right and left of a frame whose up and down are known. */
+static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
+{
+    if (f[CQI_UP] == CQ_NONE || f[CQI_DOWN] == CQ_NONE) return;
+    if (f[CQI_RIGHT] == CQ_NONE)
+        f[CQI_RIGHT] = cqi_between(l, f[CQI_DOWN], f[CQI_UP], f[CQI_LEFT] == CQ_NONE ? CQ_NONE : cq_target(l->mesh, f[CQI_LEFT]));
+    if (f[CQI_LEFT] == CQ_NONE)
+        f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], f[CQI_RIGHT] == CQ_NONE ? CQ_NONE : cq_target(l->mesh, f[CQI_RIGHT]));
+}
+
+/* What lies beside along h, to its right or left: spoke u carried, or CQ_NONE. */
+static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
+{
+    return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
+}
+
+/* The spoke straight on from h, whose end's right and left are known or not. */
+static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_index left)
+{
+    const cq_mesh *m = l->mesh;
+    if (right != CQ_NONE && left != CQ_NONE) return cqi_between(l, right, left, m->origin[h]);
+    return cqi_straightest(l, m->origin[h], m->twin[h]);
+}
+
+/* Up or down, along h from v: an odd vertex, and an even one behind it. right, left: of v as seen along h. */
+static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index left, int down, cq_index *tail)
+{
+    const cq_mesh *m = l->mesh;
+    const cq_index v = m->origin[h], odd = cq_target(m, h), back = m->twin[h];
+    cq_index far, w, frame[4];
+    if (cq_is_virtual(m, odd) || cqi_label(l, odd) != CQI_UNLABELLED || m->valence[odd] > CQ_MAX_VALENCE) return;
+    right = cqi_carry_if(m, h, right, 0);
+    left = cqi_carry_if(m, h, left, 1);
+    far = cqi_go_on(l, h, right, left);
+    if (far == CQ_NONE) return;
+    w = cq_target(m, far);
+    if (cq_is_virtual(m, w) || cqi_is_odd(l, w) || w == v) return;
+    if (cq_counterclockwise(m, far) == back || cq_clockwise(m, far) == back) return;
+    cqi_make_odd(l, odd, v, w);
+    if (cqi_label(l, w) != CQI_UNLABELLED) return;
+    right = cqi_carry_if(m, far, right, 0);
+    left = cqi_carry_if(m, far, left, 1);
+    frame[down ? CQI_UP : CQI_DOWN] = m->twin[far];
+    frame[down ? CQI_DOWN : CQI_UP] = cqi_go_on(l, far, right, left);
+    frame[down ? CQI_LEFT : CQI_RIGHT] = right;
+    frame[down ? CQI_RIGHT : CQI_LEFT] = left;
+    cqi_begin_frame(l, w, frame, tail);
+}
+
+/* Right or left, along h from v: an even vertex of the same row. */
+static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left, cq_index *tail)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index frame[4];
+    if (h == CQ_NONE || cq_is_virtual(m, cq_target(m, h))) return;
+    frame[CQI_UP] = cqi_carry_if(m, h, f[CQI_UP], !left);
+    frame[CQI_DOWN] = cqi_carry_if(m, h, f[CQI_DOWN], left);
+    frame[left ? CQI_RIGHT : CQI_LEFT] = m->twin[h];
+    frame[left ? CQI_LEFT : CQI_RIGHT] = CQ_NONE;
+    if (frame[CQI_UP] != CQ_NONE || frame[CQI_DOWN] != CQ_NONE) cqi_begin_frame(l, cq_target(m, h), frame, tail);
+}
+
+/* The wave of strips from a vertex whose up is that spoke; it ends when so many even vertices have had their turn. */
+static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index head = 0, tail = 0, f[4];
+    int k;
+    f[CQI_UP] = up;
+    f[CQI_RIGHT] = f[CQI_LEFT] = CQ_NONE;
+    f[CQI_DOWN] = cqi_straightest(l, cq_target(m, up), up);
+    cqi_begin_frame(l, m->origin[up], f, &tail);
+    while (head < tail && head < most) {
+        const cq_index v = l->queue[head++];
+        for (k = 0; k < 4; k++) f[k] = *cqi_frame(l, v, k);
+        cqi_complete_frame(l, f);
+        if (f[CQI_UP] != CQ_NONE) cqi_cross_rows(l, f[CQI_UP], f[CQI_RIGHT], f[CQI_LEFT], 0, &tail);
+        if (f[CQI_DOWN] != CQ_NONE) cqi_cross_rows(l, f[CQI_DOWN], f[CQI_LEFT], f[CQI_RIGHT], 1, &tail);
+        cqi_along_row(l, f[CQI_RIGHT], f, 0, &tail);
+        cqi_along_row(l, f[CQI_LEFT], f, 1, &tail);
+    }
+}
+
+/* A real spoke. */
+static cq_index cqi_real_spoke(const cq_mesh *m, cq_index v)
+{
+    const cq_index h = m->out[v];
+    return cq_is_virtual(m, cq_target(m, h)) ? cq_counterclockwise(m, h) : h;
+}
+
+/* Strips everywhere, from the seed and from what is then left. */
+static void cqi_label_strips(cqi_labels *l, cq_index seed)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    cqi_clear_labels(l);
+    cqi_strip_wave(l, cqi_real_spoke(m, seed), CQ_NONE);
+    for (v = 0; v < m->num_vertices; v++)
+        if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
+}
+
+/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The frames
+ * need a face for each vertex. */
+static int cqi_are_quads(cqi_labels *l, cq_index seed)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v, odd, even = 0;
+    if (!l->positions || cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
+    cqi_clear_labels(l);
+    cqi_strip_wave(l, cqi_real_spoke(m, seed), CQI_STRIP_SAMPLE);
+    odd = cqi_count_odd(l);
+    for (v = 0; v < m->num_vertices; v++)
+        if (m->out[v] != CQ_NONE) even = (cq_index)(even + (cqi_label(l, v) == CQI_EVEN));
+    return (uint64_t)odd * 58 >= (uint64_t)even * 42;
+}
+
 /* -- Regular levels: repair --
  *
  * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such polygons
@@ -6824,10 +7055,11 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     return best;
 }
 
-/* Notes that a polygon has been checked. */
+/* Notes that a polygon has been checked. What lies around its corners may be new. */
 static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
 {
     int k;
+    for (k = 0; k < p->corners; k++) l->label[cqi_place(l, p, p->corner[k])] |= CQI_LOOK_AROUND;
     for (k = 0; k < p->faces; k++) {
         uint8_t *face = &l->face[p->face[k]];
         *face = (uint8_t)((*face & CQI_LISTED_FACE) | (p->corners == 4 ? CQI_OF_FOUR : 0));
@@ -6862,6 +7094,8 @@ static void cqi_wait_all(cqi_labels *l)
 }
 
 /* -- Regular levels: what lies around an even vertex -- */
+
+#define CQI_ROUNDS 64
 
 /* The odd vertex of a polygon that was labelled last, or CQ_NONE. */
 static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
@@ -6932,32 +7166,124 @@ static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
     return conflict == CQ_NONE && polygons < 3 ? last : conflict;
 }
 
-/* Makes vertices even until nothing is in conflict; 0: too many rounds. */
+/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0: too
+ * many rounds, which bounds the time that a vertex with many neighbours may take. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
-    int round;
-    for (round = 0; round < 64; round++) {
-        cq_index v, conflict, conflicts = 0;
-        cqi_repair(l);
+    int rounds, again = 1;
+    for (rounds = 0; again && rounds < CQI_ROUNDS; rounds++) {
+        cq_index v, conflict;
+        again = 0;
         for (v = 0; v < cqi_vertex_slots(m); v++) {
-            if (!cqi_is_vertex(m, v) || cqi_is_odd(l, v)) continue;
+            if (!(l->label[v] & CQI_LOOK_AROUND)) continue;
+            l->label[v] &= (uint8_t)~CQI_LOOK_AROUND;
             conflict = cqi_find_conflict(l, v);
             if (conflict == CQ_NONE) continue;
             cqi_make_even(l, conflict);
             cqi_repair(l);
-            conflicts++;
+            again = 1;
         }
-        if (!conflicts) return 1;
     }
-    return 0;
+    return !again;
 }
 
-static cq_index cqi_count_odd(const cqi_labels *l)
+/* -- Regular levels: limits --
+ *
+ * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these edges
+ * survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around it from
+ * the nearest point of the parents' edge. */
+
+#define CQI_LIMIT 16 /* steps */
+#define CQI_NORMAL_BITS 12
+
+/* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so products
+ * have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
+static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
-    cq_index v, n = 0;
-    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + (cq_index)cqi_is_odd(l, v));
-    return n;
+    const cqi_vector along = cqi_subtract(b, a);
+    const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
+    const int64_t part = at <= 0 || !length ? 0 : at >= length ? 4096 : at * 4096 / length;
+    cqi_vector x;
+    x.x = (int32_t)(16 * (int64_t)a.x + part * along.x / 256);
+    x.y = (int32_t)(16 * (int64_t)a.y + part * along.y / 256);
+    x.z = (int32_t)(16 * (int64_t)a.z + part * along.z / 256);
+    return x;
+}
+
+/* Square of the distance of a point, in 1/16, from the plane through the origin and two others, in 1/256. The normal is
+ * reduced to 12 bits, so its product with the point has 32, and the square 64. */
+static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector point)
+{
+    cqi_vector normal = cqi_cross(a, b);
+    int64_t product;
+    normal = cqi_shift(normal, cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> CQI_NORMAL_BITS));
+    product = cqi_wide_dot(normal, point);
+    product = product < 0 ? -product : product;
+    return (uint64_t)product * (uint64_t)product / ((uint64_t)cqi_wide_dot(normal, normal) + !product);
+}
+
+/* Square of how far v is from the edge a - b, in 1/256 step. */
+static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_vector at[CQ_MAX_VALENCE + 1], nearest;
+    int real[CQ_MAX_VALENCE + 1], n = 0, k, shift;
+    cq_index h = m->out[v];
+    uint32_t bits = 0;
+    uint64_t most = 0;
+    do {
+        const cq_index w = cq_target(m, h);
+        real[n] = !cq_is_virtual(m, w);
+        if (real[n]) {
+            at[n] = cqi_offset(l->positions, v, w);
+            bits |= cqi_abs(at[n].x) | cqi_abs(at[n].y) | cqi_abs(at[n].z);
+        }
+        n++;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
+    for (k = 0; k < n; k++)
+        if (real[k]) at[k] = cqi_shift(at[k], shift);
+    nearest = cqi_nearest_point(cqi_shift(cqi_offset(l->positions, v, a), shift), cqi_shift(cqi_offset(l->positions, v, b), shift));
+    for (k = 0; k < n; k++) {
+        const int next = k + 1 < n ? k + 1 : 0;
+        const uint64_t square = real[k] && real[next] ? cqi_square_off_plane(at[k], at[next], nearest) : 0;
+        if (square > most) most = square;
+    }
+    return most << 2 * shift;
+}
+
+static uint64_t cqi_square_limit(int64_t steps) { return (uint64_t)(256 * steps * steps); }
+
+/* Is v farther from the edge a - b than l->limit allows? */
+static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
+}
+
+/* Before polygons are checked: makes even what is too far. */
+static void cqi_refuse(cqi_labels *l)
+{
+    cq_index v;
+    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
+        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
+}
+
+/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8 steps
+ * three fifths are farther than 16, and a third than 32; in all at most two of three. */
+static int cqi_has_sharp_edges(const cqi_labels *l)
+{
+    cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
+    int k;
+    for (v = 0; v < l->mesh->num_vertices; v++) {
+        uint64_t square;
+        if (!cqi_is_odd(l, v)) continue;
+        square = cqi_square_off(l, v, l->parent[0][v], l->parent[1][v]);
+        for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
+        odd++;
+    }
+    return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 && far[2] >= far[0] / 3;
 }
 
 /* -- Regular levels: filling --
@@ -7037,6 +7363,7 @@ static int cqi_fill(cqi_labels *l, cq_index v)
     const cq_mesh *m = l->mesh;
     cqi_fill_ring r;
     cqi_polygon left, right;
+    const uint8_t label = l->label[v];
     int i, j, before, best_i = -1, best_j = -1, best = CQI_FILL_COST;
     cqi_read_fill_ring(l, v, &r);
     before = cqi_count_of_four(l, &r);
@@ -7052,12 +7379,12 @@ static int cqi_fill(cqi_labels *l, cq_index v)
             cost += left.corners == 4 ? CQI_FILL_COST : 0;
             if (cost >= best || !cqi_read_polygon(l, (cq_index)(r.spoke[j] / 3), &right)) continue;
             cost += right.corners == 4 ? CQI_FILL_COST : 0;
-            if (cost >= best) continue;
+            if (cost >= best || cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) continue;
             best = cost;
             best_i = i;
             best_j = j;
         }
-    l->label[v] = CQI_EVEN;
+    l->label[v] = label;
     if (best_i < 0) return 0;
     cqi_make_odd(l, v, cq_target(m, r.spoke[best_i]), cq_target(m, r.spoke[best_j]));
     cqi_read_polygon(l, (cq_index)(r.spoke[best_i] / 3), &left);
@@ -7101,18 +7428,8 @@ static void cqi_fill_all(cqi_labels *l)
 
 /* -- Regular levels: the best labelling -- */
 
-static void cqi_copy_labels(cqi_labels *l, int to_best)
-{
-    const size_t n = cqi_vertex_slots(l->mesh);
-    int k;
-    for (k = 0; k < 2; k++)
-        memcpy(to_best ? l->best_parent[k] : l->parent[k], to_best ? l->parent[k] : l->best_parent[k], n * sizeof(cq_index));
-    memcpy(to_best ? l->best_since : l->since, to_best ? l->since : l->best_since, n * sizeof(cq_index));
-    memcpy(to_best ? l->best_label : l->label, to_best ? l->label : l->best_label, n);
-}
-
-/* A seed: a vertex at about that place in their order; irregular if there is one. */
-static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int irregular)
+/* A seed: an inner vertex, if there is one, from about that place in their order on: irregular, or of valence 8. */
+static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 {
     const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
     cq_index k, any = CQ_NONE;
@@ -7120,36 +7437,93 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int irregul
         const cq_index v = (cq_index)((start + k) % n);
         if (m->out[v] == CQ_NONE) continue;
         if (any == CQ_NONE) any = v;
-        if (!irregular) break;
-        if (m->valence[v] != 6 && !cqi_on_boundary(m, v)) return v;
+        if ((eight ? m->valence[v] == 8 : m->valence[v] != 6) && !cqi_on_boundary(m, v)) return v;
     }
     return any;
 }
 
-#ifndef CQI_LABELLINGS
-#define CQI_LABELLINGS 8
-#endif
+/* Labellings are tried until one is nearly as good as can be, where one vertex of four stays. Seeds are irregular vertices:
+ * they were there before the subdivision. Waves across any even valence are for quads whose diagonals alternate, with
+ * valences 8, where the wave must begin, and 4; elsewhere those across valence 6 leave more to filling. */
+enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 4, CQI_NO_LABELS }; /* number of a labelling; 0, 2, 3: seeds for valence 6 */
+#define CQI_BEST_LABELS(vertices) ((vertices) / 10 * 7 + 1)   /* no more labellings are tried */
+#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
 
-/* Labels the mesh of l; returns the number of odd vertices. */
-static cq_index cqi_find_labels(cqi_labels *l)
+/* The waves of a labelling. */
+static void cqi_try_waves(cqi_labels *l, int number)
 {
-    cq_index best = 0, n;
-    uint32_t k;
-    for (k = 0; k < CQI_LABELLINGS; k++) {
-        cqi_label_all(l, cqi_find_seed(l->mesh, k, !(k & 1)), k >> 1 & 1);
-        cqi_wait_all(l);
-        cqi_repair(l);
-        n = cqi_count_odd(l);
-        if (n <= best) continue;
-        best = n;
-        cqi_copy_labels(l, 1);
-    }
-    if (!best) return 0;
-    cqi_copy_labels(l, 0);
+    const int any_valence = number == CQI_ANY_VALENCE;
+    l->alike = number == CQI_STRIPS;
+    if (number == CQI_STRIPS) cqi_label_strips(l, cqi_find_seed(l->mesh, 0, 0));
+    else cqi_label_all(l, cqi_find_seed(l->mesh, (uint32_t)number, any_valence), any_valence);
+}
+
+/* What follows waves: all polygons can be coded then. Returns the number of odd vertices. */
+static cq_index cqi_finish_waves(cqi_labels *l)
+{
+    cqi_refuse(l);
     cqi_wait_all(l);
     cqi_repair(l);
+    return cqi_count_odd(l);
+}
+
+/* A labelling from the waves to the end. */
+static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
+{
+    l->limit = limit;
+    if (number != l->ready) {
+        cqi_try_waves(l, number);
+        cqi_finish_waves(l);
+    }
+    l->ready = CQI_NO_LABELS;
     cqi_fill_all(l);
     return cqi_settle(l) ? cqi_count_odd(l) : 0;
+}
+
+static cq_index cqi_count_live(const cq_mesh *m)
+{
+    cq_index v, n = 0;
+    for (v = 0; v < m->num_vertices; v++) n = (cq_index)(n + (m->out[v] != CQ_NONE));
+    return n;
+}
+
+/* The best labelling. Waves across any valence label a third of any mesh, so they must do better. */
+static int cqi_choose_labelling(cqi_labels *l)
+{
+    const cq_index live = cqi_count_live(l->mesh), least = (cq_index)((uint64_t)live * (uint32_t)l->least / 1000 + 1);
+    cq_index best = 0, most = 0;
+    int k, chosen = CQI_NO_LABELS;
+    l->limit = 0;
+    l->ready = CQI_NO_LABELS;
+    for (k = 0; k < CQI_STRIPS && best < CQI_BEST_LABELS(live); k++) {
+        cq_index n;
+        if (k == 2 && most < CQI_MORE_LABELS(live)) break;
+        cqi_try_waves(l, k);
+        n = cqi_count_odd(l);
+        n = (cq_index)(n - (k == CQI_ANY_VALENCE ? n / 3 : 0));
+        if (n > most) most = n;
+        n = cqi_finish_waves(l);
+        l->ready = k;
+        n = (cq_index)(n - (k == CQI_ANY_VALENCE ? n / 8 : 0));
+        if (n <= best) continue;
+        best = n;
+        chosen = k;
+    }
+    if (most >= least) return chosen;
+    l->ready = CQI_NO_LABELS;
+    return cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
+}
+
+/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves enough. */
+static cq_index cqi_find_labels(cqi_labels *l)
+{
+    const int number = cqi_choose_labelling(l);
+    cq_index n;
+    if (number == CQI_NO_LABELS) return 0;
+    n = cqi_label_with(l, number, 0);
+    if (!n || !l->step || !l->positions || !cqi_has_sharp_edges(l)) return n;
+    n = cqi_label_with(l, number, CQI_LIMIT * l->step);
+    return n > cqi_count_live(l->mesh) / 3 ? n : cqi_label_with(l, number, 0);
 }
 
 /* -- Regular levels: undoing one -- */
@@ -7402,6 +7776,8 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cqi_labels l;
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
+        l.positions = p->measured;
+        l.step = channel < 0 ? 0 : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
         n = cqi_find_labels(&l);
         if (n < live / 12 + 1 || n < 24) return;
         p->num_regular++;
