@@ -4439,7 +4439,7 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     b = cqi_tilted(&t, cqi_from(d, a, cq_target(&d->mesh, h)));
     x[0] = cqi_rounded(sum[0] + 128 * (int64_t)b.x);
     x[1] = cqi_rounded(sum[1] + 128 * (int64_t)b.y);
-    sum[2] += t.slope_x * (x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
+    sum[2] += t.slope_x * (int64_t)(x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
     x[2] = cqi_rounded(sum[2] + 128 * (int64_t)b.z);
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
@@ -4935,6 +4935,7 @@ static int cqi_is_flippable(const cq_decoder *d, cq_index h)
 
 static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
 {
+    if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
     cqi_flip(&d->mesh, h);
     return CQ_OK;
@@ -5021,12 +5022,13 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 
 /* One of the four edges of a quadrangle whose diagonal was flipped: from a new vertex, if it is one, to an end that the
  * diagonal had. Is it flipped too? */
-static void cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int flip)
+static cq_result cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int flip)
 {
     cq_index h;
-    if (v < d->regular.vertices) return;
+    if (v < d->regular.vertices) return CQ_OK;
     h = cqi_find_spoke(&d->mesh, v, end);
-    if (cqi_is_flippable(d, h) && cqi_code_bit(d, CQI_WHICH + cqi_shape_of(d, h), flip)) cqi_flip(&d->mesh, h);
+    if (!cqi_is_flippable(d, h) || !cqi_code_bit(d, CQI_WHICH + cqi_shape_of(d, h), flip)) return CQ_OK;
+    return cqi_flip_checked(d, h);
 }
 
 /* The flip of a dissolved edge, and those of edges around. */
@@ -5035,20 +5037,19 @@ static cq_result cqi_code_dissolved(cq_decoder *d, cq_index h)
     const cq_mesh *m = &d->mesh;
     const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
     int flip[4] = { 0, 0, 0, 0 };
-    if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
+    cq_result result;
     if (CQI_ENCODING(d)) {
         flip[0] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(h));
         flip[1] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
         flip[2] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
         flip[3] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(g));
     }
-    cqi_flip(&d->mesh, h);
-    if (!cqi_code_bit(d, CQI_AFTER, flip[0] | flip[1] | flip[2] | flip[3])) return CQ_OK;
-    cqi_code_second(d, x, a, flip[0]);
-    cqi_code_second(d, x, b, flip[1]);
-    cqi_code_second(d, y, a, flip[2]);
-    cqi_code_second(d, y, b, flip[3]);
-    return CQ_OK;
+    result = cqi_flip_checked(d, h);
+    if (result != CQ_OK || !cqi_code_bit(d, CQI_AFTER, flip[0] | flip[1] | flip[2] | flip[3])) return result;
+    result = cqi_code_second(d, x, a, flip[0]);
+    if (result == CQ_OK) result = cqi_code_second(d, x, b, flip[1]);
+    if (result == CQ_OK) result = cqi_code_second(d, y, a, flip[2]);
+    return result == CQ_OK ? cqi_code_second(d, y, b, flip[3]) : result;
 }
 
 /* The flips of a face that has got its new vertices. */
@@ -5101,6 +5102,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     if (r->at == r->faces) return cqi_end_regular(d);
     if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
     result = cqi_code_flips(d, r->at);
+    if (result == CQ_OK && cqi_starved(d)) return CQ_TRUNCATED;
     r->at++;
     r->own = v;
     return result;
