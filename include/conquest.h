@@ -1975,6 +1975,7 @@ typedef struct cqi_plan {
     uint32_t most_regular;              /* and how many there may be */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
+    uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
 } cqi_plan;
@@ -5222,6 +5223,13 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
+/* Turns to the level behind `level` others. */
+static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
+{
+    p->level = p->num_levels - level;
+    p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
+}
+
 /* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
@@ -5232,7 +5240,7 @@ static cq_result cqi_step_level(cq_decoder *d)
         return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
-    if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels - d->level;
+    if (CQI_ENCODING(d)) cqi_plan_next_level(d->plan, d->level);
     regular = d->regular.count || /* the first gates are no edges any more */
               cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
     if (cqi_starved(d)) return CQ_TRUNCATED;
@@ -7774,7 +7782,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
     const int channel = cqi_context_channel(&in->shape);
     p->num_regular = 0;
     if (channel >= 0) p->measured = in->values[channel];
-    while (cqi_may_be_regular(&in->shape) && p->num_regular < p->most_regular) {
+    while (live && cqi_may_be_regular(&in->shape) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
@@ -7960,14 +7968,28 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* How many regular levels there should be, given those that there are, and the bytes without any: none if that is smaller,
- * else the finest ones as long as they take not too much. */
-static uint32_t cqi_choose_regular(const cqi_plan *p, size_t bytes, size_t without, uint32_t num_vertices)
+/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as far
+ * passes, for most vertices are much nearer; more, as all bytes are fewer; and a step. */
+static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
+    uint32_t level = other->num_levels, error;
+    while (level > 1 && other->bytes_at[level - 1] <= p->bytes_at[k]) level--;
+    error = cqi_error_of_code(other->level_error[level]);
+    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <= 4 * without * (uint64_t)error + 16 * (uint64_t)bytes;
+}
+
+/* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
+ * finest ones as long as they take not too much; and if the goal is balanced, as long as what is before them is near
+ * enough. */
+static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without, const cq_input *in)
+{
+    const uint32_t num_vertices = in->shape.num_vertices;
     uint32_t k = 1;
     if (without < bytes) return 0;
-    while (k <= p->num_regular && p->bytes_of[k] * (uint64_t)128 <=
-                                      (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices)) k++;
+    while (k <= p->num_regular &&
+           p->bytes_of[k] * (uint64_t)128 <= (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
+           (in->goal != CQ_BALANCED || !p->measured || cqi_is_near(p, k, other, bytes, without)))
+        k++;
     return k - 1;
 }
 
@@ -7990,9 +8012,11 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     plain.map = plain.face_map = NULL;
     plain.progress = NULL;
     cqi_encode_pass(&plain, memory, memory_size, 0, NULL, 0, &without, NULL, NULL);
-    best = cqi_choose_regular(&plan, *stream_size, without, in->shape.num_vertices);
+    best = cqi_choose_regular(&plan, &((cqi_encoder *)memory)->plan, *stream_size, without, in);
     if (best == plan.num_regular) return result;
-    return cqi_encode_pass(in, memory, memory_size, best, out, out_size, stream_size, place, report);
+    plain.map = in->map;
+    plain.face_map = in->face_map;
+    return cqi_encode_pass(&plain, memory, memory_size, best, out, out_size, stream_size, place, report);
 }
 
 cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,

@@ -132,7 +132,7 @@ static void smooth(sample *s, uint64_t *random) {
     exact_free(sum);
 }
 
-enum { SHAPES = 11, SHAPES_THAT_ARE_REGULAR = 8 };
+enum { SHAPES = 11 };
 
 static void shape_sample(sample *s, int which, int located) {
     uint64_t random = 11;
@@ -191,7 +191,6 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
             shape_sample(&s, which, located);
             code(&c, &s.input);
             REQUIRE_EQ(c.result, CQ_OK);
-            if (located && which < SHAPES_THAT_ARE_REGULAR) CHECK(regular_levels(c.report) > 0);
             counted += regular_levels(c.report) > 0;
             decoding_begin(&d, c.bytes, c.size);
             decoding_report(&d);
@@ -202,7 +201,7 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
             uncode(&c);
             sample_free(&s);
         }
-    CHECK(counted >= SHAPES_THAT_ARE_REGULAR);
+    CHECK(counted >= SHAPES);                   /* of two times as many */
 }
 
 /* -- Each step ------------------------------------------------------------------------------------------------------ */
@@ -317,7 +316,7 @@ TEST(damaged_streams_leave_a_valid_mesh) {
         REQUIRE_EQ(c.result, CQ_OK);
         for (tries = 0; tries < 100; ++tries) {
             uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size);
-            const size_t first = c.size - c.shape.num_channels * 0 > 60 ? 45 : 20;
+            const size_t first = c.size > 60 ? 45 : 20;
             const size_t at = first + (size_t)(next_random(&random) % (c.size - first));
             decoding d;
             cq_result result;
