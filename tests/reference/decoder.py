@@ -487,7 +487,7 @@ class Mesh:
         self.valence[ring[p]] += 1
         self.valence[ring[q]] += 1
 
-    def flip(self, a, b):  # 15.7
+    def flip(self, a, b):  # 17.7
         triangles = self.left[a, b], self.left[b, a]
         x, y = self.front[a, b], self.front[b, a]
         places = triangles[0].index(a), triangles[1].index(b)
@@ -1230,7 +1230,7 @@ class Decoder:
         return made
 
 
-# -- 15. Regular levels ------------------------------------------------------------------------------------------------
+# -- 17. Regular levels ------------------------------------------------------------------------------------------------
 
 def size_class(size):
     return min(half(size), 15)
@@ -1246,7 +1246,7 @@ def rounded(x):
 
 
 class Tilt:
-    """15.4"""
+    """17.4"""
 
     def __init__(self, normal, axes):
         nearest = 0
@@ -1342,7 +1342,7 @@ class RegularLevel:
     def weights(self, n):
         return [(self.coder.raw(8) + 128) % 256 - 128 for _ in range(n)]
 
-    # 15.2
+    # 17.2
     def read_marks(self):
         for f in range(len(self.faces)):
             for h in range(3 * f, 3 * f + 3):
@@ -1386,7 +1386,7 @@ class RegularLevel:
         start, end = self.ends(h)
         self.on[start, end] = self.on[end, start] = v
 
-    # 15.3, 15.4
+    # 17.3, 17.4
     def straight(self, a, b):
         n = self.valence[a]
         if n > 24:
@@ -1462,7 +1462,7 @@ class RegularLevel:
             if room < 0:
                 raise End("corrupt")
 
-    # 15.5
+    # 17.5
     def marks_of(self, f):
         return [h in self.marked for h in range(3 * f, 3 * f + 3)]
 
@@ -1501,7 +1501,7 @@ class RegularLevel:
         if of_h:
             self.dissolved[f] = 1 + self.marks_of(f).index(True)
 
-    # 15.6
+    # 17.6
     def around(self, h):
         """For each real side: new vertices next, previous; apex; straight on; beyond."""
         a, b = self.ends(h)
@@ -1565,7 +1565,7 @@ class RegularLevel:
                                          (predicted + 128 >> 6) % 4)
         return rounded(predicted) + residual
 
-    # 15.7
+    # 17.7
     def sweep(self):
         for f in range(len(self.faces)):
             while self.decoder.vertices < self.old + len(self.edges) and \
@@ -1591,7 +1591,7 @@ class RegularLevel:
         decoder.values.append(place)
         decoder.vertices += 1
 
-    # 15.7, 15.8
+    # 17.7, 17.8
     def is_flippable(self, a, b):
         mesh = self.mesh
         x, y = mesh.front[a, b], mesh.front[b, a]
