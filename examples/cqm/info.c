@@ -147,14 +147,17 @@ static void print_parts(const cq_report *r, const struct extent *extent)
     printf("%-12s%12.1f%16.3f\n", "total", bits / 8, ratio(bits, vertices));
 }
 
-/* Means are per split. The error is that of the mesh before the level, in steps of the grid. */
+/* Means are per split, or per vertex that a regular level inserts; of such one `i` and `j` mean nothing. The error is that of the mesh before the level, in steps of the grid. */
 static void print_level(const cq_report *r, uint32_t k)
 {
     const cq_level *l = &r->level[k];
     double splits = l->num_splits;
     printf("%5lu%10lu%10lu%10lu", (unsigned long)k + 1, (unsigned long)l->num_vertices, (unsigned long)l->num_patches,
            (unsigned long)l->num_splits);
-    printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
+    if (l->regular)
+        printf("%16s", "regular");
+    else
+        printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
     printf("%8.2f%8.2f%8.2f", ratio(in_bits(l->flags), splits), ratio(in_bits(l->indices), splits),
            ratio(in_bits(l->values), splits));
     if (find_measured(&r->shape) != NULL)
@@ -207,7 +210,8 @@ static void print_json_channel(const cq_channel *c)
 
 static void print_json_level(const cq_shape *shape, const cq_level *l)
 {
-    printf("{\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
+    printf("{\"type\": \"%s\", ", l->regular ? "regular" : "conquest");
+    printf("\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
            (unsigned long)l->num_vertices, (unsigned long)l->num_patches, (unsigned long)l->num_splits,
            (unsigned long)l->sum_i, (unsigned long)l->sum_j);
     print_json_bits("flags", l->flags, ", ");

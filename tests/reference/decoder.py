@@ -516,6 +516,18 @@ class Mesh:
         self.valence[ring[p]] += 1
         self.valence[ring[q]] += 1
 
+    def flip(self, a, b):  # 17.7
+        triangles = self.left[a, b], self.left[b, a]
+        x, y = self.front[a, b], self.front[b, a]
+        places = triangles[0].index(a), triangles[1].index(b)
+        del self.left[a, b], self.left[b, a], self.front[a, b], self.front[b, a]
+        for triangle, k, corners in zip(triangles, places, ((y, x, a), (x, y, b))):
+            for n, corner in enumerate(corners):
+                triangle[(k + n) % 3] = corner
+            self.enter(triangle)
+        for v, change in (a, -1), (b, -1), (x, 1), (y, 1):
+            self.valence[v] += change
+
     def add(self, *corners):
         triangle = list(corners)
         (self.virtual if any(map(self.is_virtual, corners)) else self.real).append(triangle)
@@ -1455,6 +1467,7 @@ class Decoder:
         self.questions, self.linear = Questions(), Linear()
         self.plain = [self.linear.along[5][:3] + [49152] for _ in self.header.channels]  # 9.9, and 15.5
         self.code, self.active = 0, 0
+        self.regular = False
 
     # -- 6. Base values
 
@@ -1542,11 +1555,15 @@ class Decoder:
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
-        if self.coder.bit("OTHER_LEVEL"):
-            self.reject("unsupported")
+        self.regular = self.regular or self.coder.bit("OTHER_LEVEL")
         self.end_step()
         self.read_error()
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
+        if self.regular:
+            if len(self.header.channels) > 1 or (self.header.channels and not self.header.position):
+                raise End("unsupported")
+            RegularLevel(self).decode()
+            return
         self.read_active()
         self.pairs.ruled = not self.header.position or self.coder.bit("RULED")
         self.end_step()
@@ -1714,6 +1731,428 @@ class Decoder:
             beside = [self.face_values.get(id(self.mesh.left[edge])) for edge in ((ring.centre, x), (x, ring.centre))]
             made.append(self.copy(channel, made[:1] + [values[k] for values in beside if values]))
         return made
+
+
+# -- 17. Regular levels ------------------------------------------------------------------------------------------------
+
+def size_class(size):
+    return min(half(size), 15)
+
+
+def ratio_class(a, b, low, middle, high):
+    x = log8(a + 1) - log8(b + 1)
+    return 0 if x < low else 1 if x < middle else 2 if x < high else 3
+
+
+def rounded(x):
+    return x + 128 >> 8
+
+
+class Tilt:
+    """17.4"""
+
+    def __init__(self, normal, axes):
+        nearest = 0
+        if axes:
+            k = axes - 1
+        else:
+            largest = 0
+            for c in normal:
+                largest |= abs(c)
+            normal = shifted(normal, 1 + (largest >> 20).bit_length())
+            k = 1 if abs(normal[1]) > abs(normal[0]) else 0
+            if abs(normal[2]) > abs(normal[k]):
+                k = 2
+            nearest = normal[k]
+        self.axis = [(k + 1) % 3, (k + 2) % 3, k]
+        self.slope = [-quotient(normal[c] * 256, nearest) if nearest else 0 for c in self.axis[:2]]
+
+    def tilted(self, vector):
+        return [vector[c] for c in self.axis]
+
+    def above(self, vector):
+        x, y, z = self.tilted(vector)
+        return [x, y, z - (self.slope[0] * x >> 8) - (self.slope[1] * y >> 8)]
+
+    def weighted(self, features, weights):
+        n = len(features)
+        sums = [0, 0, 0]
+        for k, feature in enumerate(map(self.above, features)):
+            for c in range(3):
+                sums[c] += weights[k + (n if c == 2 else 0)] * feature[c]
+        return sums
+
+
+class RegularLevel:
+    def __init__(self, decoder):
+        self.decoder, self.coder, self.mesh = decoder, decoder.coder, decoder.mesh
+        self.located = decoder.header.position is not None
+        self.old, self.faces = decoder.vertices, [list(t) for t in self.mesh.real]
+        self.of = {}
+        for f, t in enumerate(self.faces):
+            for k in range(3):
+                self.of[t[k], t[(k + 1) % 3]] = 3 * f + k
+        self.front, self.valence = dict(self.mesh.front), dict(self.mesh.valence)
+        self.marked = set()             # halfedges
+        self.on = {}                    # the new vertex of an edge, by both directions
+        self.edges = []                 # halfedges of the new vertices
+        self.dissolved = {}             # of a face: 1 + side
+        self.central = 2
+        self.length = self.size = 0
+        self.classes = {}               # of new vertices
+
+    # halfedges of the coarse mesh
+    def ends(self, h):
+        t = self.faces[h // 3]
+        return t[h % 3], t[(h + 1) % 3]
+
+    def twin(self, h):
+        """None: of a virtual triangle."""
+        a, b = self.ends(h)
+        return self.of.get((b, a))
+
+    def following(self, h):
+        return h // 3 * 3 + (h % 3 + 1) % 3
+
+    def previous(self, h):
+        return h // 3 * 3 + (h % 3 + 2) % 3
+
+    def new_on(self, h):
+        return self.on.get(self.ends(h))
+
+    def at(self, v):
+        return self.expected[v] if v >= self.decoder.vertices else self.decoder.values[v]
+
+    def offset(self, a, b):
+        return minus(self.at(b), self.at(a))
+
+    def distance(self, a, b):
+        return norm(self.offset(a, b))
+
+    def decode(self):
+        self.read_marks()
+        if self.located:
+            self.axes = self.coder.raw(2)
+            self.fixed = self.weights(6)
+            self.decoder.end_step()
+            self.expect()
+        self.read_dissolves()
+        if self.located:
+            self.fine = self.weights(14)
+            self.decoder.end_step()
+        self.sweep()
+
+    def weights(self, n):
+        return [(self.coder.raw(8) + 128) % 256 - 128 for _ in range(n)]
+
+    # 17.2
+    def read_marks(self):
+        for f in range(len(self.faces)):
+            for h in range(3 * f, 3 * f + 3):
+                twin = self.twin(h)
+                if twin is None or twin > h:
+                    self.read_mark(h, twin)
+            self.decoder.end_step()
+        count = len(self.edges)
+        if count < self.old // 16 + 1 or count <= len(self.faces) // 32:
+            raise End("corrupt")
+
+    def state(self, h, now):
+        twin = self.twin(h)
+        known = h < now or (twin is not None and twin < now)
+        return int(h in self.marked) if known else 2
+
+    def pair(self, h, now):
+        if h is None:
+            return 0
+        states = sorted((self.state(self.following(h), now), self.state(self.previous(h), now)))
+        return [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index(tuple(states))
+
+    def read_mark(self, h, twin):
+        a, b = sorted((self.pair(h, h), self.pair(twin, h)))
+        row = 0
+        if self.located:
+            length = 16 * self.distance(*self.ends(h))
+            if self.edges:
+                row = 1 + ratio_class(length, self.length, -10, -4, 4)
+        if not self.coder.bit("MARK", 5 * (b * (b + 1) // 2 + a) + row):
+            return
+        v = self.old + len(self.edges)
+        if v >= self.decoder.header.vertices:
+            self.decoder.reject("corrupt")
+        if self.located:
+            self.length = self.length - (self.length >> 5) + (length >> 5) if self.edges else length
+        self.edges.append(h)
+        self.marked.add(h)
+        if twin is not None:
+            self.marked.add(twin)
+        start, end = self.ends(h)
+        self.on[start, end] = self.on[end, start] = v
+
+    # 17.3, 17.4
+    def straight(self, a, b):
+        n = self.valence[a]
+        if n > 24:
+            return None
+        right, left = self.front[b, a], self.front[a, b]
+        if self.mesh.is_virtual(right):
+            return self.front[right, a]
+        if self.mesh.is_virtual(left):
+            return self.front[a, left]
+        end = None
+        for k in range(n):
+            if self.mesh.is_virtual(b):
+                return None
+            if 2 * k == n:
+                end = b
+            b = self.front[b, a]
+        return end
+
+    def tilt(self, b, tips):
+        largest = 0
+        for vector in [b] + [tip for tip in tips if tip]:
+            for c in vector:
+                largest |= abs(c)
+        shift = (largest >> 13).bit_length()
+        b = shifted(b, shift)
+        normal = [0, 0, 0]
+        if tips[0]:
+            normal = cross(b, shifted(tips[0], shift))
+        if tips[1]:
+            normal = plus(normal, cross(shifted(tips[1], shift), b))
+        return Tilt(normal, self.axes)
+
+    def fixed_features(self, h):
+        a, b_vertex = self.ends(h)
+        b = self.offset(a, b_vertex)
+        tips, wings, ahead, found = [None, None], [], [0, 0, 0], 0
+        for i, s in enumerate((h, self.twin(h))):
+            start, end = (a, b_vertex) if i == 0 else (b_vertex, a)
+            on = self.straight(start, end)
+            if on is not None:
+                found += 1 + i
+                ahead = plus(ahead, self.offset(a, on))
+            if s is None:
+                continue
+            tips[i] = self.offset(a, self.front[start, end])
+            beyond = [self.twin(self.following(s)), self.twin(self.previous(s))]
+            if None not in beyond:
+                wings += [self.offset(a, self.ends(self.previous(g))[0]) for g in beyond]
+        none = [0, 0, 0]
+        both = tips[0] and tips[1]
+        first = [2 * (x + y - z) for x, y, z in zip(*tips, b)] if both else none
+        second = [x - 2 * y for x, y in zip(total(wings), b)] if len(wings) == 4 else first
+        if found == 1:
+            ahead = plus(ahead, [2 * x for x in b])
+        third = [2 * (x - (2 * y if found == 2 else y)) for x, y in zip(ahead, b)] if found else none
+        return [first, second, third], self.tilt(b, tips), b
+
+    def expect(self):
+        self.expected = {}
+        room = self.decoder.header.faces - len(self.faces)
+        most = (1 << self.decoder.header.position.bits) - 1
+        for n, h in enumerate(self.edges):
+            features, tilt, b = self.fixed_features(h)
+            sums = tilt.weighted(features, self.fixed)
+            b = tilt.tilted(b)
+            x, y = (rounded(sums[c] + 128 * b[c]) for c in range(2))
+            z = rounded(sums[2] + tilt.slope[0] * (x - (b[0] >> 1)) + tilt.slope[1] * (y - (b[1] >> 1)) + 128 * b[2])
+            place = list(self.at(self.ends(h)[0]))
+            for c, offset in zip(tilt.axis, (x, y, z)):
+                place[c] = clamp(place[c] + offset, 0, most)
+            self.expected[self.old + n] = place
+            room -= 1 if self.twin(h) is None else 2
+            if room < 0:
+                raise End("corrupt")
+
+    # 17.5
+    def marks_of(self, f):
+        return [h in self.marked for h in range(3 * f, 3 * f + 3)]
+
+    def expected_tip(self, h):
+        v, w = self.new_on(self.following(h)), self.new_on(self.previous(h))
+        return v if v is not None else w if w is not None else self.ends(self.previous(h))[0]
+
+    def shape(self, a, b, x, y):
+        return ratio_class(self.distance(x, y), self.distance(a, b), -4, 0, 4) if self.located else 4
+
+    def read_dissolves(self):
+        for f in range(len(self.faces)):
+            for h in range(3 * f, 3 * f + 3):
+                twin = self.twin(h)
+                if twin is not None and twin > h:
+                    self.read_dissolve(h, twin)
+            self.decoder.end_step()
+
+    def read_dissolve(self, h, g):
+        f, e = h // 3, g // 3
+        of_h, of_g = sum(self.marks_of(f)), sum(self.marks_of(e))
+        if h in self.marked or of_h + of_g == 0 or f in self.dissolved or e in self.dissolved:
+            return
+        if of_h + of_g >= 3:
+            around = of_h + of_g + 1
+        elif of_h + of_g < 2:
+            around = 0
+        elif of_h != of_g:
+            around = 1
+        else:
+            around = 2 + ((self.following(h) in self.marked) != (self.following(g) in self.marked))
+        shape = self.shape(*self.ends(h), self.expected_tip(h), self.expected_tip(g)) if self.located else 4
+        if not self.coder.bit("DISSOLVED", 5 * around + shape):
+            return
+        self.dissolved[e] = 1 + g % 3
+        if of_h:
+            self.dissolved[f] = 1 + self.marks_of(f).index(True)
+
+    # 17.6
+    def around(self, h):
+        """For each real side: new vertices next, previous; apex; straight on; beyond."""
+        a, b = self.ends(h)
+        for s, start, end in (h, a, b), (self.twin(h), b, a):
+            if s is None:
+                continue
+            on = self.straight(start, end)
+            beyond = []
+            for side, turned in (self.following(s), self.following), (self.previous(s), self.previous):
+                g = self.twin(side)
+                beyond.append(None if g is None else self.new_on(turned(g)))
+            yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
+                   None if on is None else self.on.get((start, on)), beyond)
+
+    def position(self, v, h):
+        a, b = self.ends(h)
+        sides = list(self.around(h))
+        features = [[0, 0, 0] for _ in range(7)]
+        total_size, weight = 0, 1
+
+        def add(k, w):
+            if w is not None:
+                features[k] = plus(features[k], self.offset(v, w))
+
+        for beside, tip, on, beyond in sides:
+            for w, u in zip(beside, beyond):
+                add(0 if w is not None and w < v else 1, w)
+                add(3 if u is not None and u < v else 4, u)
+                if w is not None and w < v:
+                    total_size += 2 * self.classes[w]
+                    weight += 2
+                if u is not None and u < v:
+                    total_size += self.classes[u]
+                    weight += 1
+            add(2, tip)
+            add(5, on)
+        for w in a, b:
+            add(6, w)
+        for k in 2, 5, 6:
+            features[k] = [2 * x for x in features[k]]
+        expected = (64 * total_size + self.size) // (16 * weight)
+        tips = [self.offset(a, tip) for _, tip, _, _ in sides]
+        tilt = self.tilt(self.offset(a, b), (tips + [None])[:2])
+        sums = tilt.weighted(features, self.fine)
+        x = self.coordinate("NEW_ALONG", expected, sums[0])
+        of_x = abs(x - rounded(sums[0]))
+        y = self.coordinate("NEW_ALONG", (3 * expected + 4 * size_class(3 * of_x)) // 4, sums[1])
+        of_y = abs(y - rounded(sums[1]))
+        sums[2] += tilt.slope[0] * x + tilt.slope[1] * y
+        z = self.coordinate("NEW_ABOVE", (3 * expected + 4 * size_class((of_x + of_y) * 3 // 2)) // 4, sums[2])
+        self.classes[v] = size_class(of_x + of_y + abs(z - rounded(sums[2])))
+        self.size += 2 * self.classes[v] - (self.size >> 5)
+        place = list(self.expected[v])
+        for c, offset in zip(tilt.axis, (x, y, z)):
+            place[c] += offset
+        return place
+
+    def coordinate(self, kind, size, predicted):
+        row = (size + 2) // 4
+        residual = self.decoder.residual(kind, 0 if row < 4 else (row - 3) // 2, 16 * min(row, 11), 26,
+                                         (predicted + 128 >> 6) % 4)
+        return rounded(predicted) + residual
+
+    # 17.7
+    def sweep(self):
+        for f in range(len(self.faces)):
+            while self.decoder.vertices < self.old + len(self.edges) and \
+                    self.edges[self.decoder.vertices - self.old] // 3 == f:
+                self.insert()
+                self.decoder.stop_here()
+            self.flip_face(f)
+
+    def insert(self):
+        decoder, mesh = self.decoder, self.mesh
+        v = decoder.vertices
+        h = self.edges[v - self.old]
+        a, b = self.ends(h)
+        place = self.position(v, h) if self.located else []
+        decoder.end_step()
+        bits = decoder.header.position.bits if self.located else 0
+        p, q = mesh.front[a, b], mesh.front[b, a]
+        virtual = mesh.is_virtual(p) + mesh.is_virtual(q)
+        if any(not 0 <= x < 1 << bits for x in place) or len(mesh.real) + 2 - virtual > decoder.header.faces or \
+                len(mesh.virtual) + virtual > decoder.header.edges:
+            raise End("corrupt")
+        mesh.split(a, v, [p, b, q], 0, 2)
+        decoder.values.append(place)
+        decoder.vertices += 1
+
+    # 17.7, 17.8
+    def is_flippable(self, a, b):
+        mesh = self.mesh
+        x, y = mesh.front[a, b], mesh.front[b, a]
+        return not any(map(mesh.is_virtual, (a, b, x, y))) and max(x, y) >= self.old and x != y and \
+            mesh.valence[a] > 3 and mesh.valence[b] > 3 and (x, y) not in mesh.left
+
+    def flip(self, a, b):
+        self.decoder.end_step()
+        if not self.is_flippable(a, b):
+            raise End("corrupt")
+        self.mesh.flip(a, b)
+
+    def shape_of(self, a, b):
+        return self.shape(a, b, self.mesh.front[a, b], self.mesh.front[b, a]) if self.located else 4
+
+    def flip_face(self, f):
+        marks, side = self.marks_of(f), self.dissolved.get(f, 0)
+        if sum(marks) > 1:
+            (self.diagonal if sum(marks) == 2 else self.middle)(*self.hub(f))
+        if side and not marks[side - 1]:
+            self.dissolve(*reversed(self.ends(3 * f + side - 1)))
+        self.decoder.end_step()
+
+    def hub(self, f):
+        """The hub, and the corner opposite to its side."""
+        sides = [self.new_on(h) for h in range(3 * f, 3 * f + 3)]
+        hub = min(v for v in sides if v is not None)
+        return hub, self.faces[f][(sides.index(hub) + 2) % 3]
+
+    def diagonal(self, hub, corner):
+        if self.coder.bit("TWO", self.shape_of(hub, corner)):
+            self.flip(hub, corner)
+
+    def middle(self, hub, corner):
+        front = self.mesh.front
+        right, left = front[corner, hub], front[hub, corner]
+        self.central = self.coder.bit("CENTRAL", self.central)
+        fan = 0
+        if not self.central:
+            lengths = [self.distance(hub, corner), self.distance(right, front[hub, left]),
+                       self.distance(left, front[right, hub])] if self.located else [0, 0, 0]
+            order = sorted(range(3), key=lambda k: lengths[k])
+            fan = order[0] if self.coder.bit("SHORTEST") else order[1] if self.coder.bit("SHORTER") else order[2]
+            if fan == 0:
+                return
+        self.flip(hub, corner)
+        if not self.central:
+            self.flip(hub, left if fan == 1 else right)
+
+    def dissolve(self, a, b):
+        x, y = self.mesh.front[a, b], self.mesh.front[b, a]
+        self.flip(a, b)
+        if not self.coder.bit("AFTER"):
+            return
+        for v in x, y:
+            for end in a, b:
+                if v >= self.old and self.is_flippable(v, end) and self.coder.bit("WHICH", self.shape_of(v, end)):
+                    self.flip(v, end)
 
 
 def dump(decoder):
