@@ -143,8 +143,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     return_maps  also return the decoded number of each vertex, uint32 (V,), and of each face, uint32 (F,).
     attributes   normals, texcoords, colors, weights, joints, numbers, groups, materials, generic: conquest.channels.
 
-    Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite; ValueError and
-    TypeError for arrays of other shapes and types.
+    Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite;
+    ValueError and TypeError for arrays of other shapes and types.
     """
     if goal not in GOALS:
         raise ValueError(f"goal: {goal!r}, expected one of {', '.join(GOALS)}")
