@@ -50,7 +50,8 @@ class Decoder:
 
     Vertices never change once they are there (with encode's clean=False, those at seams may move), so their arrays
     only grow at the end: what was decoded is computed once, and an array that was taken before stays right. Faces do
-    change: `faces` is a view of the decoder's own memory, to be copied if it has to stay as it is. All arrays are read-only.
+    change: `faces` is a view of the decoder's own memory, to be copied if it has to stay as it is. All arrays are
+    read-only.
 
     max_memory  bytes that a header may ask for; more is a MemoryError.
     """
