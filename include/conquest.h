@@ -4941,7 +4941,10 @@ static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
 {
     const size_t n = d->shape.channel[k].components;
-    return !memcmp(d->channel[k] + a * n, d->channel[k] + b * n, n * sizeof(cq_value));
+    const cq_value *const of_a = d->channel[k] + a * n, *const of_b = d->channel[k] + b * n;
+    size_t c = 0;
+    while (c < n && of_a[c] == of_b[c]) c++;
+    return c == n;
 }
 
 /* Is channel k of a row as that of another one? Then it is copied. */
@@ -8792,7 +8795,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     cq_index *faces, *aside, k;
     size_t j;
     arena->left -= n * sizeof(cq_index) + arena->left % 4;
-    faces = (cq_index *)(arena->next + arena->left);
+    faces = (cq_index *)(void *)(arena->next + arena->left);
     for (j = n; j--;) faces[j] = p->fan[j];
     cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
     cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));

@@ -48,9 +48,10 @@ class Decoder:
             draw(decoder.vertices, decoder.faces)
         decoder.finish()
 
-    Vertices never change once they are there (with encode's clean=False, those at seams may move), so their arrays only
-    grow at the end: what was decoded is computed once, and an array that was taken before stays right. Faces do change: `faces` is a view of the decoder's own memory,
-    to be copied if it has to stay as it is. All arrays are read-only.
+    Vertices never change once they are there (with encode's clean=False, those at seams may move), so their arrays
+    only grow at the end: what was decoded is computed once, and an array that was taken before stays right. Faces do
+    change: `faces` is a view of the decoder's own memory, to be copied if it has to stay as it is. All arrays are
+    read-only.
 
     max_memory  bytes that a header may ask for; more is a MemoryError.
     """
@@ -283,8 +284,8 @@ class Decoder:
         return int(self._decoder.mesh.num_vertices)
 
     def changed_blocks(self, since: int, shift: int = 6) -> NDArray[np.bool_]:
-        """Which blocks of 2^shift faces have changed since there were `since` surface_vertices: bool (blocks,). Vertices
-        that were there then are as they were, if the stream was encoded with clean."""
+        """Which blocks of 2^shift faces have changed since there were `since` surface_vertices: bool (blocks,).
+        Vertices that were there then are as they were, if the stream was encoded with clean."""
         blocks = np.zeros((int(self._decoder.mesh.num_faces) + (1 << shift) - 1) >> shift, np.uint8)
         if blocks.size:
             lib.cq_mesh_changes(ffi.addressof(self._decoder, "mesh"), since, shift,

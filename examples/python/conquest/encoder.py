@@ -114,12 +114,14 @@ def _as_faces(faces: ArrayLike) -> NDArray[np.uint32]:
 
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
-           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ..., return_maps: Literal[False] = ..., **attributes: ArrayLike) -> bytes: ...
+           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
+           return_maps: Literal[False] = ..., **attributes: ArrayLike) -> bytes: ...
 
 
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
-           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ..., return_maps: Literal[True], **attributes: ArrayLike,
+           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
+           return_maps: Literal[True], **attributes: ArrayLike,
            ) -> tuple[bytes, NDArray[np.uint32], NDArray[np.uint32]]: ...
 
 
@@ -130,8 +132,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
 
     vertices     float (V, 3), finite, in any unit. Where a seam of normals, texture coordinates or colors runs, a place
                  has several of them, as in the vertex buffers of a GPU.
-    faces        int (F, 3), 0 .. V - 1, counter-clockwise. What is no surface, as a face that names a vertex twice, comes
-                 back, too.
+    faces        int (F, 3), 0 .. V - 1, counter-clockwise. What is no surface, as a face that names a vertex twice,
+                 comes back, too.
     bits         of a coordinate: 1 .. 24, positions are rounded to a grid with 2^bits points along the longest side of
                  their box; 32, they come back as 32-bit floats. Or of several: {"positions": 14, "normals": 12}.
     goal         "balanced": features of the surface go last; "least-connectivity": collapses by valences alone.
@@ -141,7 +143,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     return_maps  also return the decoded number of each vertex, uint32 (V,), and of each face, uint32 (F,).
     attributes   normals, texcoords, colors, weights, joints, numbers, groups, materials, generic: conquest.channels.
 
-    Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite; ValueError and TypeError for arrays of other shapes and types.
+    Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite;
+    ValueError and TypeError for arrays of other shapes and types.
     """
     if goal not in GOALS:
         raise ValueError(f"goal: {goal!r}, expected one of {', '.join(GOALS)}")
