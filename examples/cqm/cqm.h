@@ -67,7 +67,7 @@ struct output {
 };
 
 int open_output(struct output *output, const char *path);
-int close_output(struct output *output);   /* 0, and no file, if a write has failed */
+int close_output(struct output *output, int is_good);   /* 0, and no file, if it is not or a write has failed */
 
 /* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they do not, or
  * contradict each other. */

@@ -102,18 +102,17 @@ static int save_mesh(struct mesh_file *mesh, const char *path, enum mesh_format 
     struct output output;
     if (!open_output(&output, path))
         return 0;
-    int ok = mesh_write(mesh, output.file, format) || ferror(output.file) || complain(path, "out of memory");
-    return close_output(&output) && ok;
+    int is_good = mesh_write(mesh, output.file, format) || ferror(output.file) || complain(path, "out of memory");
+    return close_output(&output, is_good);
 }
 
-/* Is channel k written to the file? Of faces, labels are. */
+/* Is channel k written to the file? Those of faces that are labels are told as such. */
 static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format)
 {
     const cq_channel *c = &shape->channel[k];
     int attributes = format == MESH_OBJ || format == MESH_PLY;
     if (c->merge == CQ_PER_FACE)
-        return c->kind == CQ_TURNED || (c->kind == CQ_GENERIC && format == MESH_OBJ)
-               || (find_channel(shape, CQ_GROUP, 1) == (int)k && (format == MESH_OBJ || format == MESH_PLY));
+        return c->kind == CQ_TURNED || c->kind == CQ_GENERIC || find_channel(shape, CQ_GROUP, 1) == (int)k;
     if (find_channel(shape, (cq_kind)c->kind, 0) != (int)k)
         return 0;
     switch (c->kind) {
@@ -134,11 +133,39 @@ static double float_distance(const struct mesh_file *mesh)
     return distance;
 }
 
+/* PLY has normals of vertices alone, and then texture coordinates, too: no face can be without. */
+static int has_faces_without(const struct mesh_file *mesh)
+{
+    int lost = 1 << MESH_NORMALS;
+    if (mesh->attribute[MESH_NORMALS].corner != NULL || mesh->attribute[MESH_COLORS].corner != NULL)
+        lost |= 1 << MESH_TEXCOORDS;
+    for (size_t f = 0; f < mesh->num_faces && mesh->marks != NULL; f++)
+        if ((mesh->marks[f] & lost) != 0)
+            return 1;
+    return 0;
+}
+
+/* Materials, groups, objects. */
+static int tell_labels_not_written(const struct mesh_file *mesh, const char *path, enum mesh_format format, int quiet)
+{
+    static const char *const names[MESH_NUM_LABELS] = { "materials", "groups", "objects" };
+    int losses = 0;
+    for (int k = 0; k < MESH_NUM_LABELS; k++)
+        if (mesh->label[k].of_face != NULL && format != MESH_OBJ && (format != MESH_PLY || k != MESH_MATERIALS)
+                && ++losses > 0 && !quiet)
+            complain(path, "dropped: %s of the stream, which this format does not have", names[k]);
+    if (mesh->libraries != NULL && format != MESH_OBJ && ++losses > 0 && !quiet)
+        complain(path, "dropped: names of material libraries");
+    if (format == MESH_PLY && has_faces_without(mesh) && ++losses > 0 && !quiet)
+        complain(path, "changed: faces without normals or texture coordinates get some, as PLY needs them");
+    return losses;
+}
+
 /* Says what the file does not hold of the stream. Returns how many things these are. */
 static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh, const char *path,
                             enum mesh_format format, int quiet)
 {
-    int losses = 0;
+    int losses = tell_labels_not_written(mesh, path, format, quiet);
     for (uint32_t k = 0; k < shape->num_channels; k++)
         if (!is_written(shape, k, format) && ++losses > 0 && !quiet)
             complain(path, "dropped: %s%s of the stream, which this format or this program does not write",

@@ -390,7 +390,7 @@ static int save_stream(const char *path, const uint8_t *data, size_t size)
     if (!open_output(&output, path))
         return 0;
     fwrite(data, 1, size, output.file);
-    return close_output(&output);
+    return close_output(&output, 1);
 }
 
 int run_encode(const struct options *options)

@@ -296,7 +296,7 @@ def test_materials(mesh):
     messages, _ = cqm("decode", stream, FOLDER / "m.ply")
     check(f"PLY has them as textures: {messages}", messages == "" and b"comment TextureFile dark  green\n" in (FOLDER / "m.ply").read_bytes())
     messages, _ = cqm("decode", stream, FOLDER / "m.off")
-    check(f"OFF has no materials: {messages}", "dropped: group of the stream" in messages)
+    check(f"OFF has no materials: {messages}", "dropped: materials of the stream" in messages)
     cqm("encode", "--channels", "positions", source, stream)
     cqm("decode", stream, out)
     check("materials are not wanted", "usemtl" not in out.read_text())
