@@ -5751,8 +5751,10 @@ typedef struct cqi_encoder {
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
+#ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
+#endif
 
 /* With num_rows, which a call has found, that many vertices are enough for the mesh. */
 size_t cq_encoder_bytes(const cq_shape *shape)
@@ -5837,7 +5839,11 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
     return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
 }
 
+#ifdef CQ_NO_WEDGES
+#define cqi_is_seam(p, h) 0
+#else
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
+#endif
 
 static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
 {
@@ -6428,7 +6434,6 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
-#define cqi_is_seam(p, h) 0
 #else
 
 static cq_index cqi_wedge_at(const cqi_plan *p, cq_index h)
@@ -7864,9 +7869,9 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     return result;
 }
 
-#endif
-
 static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
+
+#endif
 
 /* Builds the mesh that is coded. */
 static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
@@ -7908,6 +7913,9 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
     if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
+#ifdef CQ_NO_WEDGES
+    if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+#endif
     if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
