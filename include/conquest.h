@@ -4485,13 +4485,13 @@ static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
     return bit;
 }
 
-/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 6. */
+/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
     const int rate = 1 + (model->used + 1) / 2;
     if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
     else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
-    model->used = (uint8_t)(model->used + (model->used < 9));
+    model->used = (uint8_t)(model->used + (model->used < 7));
     return bit;
 }
 
@@ -4996,12 +4996,15 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
+static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
+
 /* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
- * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too. *off
+ * becomes the sum of how far the fit is from each neighbour, if there is one.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them 37,
  * numerators 61, of which 50 are looked at: times an offset 58. */
-static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
+static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
     int k, bits = 0;
@@ -5014,7 +5017,7 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
         uy += u * dy;
         limit = u > limit ? u : -u > limit ? -u : limit;
     }
-    fit = (xx + yy) / 16 + 1;
+    fit = (xx + yy) / 64 + 1;
     xx += fit;
     yy += fit;
     along_x = yy * ux - xy * uy;
@@ -5022,8 +5025,15 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
     while ((along_x < 0 ? -along_x : along_x) >> bits >> 50 || (along_y < 0 ? -along_y : along_y) >> bits >> 50) bits++;
     det = (xx * yy - xy * xy) >> bits;
     if (!det) return 0;
-    fit = -(cqi_floor_shift_wide(along_x, bits) * f->mean.x + cqi_floor_shift_wide(along_y, bits) * f->mean.y) / det;
-    return 4 * (int32_t)(fit < -2 * limit ? -2 * limit : fit > 2 * limit ? 2 * limit : fit);
+    along_x = cqi_floor_shift_wide(along_x, bits);
+    along_y = cqi_floor_shift_wide(along_y, bits);
+    for (k = 0, *off = 0; k < f->size; k++) {
+        fit = (along_x * (f->at[k].x - f->mean.x) + along_y * (f->at[k].y - f->mean.y)) / det;
+        fit -= cqi_floor_shift(x[k] - mean, 2);
+        *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * limit)));
+    }
+    fit = -(along_x * f->mean.x + along_y * f->mean.y) / det;
+    return 4 * (int32_t)cqi_clamp_wide(fit, 2 * limit);
 }
 
 /* One component of B's part of a row: by the linear prediction and the fit. */
@@ -5031,13 +5041,15 @@ static int cqi_code_fitted(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge
 {
     const cq_channel *channel = &d->shape.channel[k];
     int32_t *const weight = d->model.plain[k], feature[4], p, x = 0;
-    uint32_t spread;
+    uint32_t spread, off;
     int n, half_bits;
     p = cqi_predict_plain(d, k, c, feature, &spread);
-    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1]) : 0;
+    off = spread;
+    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1], &off) : 0;
     for (n = 0; n < 4; n++) p += cqi_product(feature[n], weight[n], 16);
     p = cqi_unrough(channel, p);
-    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + cqi_half_bits(off / (uint32_t)d->now.fan.size);
+    half_bits = half_bits / 2 + (cqi_is_exact(channel) ? 16 : 0);
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
     x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
     for (n = 0; n < 4; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
@@ -6362,7 +6374,8 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->aside.channel[k] = aside;
         aside += (size_t)s->num_aside_rows * s->channel[k].components;
         if (of != CQI_OF_ROW) continue;
-        d->model.plain[k][3] = 0xc000;
+        memset(d->model.plain[k], 0, sizeof d->model.plain[k]);
+        d->model.plain[k][3] = 0x10000;
         d->channel[k] = values;
         values += (size_t)s->num_rows * s->channel[k].components;
     }
@@ -7024,8 +7037,10 @@ typedef struct cqi_encoder {
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
+#ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
+#endif
 
 /* With num_rows, which a call has found, that many vertices are enough for the mesh. */
 size_t cq_encoder_bytes(const cq_shape *shape)
@@ -7110,7 +7125,11 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
     return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
 }
 
+#ifdef CQ_NO_WEDGES
+#define cqi_is_seam(p, h) 0
+#else
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
+#endif
 
 static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
 {
@@ -7699,7 +7718,6 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
-#define cqi_is_seam(p, h) 0
 #else
 
 static cq_index cqi_wedge_at(const cqi_plan *p, cq_index h)
@@ -10462,9 +10480,9 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     return result;
 }
 
-#endif
-
 static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
+
+#endif
 
 /* Builds the mesh that is coded. */
 static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
@@ -10599,6 +10617,9 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
     if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
+#ifdef CQ_NO_WEDGES
+    if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+#endif
     if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);

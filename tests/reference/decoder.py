@@ -1205,10 +1205,11 @@ class Rows:
         at = self.header.position.first
         return self.decoder.values[v][at:at + 3]
 
-    def fit(self, fan, t, m):
+    def fit(self, fan, t, m, spread):
+        """That of B less m, and how far it is from all of the fan."""
         axes = self.decoder.axes
         if axes is None:
-            return 0
+            return 0, spread
         b = self.position(self.b)
         at = [[self.position(self.vertex[row])[axis] - b[axis] for axis in axes[:2]] for row in fan.v]
         everything = 0
@@ -1219,15 +1220,18 @@ class Rows:
         d = [(x - mx, y - my, u - m >> 2) for (x, y), u in zip(at, t)]
         xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
         ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
-        r = (xx + yy) // 16 + 1
+        r = (xx + yy) // 64 + 1
         xx, yy = xx + r, yy + r
         gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
         n = 0
         while abs(gx) >> n >= 1 << 50 or abs(gy) >> n >= 1 << 50:
             n += 1
         det = xx * yy - xy * xy >> n
-        limit = 2 * max(abs(u) for _, _, u in d)
-        return 4 * clamp(quotient(-((gx >> n) * mx + (gy >> n) * my), det), -limit, limit) if det else 0
+        if not det:
+            return 0, spread
+        hx, hy, limit = gx >> n, gy >> n, max(abs(u) for _, _, u in d)
+        off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
+        return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
 
     # 15.6
     def seam_value(self, k, channel, row, neighbour, corner):
@@ -1334,7 +1338,7 @@ class Rows:
         models, used = self.lengths[which][min(e, 19)], self.used[which][min(e, 19)]
         n = 0
         while n < 16:
-            rate = 1 + (min(used[n], 9) + 1) // 2
+            rate = 1 + (min(used[n], 7) + 1) // 2
             used[n] += 1
             if not self.coder.adaptive(f"LENGTH {which} {min(e, 19)}", models, n, rate):
                 break
@@ -1465,7 +1469,7 @@ class Decoder:
     def start_models(self):
         self.pairs = Pairs(self.header.position is not None)
         self.questions, self.linear = Questions(), Linear()
-        self.plain = [self.linear.along[5][:3] + [49152] for _ in self.header.channels]  # 9.9, and 15.5
+        self.plain = [[0, 0, 0, 65536] if c.of_row else self.linear.along[5][:3] for c in self.header.channels]  # 15.5
         self.code, self.active = 0, 0
         self.regular = False
 
@@ -1713,10 +1717,14 @@ class Decoder:
         outer = sum(2 * (channel.rough(values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
                     for k in fan.known)
         g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
+        s = sum(abs(x - m) for x in t)
+        e = half(s // fan.size)
         if rows:
-            g.append(rows.fit(fan, t, m))
+            fit, off = rows.fit(fan, t, m, s)
+            g.append(fit)
+            e = (e + half(off // fan.size)) // 2
+        e += 16 if channel.exact else 0
         prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
-        e = half(sum(abs(x - m) for x in t) // fan.size) + (16 if channel.exact else 0)
         residual = rows.residual(2, e, channel.most_bits) if rows else self.difference("PLAIN", e, channel.most_bits)
         for k, feature in enumerate(g):
             follow(weights, k, residual * feature)
