@@ -2356,14 +2356,16 @@ static int cqi_plan_side(const cqi_plan *p)
 
 /* -- The plan of a regular level --
  *
- * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the coarse
- * face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for the base has been read:
- * its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input vertex v. */
+ * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the
+ * coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for
+ * the base has been read: its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input
+ * vertex v. */
 
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
-/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum of
- * these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms", 1985). */
+/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum
+ * of these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms",
+ * 1985). */
 static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
 {
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
@@ -2433,8 +2435,10 @@ static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index mark
 static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h];
-    return cqi_plan_mark_says(p, m, cq_prev(h), CQI_SIDE_NEXT) || cqi_plan_mark_says(p, m, cq_next(h), CQI_SIDE_PREVIOUS) ||
-           cqi_plan_mark_says(p, m, cq_prev(g), CQI_SIDE_NEXT) || cqi_plan_mark_says(p, m, cq_next(g), CQI_SIDE_PREVIOUS);
+    return cqi_plan_mark_says(p, m, cq_prev(h), CQI_SIDE_NEXT) ||
+           cqi_plan_mark_says(p, m, cq_next(h), CQI_SIDE_PREVIOUS) ||
+           cqi_plan_mark_says(p, m, cq_prev(g), CQI_SIDE_NEXT) ||
+           cqi_plan_mark_says(p, m, cq_next(g), CQI_SIDE_PREVIOUS);
 }
 
 /* -- Symbols -- */
@@ -8859,36 +8863,42 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
 /* -- Regular levels: labels ----------------------------------------------------------------------------------------
  *
  * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
- * goes); an odd one has two parents, even neighbours that lie opposite each other, and goes back to be the middle of
- * their edge. An edge is cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the
- * faces into polygons, whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
+ * goes); an odd one has two parents, real even neighbours, and goes back to be the middle of their edge. An edge is
+ * cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons,
+ * whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
  *
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
- *   2. A polygon of 4 corners can be dissolved, see below, and has no virtual one. Parents are real.
- *   3. At each even vertex three polygons or more meet, and all that lies around it is different vertices: the other ends
- *      of sides, and the corners opposite it in polygons of 4.
+ *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
+ *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite corners.
  *
  * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
- * triangulations these are left: none or one, with up to one odd vertex (a mark); two, with two marks; four, with
- * three: the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its
- * side: one of two marks, one or none of three.
+ * triangulations these are left: one, with no odd vertex or with one (a mark); two, with two marks; four, with three:
+ * the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its side:
+ * one of two marks, one or none of three.
  *
  * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it is flipped when both are
  * triangulated. That is: an edge x - y inside has A and C as the third corners of its triangles. Turned back, each
- * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. A half with
- * one mark x has the edge from x to its corner at the dissolved edge; that may have been flipped afterwards, too,
- * and is then called second.
+ * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. In a half
+ * with one mark x, the edge from x to the corner opposite it may have been flipped afterwards, too; that flip is
+ * called the second one.
  *
- * Every order is legal in which a decoder inserts the odd vertices, then flips to the wanted triangulations of faces,
- * dissolves, and does the second flips. First, valences: a polygon keeps one triangle or more at each of its corners
- * in every state, hence by 3 a corner keeps three neighbours or more; and two or more triangles at each odd
- * vertex. Second, no edge is made that is there: all edges inside of polygons, in every state, have an odd end x, but for
- * the coarse edges, which are different by 3. Such an edge could only be there twice if the two polygons at x had another
- * vertex in common than x and its parents a, b. Call its corners' cycles a b c (d) and b a e (f). By 3 at b or a, the
- * polygons have no second side in common (two polygons alone would meet at b or a), hence no other odd
- * vertex, nor c = f or c = e of a face of 3 corners, nor d = e. What is left is c = e or d = f with four corners
- * each; then c is opposite a in one and the end of a side from a in the other, or d so for b, against 3. */
+ * Then the coarse mesh is simple, as coarse edges are sides or diagonals of polygons of 4, and by 3 those at a vertex
+ * lead to different vertices. And at least three polygons meet at each even vertex v that has an odd one in one of its
+ * polygons. For if two did, they would have both sides at v in common, to a and b. If a polygon has 4 corners, b is
+ * opposite a in it, and in the other one opposite a or the end of a side, against 3. If both have 3, their third sides
+ * lead from a to b: by 3 they are the same. Then both have the same vertices, and, as all triangulations with as many
+ * marks have an edge in common, the mesh would have one twice.
+ *
+ * Every order is legal in which a decoder inserts odd vertices, then flips to the wanted triangulations of faces, then
+ * dissolves, then does the second flips; each polygon by itself. Valences: in every state a polygon has a triangle at
+ * each of its corners, and two at each odd vertex; so vertices keep three neighbours and more. Edges: every edge
+ * inside of a polygon has an odd end x, but for coarse ones. It could only be there twice if the two polygons at x had
+ * another vertex in common than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around
+ * each. If c is the last corner of the second one, too, that is f, or e where there is no f, then both sides b - c are
+ * the same by 3, and two polygons meet at b. The same holds for d, or c, and e at a. So a common odd vertex, whose
+ * parents would be common, is none either. What is left are four corners each, and c = e or d = f: then c is opposite
+ * a in one and the end of a side from a in the other, or d is so for b, against 3. */
 
 /* The lowest bits of a label; a bit that is set on even vertices meanwhile. In the end two sides of 3 bits are above. */
 enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4 };
@@ -8903,7 +8913,7 @@ typedef struct cqi_labels {
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
     int least;                   /* per mille of odd vertices that the waves must find, else there is no level */
     cq_index *parent[2];         /* of each odd vertex */
-    cq_index *since;             /* when an odd vertex got its label; how many odd vertices an even one is a parent of */
+    cq_index *since;             /* when an odd vertex got its label; of an even one, how many have it as a parent */
     uint8_t *label;
     cq_index *queue;             /* vertices whose neighbours are still to be labelled; scratch */
     cq_index *waiting;           /* faces whose polygons are still to be checked */
@@ -8920,7 +8930,8 @@ typedef struct cqi_labels {
 /* Lays out memory that holds nothing now. 0: it does not suffice. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
 {
-    const size_t v = (size_t)m->first_virtual + m->max_virtual, f = (size_t)m->first_virtual_face + m->max_virtual_faces;
+    const size_t v = (size_t)m->first_virtual + m->max_virtual;
+    const size_t f = (size_t)m->first_virtual_face + m->max_virtual_faces;
     cqi_arena arena;
     arena.next = (uint8_t *)memory;
     arena.left = size;
@@ -9083,7 +9094,8 @@ static void cqi_undo_inside(cqi_polygon *p, int e)
     cqi_flip_inside(p, e);
 }
 
-/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is not -1. */
+/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is
+ * not -1. */
 static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
 {
     int e, low, high;
@@ -9132,8 +9144,8 @@ static void cqi_redo_inside(cqi_polygon *p, int e, int second)
     p->second = (uint8_t)second;
 }
 
-/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that diagonal if
- * it is not -1. */
+/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that
+ * diagonal if it is not -1. */
 static int cqi_find_faces(cqi_polygon *p, int wanted)
 {
     int i, j;
@@ -9159,8 +9171,8 @@ static int cqi_is_marked(const cqi_polygon *p, int corner)
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these; or
- * -1. */
+/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these;
+ * or -1. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
@@ -9195,9 +9207,9 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
 
 /* -- Regular levels: the wave --
  *
- * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind w
- * as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet and
- * disagree. */
+ * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind
+ * w as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet
+ * and disagree. */
 
 /* The vertex straight behind the target of h: across an even valence, or along a boundary; CQ_NONE: there is none. Only
  * valence 6, unless `any_valence`. */
@@ -9273,10 +9285,11 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 
 /* -- Regular levels: strips --
  *
- * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and below
- * an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up, down,
- * right and left, each may be missing, and the wave carries frames on: along a row past one or two edges, whichever way
- * the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and in `waiting`. */
+ * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and
+ * below an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up,
+ * down, right and left, each may be missing, and the wave carries frames on: along a row past one or two edges,
+ * whichever way the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and
+ * in `waiting`. */
 
 #define CQI_STRIP_SAMPLE 1024
 enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
@@ -9308,8 +9321,8 @@ static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
     return best;
 }
 
-/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the middle one of
- * three, or the straightest; from CQ_NONE the middle one. */
+/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the
+ * middle one of three, or the straightest; from CQ_NONE the middle one. */
 static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, cq_index from)
 {
     const cq_mesh *m = l->mesh;
@@ -9331,13 +9344,14 @@ static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, 
     return best;
 }
 
-/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad between
- * them, or CQ_NONE. left: u is counter-clockwise of r. */
+/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad
+ * between them, or CQ_NONE. left: u is counter-clockwise of r. */
 static cq_index cqi_carry(const cq_mesh *m, cq_index r, cq_index u, int left)
 {
-    const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]);     /* the edge from the end of r to the corner beside */
+    const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]); /* the edge from the end of r to the corner beside */
     const cq_index beside = left ? cq_target(m, side) : m->origin[side];
-    const cq_index second = left ? cq_counterclockwise(m, cq_counterclockwise(m, r)) : cq_clockwise(m, cq_clockwise(m, r));
+    const cq_index second =
+        left ? cq_counterclockwise(m, cq_counterclockwise(m, r)) : cq_clockwise(m, cq_clockwise(m, r));
     cq_index over, found;
     if (cq_is_virtual(m, beside)) return CQ_NONE;
     if (beside != cq_target(m, u)) return second != u ? CQ_NONE : left ? side : m->twin[side];
@@ -9362,14 +9376,16 @@ static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq
     l->queue[(*tail)++] = v;
 }
 
+static cq_index cqi_end_of(const cq_mesh *m, cq_index h) { return h == CQ_NONE ? CQ_NONE : cq_target(m, h); }
+
 /* The right and left of a frame whose up and down are known. */
 static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
 {
     if (f[CQI_UP] == CQ_NONE || f[CQI_DOWN] == CQ_NONE) return;
     if (f[CQI_RIGHT] == CQ_NONE)
-        f[CQI_RIGHT] = cqi_between(l, f[CQI_DOWN], f[CQI_UP], f[CQI_LEFT] == CQ_NONE ? CQ_NONE : cq_target(l->mesh, f[CQI_LEFT]));
+        f[CQI_RIGHT] = cqi_between(l, f[CQI_DOWN], f[CQI_UP], cqi_end_of(l->mesh, f[CQI_LEFT]));
     if (f[CQI_LEFT] == CQ_NONE)
-        f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], f[CQI_RIGHT] == CQ_NONE ? CQ_NONE : cq_target(l->mesh, f[CQI_RIGHT]));
+        f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
 }
 
 /* What lies beside along h, to its right or left: spoke u carried, or CQ_NONE. */
@@ -9463,8 +9479,8 @@ static void cqi_label_strips(cqi_labels *l, cq_index seed)
         if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
 }
 
-/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The frames
- * need a face for each vertex. */
+/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The
+ * frames need a face for each vertex. */
 static int cqi_are_quads(cqi_labels *l, cq_index seed)
 {
     const cq_mesh *m = l->mesh;
@@ -9480,10 +9496,10 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
 
 /* -- Regular levels: repair --
  *
- * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such polygons
- * around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each piece of a polygon
- * that they cut has a face there, so only the faces there are checked again. It ends, for with no odd vertices left
- * each face is a polygon. */
+ * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such
+ * polygons around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each
+ * piece of a polygon that they cut has a face there, so only the faces there are checked again. It ends, for with no
+ * odd vertices left each face is a polygon. */
 
 enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
 
@@ -9505,8 +9521,8 @@ static void cqi_make_even(cqi_labels *l, cq_index v)
     } while (h != m->out[v]);
 }
 
-/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around it
- * is one region. */
+/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around
+ * it is one region. */
 static int cqi_count_bad(const cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -9596,8 +9612,8 @@ static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
     return last;
 }
 
-/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE. If it has been noted before: the odd vertex that is
- * to become even. */
+/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE. If it has been noted before: the odd vertex
+ * that is to become even. */
 static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
 {
     cq_index k = 0;
@@ -9629,17 +9645,14 @@ static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f,
     return cqi_place(l, p, p->corner[(k + 2) % 4]);
 }
 
-/* An odd vertex near v that must become even, or CQ_NONE: all around is different, and these are three polygons. */
+/* An odd vertex near v that must become even, as a vertex lies around v twice; or CQ_NONE. */
 static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
-    cq_index h = m->out[v], n = 0, conflict = CQ_NONE, odd, w, last = CQ_NONE;
+    cq_index h = m->out[v], n = 0, conflict = CQ_NONE, odd, w;
     cqi_polygon p;
-    int polygons = 0;
     do {
-        if (cqi_is_odd(l, cq_target(m, h))) last = cq_target(m, h);
         if (cqi_is_cut(l, h)) {
-            polygons++;
             w = cqi_side_end(l, v, h, &odd);
             conflict = cqi_note_around(l, &n, w, odd);
             if (conflict == CQ_NONE && l->face[h / 3] & CQI_OF_FOUR) {
@@ -9650,11 +9663,11 @@ static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
         h = cq_clockwise(m, h);
     } while (h != m->out[v] && conflict == CQ_NONE);
     while (n) m->mark[l->queue[--n]] &= (uint8_t)~CQI_SCRATCH;
-    return conflict == CQ_NONE && polygons < 3 ? last : conflict;
+    return conflict;
 }
 
-/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0: too
- * many rounds, which bounds the time that a vertex with many neighbours may take. */
+/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
+ * too many rounds, which bounds the time that a vertex with many neighbours may take. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -9677,15 +9690,15 @@ static int cqi_settle(cqi_labels *l)
 
 /* -- Regular levels: limits --
  *
- * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these edges
- * survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around it from
- * the nearest point of the parents' edge. */
+ * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these
+ * edges survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around
+ * it from the nearest point of the parents' edge. */
 
-#define CQI_LIMIT 16 /* steps */
+#define CQI_LIMIT 8 /* steps */
 #define CQI_NORMAL_BITS 12
 
-/* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so products
- * have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
+/* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so
+ * products have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
 static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
     const cqi_vector along = cqi_subtract(b, a);
@@ -9704,7 +9717,8 @@ static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector poin
 {
     cqi_vector normal = cqi_cross(a, b);
     int64_t product;
-    normal = cqi_shift(normal, cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> CQI_NORMAL_BITS));
+    const uint32_t bits = cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z);
+    normal = cqi_shift(normal, cqi_bit_length(bits >> CQI_NORMAL_BITS));
     product = cqi_wide_dot(normal, point);
     product = product < 0 ? -product : product;
     return (uint64_t)product * (uint64_t)product / ((uint64_t)cqi_wide_dot(normal, normal) + !product);
@@ -9732,7 +9746,8 @@ static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_i
     shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
     for (k = 0; k < n; k++)
         if (real[k]) at[k] = cqi_shift(at[k], shift);
-    nearest = cqi_nearest_point(cqi_shift(cqi_offset(l->positions, v, a), shift), cqi_shift(cqi_offset(l->positions, v, b), shift));
+    nearest = cqi_nearest_point(cqi_shift(cqi_offset(l->positions, v, a), shift),
+                                cqi_shift(cqi_offset(l->positions, v, b), shift));
     for (k = 0; k < n; k++) {
         const int next = k + 1 < n ? k + 1 : 0;
         const uint64_t square = real[k] && real[next] ? cqi_square_off_plane(at[k], at[next], nearest) : 0;
@@ -9757,8 +9772,9 @@ static void cqi_refuse(cqi_labels *l)
         if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
 }
 
-/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8 steps
- * three fifths are farther than 16, and a third than 32; in all at most two of three. */
+/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
+ * steps three fifths are farther than 16, and a fifth farther than 32, but more of these where many are farther than
+ * 8. */
 static int cqi_has_sharp_edges(const cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -9770,15 +9786,17 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
         for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
         odd++;
     }
-    return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 && far[2] >= far[0] / 3;
+    return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
+           (uint64_t)far[2] * 10 * odd >= (uint64_t)far[0] * 2 * odd + (uint64_t)far[0] * 5 * far[0];
 }
 
 /* -- Regular levels: filling --
  *
- * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even neighbours a, b.
- * That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be coded the best one is
- * taken, if it costs less than a dissolved edge: dissolved edges more than before, and four times the distance from
- * the middle of the parents in relation to their distance. On a boundary the parents are those along it. */
+ * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even
+ * neighbours a, b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be
+ * coded the best one is taken, if it costs less than a dissolved edge: dissolved edges more than before, and four
+ * times the distance from the middle of the parents in relation to their distance. On a boundary the parents are those
+ * along it. */
 
 #define CQI_FILL_VALENCE 8
 #define CQI_FILL_COST 64 /* of a dissolved edge */
@@ -9817,7 +9835,9 @@ static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
     if (inside > 2 || outside > 2) return 0;
     if (r->virtual_one < 0) return 1;
     k = (j - i + r->size) % r->size;
-    return r->virtual_one == i + 1 ? k == 2 : r->virtual_one == j + 1 ? k == r->size - 2 : r->virtual_one == 0 && i == 1 && j == r->size - 1;
+    if (r->virtual_one == i + 1) return k == 2;
+    if (r->virtual_one == j + 1) return k == r->size - 2;
+    return r->virtual_one == 0 && i == 1 && j == r->size - 1;
 }
 
 /* Four times the distance of v from the middle of a and b, divided by their distance. */
@@ -9929,11 +9949,10 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
     return any;
 }
 
-/* Labellings are tried until one is nearly as good as can be, where one vertex of four stays. Seeds are irregular vertices:
+/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices:
  * they were there before the subdivision. Waves across any even valence are for quads whose diagonals alternate, with
  * valences 8, where the wave must begin, and 4; elsewhere those across valence 6 leave more to filling. */
-enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 4, CQI_NO_LABELS }; /* number of a labelling; 0, 2, 3: seeds for valence 6 */
-#define CQI_BEST_LABELS(vertices) ((vertices) / 10 * 7 + 1)   /* no more labellings are tried */
+enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
 #define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
 
 /* The waves of a labelling. */
@@ -9974,24 +9993,39 @@ static cq_index cqi_count_live(const cq_mesh *m)
     return n;
 }
 
-/* The best labelling. Waves across any valence label a third of any mesh, so they must do better. */
+/* Odd vertices of a mesh of which every face was cut in four, but for some: one on each coarse edge. A labelling
+ * cannot be much better. */
+static cq_index cqi_all_odd(const cq_mesh *m)
+{
+    cq_index f, faces = 0, boundary = 0;
+    for (f = 0; f < m->num_faces; f++) faces = (cq_index)(faces + (cq_index)cqi_is_face(m, f));
+    for (f = m->first_virtual_face; f < cqi_face_slots(m); f++)
+        boundary = (cq_index)(boundary + (cq_index)cqi_is_face(m, f));
+    return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
+}
+
+/* The best labelling. Waves across any valence label a third of any mesh, so they must do better. What waves label
+ * grows no more, so most labellings need not be repaired. */
 static int cqi_choose_labelling(cqi_labels *l)
 {
     const cq_index live = cqi_count_live(l->mesh), least = (cq_index)((uint64_t)live * (uint32_t)l->least / 1000 + 1);
+    const cq_index all = cqi_all_odd(l->mesh);
     cq_index best = 0, most = 0;
     int k, chosen = CQI_NO_LABELS;
     l->limit = 0;
     l->ready = CQI_NO_LABELS;
-    for (k = 0; k < CQI_STRIPS && best < CQI_BEST_LABELS(live); k++) {
+    for (k = 0; k < CQI_STRIPS && best < all; k++) {
         cq_index n;
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
         cqi_try_waves(l, k);
+        l->ready = CQI_NO_LABELS;
         n = cqi_count_odd(l);
-        n = (cq_index)(n - (k == CQI_ANY_VALENCE ? n / 3 : 0));
-        if (n > most) most = n;
+        if (k != CQI_ANY_VALENCE && n > most) most = n;
+        if (k == CQI_ANY_VALENCE && n - n / 3 > most) most = (cq_index)(n - n / 3);
+        if (n <= best) continue;
         n = cqi_finish_waves(l);
         l->ready = k;
-        n = (cq_index)(n - (k == CQI_ANY_VALENCE ? n / 8 : 0));
+        if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 8);
         if (n <= best) continue;
         best = n;
         chosen = k;
@@ -10001,7 +10035,8 @@ static int cqi_choose_labelling(cqi_labels *l)
     return cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
 }
 
-/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves enough. */
+/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves
+ * enough. */
 static cq_index cqi_find_labels(cqi_labels *l)
 {
     const int number = cqi_choose_labelling(l);
