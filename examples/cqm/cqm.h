@@ -129,7 +129,7 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
  *     mtllib scene.mtl       where materials are described
  *     usemtl red             material 0; 1 is none
  *     g hand                 group 1; 0 is none
- *     o figure               object 1, of which all faces are, as there is no channel for it */
+ *     o figure               object 1, of which all faces are: it has no channel */
 enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MARKS, NUM_FACE_NUMBERS };
 
 /* Has the mesh numbers of this kind that differ from face to face? */

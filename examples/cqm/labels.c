@@ -64,7 +64,7 @@ int add_labels(struct encoding *e, struct mesh_file *mesh, const char *path, con
     size_t size = strlen(e->words);
     if (size > MAX_METADATA_BYTES) {
         tell_loss(e, options, path, "dropped: names of materials, groups and objects, which have %zu bytes", size);
-        size = 0;
+        size = strncmp(e->words, "faces", 5) == 0 ? strcspn(e->words, "\n") + 1 : 0;     /* no name */
     }
     e->input.shape.metadata_bytes = (uint32_t)size;
     e->input.metadata = (const uint8_t *)e->words;

@@ -214,12 +214,14 @@ def test_names():
     text = obj_text(faces) + "usemtl unused\ng\n"
     round_trip("unused_name.obj", text.replace("na\\\n", "na\\ \n"), faces)
     long = [face._replace(group=f"{k} " + "x" * 100000) for k, face in enumerate(faces)]
+    long[5] = without(long[5:6], "normal")[0]
     source.write_text(obj_text(long).replace("na\\\n", "na\\ \n"))
     messages = cqm("encode", source, stream)
     check(f"too long: {messages[:200]}", "dropped: names of materials, groups and objects, which have 1" in messages)
     cqm("decode", stream, FOLDER / "n.obj")
     found = {face.material for face in read_obj(FOLDER / "n.obj").faces}
     check(f"materials by number: {found}", found == {f"material_{k + 1}" for k in range(8)})
+    check("a face without normals", sum(face.corners[0].normal is None for face in read_obj(FOLDER / "n.obj").faces) == 1)
 
 
 def test_smoothing():
