@@ -223,14 +223,8 @@ typedef struct cq_shape {
     cq_channel channel[CQ_MAX_CHANNELS];
     uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
-    uint32_t num_materials;          /* 0: faces have none */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
 } cq_shape;
-
-/* The faces of one material: a range of their numbers, which grows at its end. */
-typedef struct cq_material {
-    cq_index first, count;
-} cq_material;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
  *
@@ -356,7 +350,8 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
  *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
- *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2].
+ *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2], and with wedges those of
+ *          cq_decoder.index; which rows moved is told by cq_moved_rows.
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
@@ -735,7 +730,7 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
      + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
 #define CQ_ASIDE_BYTES(f, r, c, d) \
     (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
-     + CQI_ROUND((cqi_size)(f) * (d) * sizeof(cq_value)))
+     + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -752,7 +747,6 @@ typedef struct cq_decoder {
     cq_index *vertex;                      /* cq_index[num_rows], mesh vertices of the rows; NULL: of the same number */
     cq_index num_rows;                     /* of this moment; mesh.num_vertices if vertex is NULL */
     cq_aside aside;
-    cq_material *material;                 /* cq_material[shape.num_materials], of this moment: one draw call for each */
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
@@ -875,7 +869,6 @@ typedef struct cq_input {
     const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
-    const cq_index *material;              /* with num_materials: cq_index[num_faces], 0 .. num_materials - 1 */
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
@@ -2154,19 +2147,18 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES and CQ_METADATA_BYTES, in numbers that can't overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
-    uint64_t bytes = 0, words = 3 * (uint64_t)s->num_aside_faces;
+    const uint64_t all = of_row + cqi_all_components(s, CQI_OF_VERTEX), faces = s->num_aside_faces;
+    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes);
     if (s->num_rows) {
-        words += 3 * (uint64_t)s->num_faces + s->num_rows;
-        bytes = s->num_rows * of_row * sizeof(cq_value) + CQI_ROUND(sizeof(cqi_seams));
+        bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
+        bytes += CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
     }
-    bytes += s->num_aside_rows * (of_row + cqi_all_components(s, CQI_OF_VERTEX)) * sizeof(cq_value);
-    bytes += s->num_aside_faces * of_face * sizeof(cq_value) + words * sizeof(cq_index);
-    bytes += CQ_METADATA_BYTES(s->metadata_bytes);
-    return bytes ? bytes + (6 + of_face) * 4 : 0; /* roundings of blocks */
+    bytes += CQI_ROUND(3 * faces * sizeof(cq_index)) + of_face * CQI_ROUND(faces * sizeof(cq_value));
+    return bytes + CQI_ROUND(s->num_aside_rows * all * sizeof(cq_value));
 }
 
 static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b) { return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; }
@@ -7067,7 +7059,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
-    if (!shape->num_rows) more = CQ_METADATA_BYTES(s->metadata_bytes) + 6 * 4;
+    if (!shape->num_rows) more = cqi_more_bytes(s);
     all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
     return cqi_sum_of_sizes(all + more > preparing ? all : preparing, all + more > preparing ? more : 0);
 }
@@ -10651,7 +10643,6 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
-    if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
 #ifdef CQ_NO_WEDGES
     if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
 #endif
