@@ -29,7 +29,8 @@
  *     front        the vertex A of the triangle L, R, A to the left of a gate
  *     conquered    the vertex belongs to a patch of this level already; else it is available
  *     isolated     a patch whose centre is not split at this level
- *     level        one conquest that covers the mesh with patches that do not overlap
+ *     level        one conquest that covers the mesh with patches that do not overlap; or one regular level
+ *     regular      a level that undoes a step of subdivision: vertices on edges, without gates; the finest ones, if any
  *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
  *     base         the mesh that is left when no level collapses anything more; the head of the stream
  *
@@ -710,6 +711,9 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * A decoder has its own order of vertices and faces, and a face may start at another corner: input vertex v is decoded
  * vertex in->map[v], input face f decoded face in->face_map[f]. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
  * cq_kind and cq_merge say.
+ *
+ * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream smaller;
+ * with the goal balanced, only if coarser meshes stay about as near. The mesh is then encoded two or three times.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
