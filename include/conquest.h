@@ -29,7 +29,8 @@
  *     front        the vertex A of the triangle L, R, A to the left of a gate
  *     conquered    the vertex belongs to a patch of this level already; else it is available
  *     isolated     a patch whose centre is not split at this level
- *     level        one conquest that covers the mesh with patches that do not overlap
+ *     level        one conquest that covers the mesh with patches that do not overlap; or one regular level
+ *     regular      a level that undoes a step of subdivision: vertices on edges, without gates; the finest ones, if any
  *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
  *     base         the mesh that is left when no level collapses anything more; the head of the stream
  *
@@ -897,6 +898,9 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it is
  * face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
  * cq_kind and cq_merge say.
+ *
+ * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream smaller;
+ * with the goal balanced, only if coarser meshes stay about as near. The mesh is then encoded two or three times.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -5693,7 +5697,7 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * short codes. Normal equations of at most CQI_ROWS vertices; all in integers.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_ROWS = 4096, CQI_PASSES = 12 };
+enum { CQI_ROWS = 4096, CQI_PASSES = 12, CQI_RUN = 256 };
 
 typedef struct cqi_equations {
     int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
@@ -5811,7 +5815,7 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
 }
 
 /* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
-static uint32_t cqi_fit_fixed(cq_decoder *d)
+static uint32_t cqi_fit_fixed(cq_decoder *d, int passes)
 {
     cqi_regular *r = &d->regular;
     const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
@@ -5820,7 +5824,7 @@ static uint32_t cqi_fit_fixed(cq_decoder *d)
     cq_index v;
     int pass;
     memset(r->fixed, 0, sizeof r->fixed);
-    for (pass = 0; pass <= CQI_PASSES; pass++) {
+    for (pass = 0; pass <= passes; pass++) {
         cqi_begin_fit(&along, pass);
         cqi_begin_fit(&above, pass);
         for (v = r->vertices; v < end; v = (cq_index)(v + step)) {
@@ -5832,8 +5836,8 @@ static uint32_t cqi_fit_fixed(cq_decoder *d)
             offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
             cqi_add_equations(&along, &above, r->fixed, &t, feature, CQI_FIXED, offset, shift);
         }
-        cqi_end_fit(&along, r->fixed, CQI_FIXED, pass == CQI_PASSES);
-        cqi_end_fit(&above, r->fixed + CQI_FIXED, CQI_FIXED, pass == CQI_PASSES);
+        cqi_end_fit(&along, r->fixed, CQI_FIXED, pass == passes);
+        cqi_end_fit(&above, r->fixed + CQI_FIXED, CQI_FIXED, pass == passes);
     }
     return along.least + above.least;
 }
@@ -5847,16 +5851,17 @@ static CQI_APART void cqi_plan_fixed(cq_decoder *d)
     for (axes = 0; axes < 4; axes++) {
         uint32_t cost;
         r->axes = axes;
-        cost = cqi_fit_fixed(d);
+        cost = cqi_fit_fixed(d, CQI_PASSES / 2);
         if (cost >= least) continue;
         least = cost;
         best = axes;
     }
     r->axes = best;
-    cqi_fit_fixed(d);
+    cqi_fit_fixed(d, CQI_PASSES);
 }
 
-/* Chooses the weights of the fine prediction. Rows of the channel are final for vertices before the one at hand. */
+/* Chooses the weights of the fine prediction, by runs of vertices. Rows of the channel are final for vertices of the run
+ * that are before the one at hand. */
 static CQI_APART void cqi_plan_fine(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -5871,22 +5876,24 @@ static CQI_APART void cqi_plan_fine(cq_decoder *d)
         cqi_begin_fit(&above, pass);
         for (v = r->vertices; v < end; v++) {
             const cq_index h = d->mesh.out[v];
-            const cqi_vector at = cqi_plan_position(d, v);
+            const cq_index faces = cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1;
+            cqi_vector at;
             cq_value *to = d->channel[d->located] + 3 * (size_t)v;
             cqi_vector feature[CQI_FINE];
             cqi_tilt t;
-            if ((v - r->vertices) % step == 0) {
-                cqi_find_fine(d, v, h, record, feature, &t);
-                cqi_add_equations(&along, &above, r->fine, &t, feature, CQI_FINE, cqi_scale(cqi_minus(at, cqi_at(d, v)), 16), shift);
-            }
-            record = (cq_index)(record + (cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1));
+            record = (cq_index)(record + faces);
+            if ((v - r->vertices) / CQI_RUN % step) continue;
+            at = cqi_plan_position(d, v);
+            cqi_find_fine(d, v, h, (cq_index)(record - faces), feature, &t);
+            cqi_add_equations(&along, &above, r->fine, &t, feature, CQI_FINE, cqi_scale(cqi_minus(at, cqi_at(d, v)), 16), shift);
             to[0] = (cq_value)at.x;
             to[1] = (cq_value)at.y;
             to[2] = (cq_value)at.z;
         }
         cqi_end_fit(&along, r->fine, CQI_FINE, pass == CQI_PASSES);
         cqi_end_fit(&above, r->fine + CQI_FINE, CQI_FINE, pass == CQI_PASSES);
-        for (v = r->vertices; v < end; v++) cqi_expect(d, v);
+        for (v = r->vertices; v < end; v++)
+            if ((v - r->vertices) / CQI_RUN % step == 0) cqi_expect(d, v);
     }
 }
 
