@@ -693,6 +693,9 @@ typedef struct cqi_regular {
     cq_index record;                       /* face slot of its record; or how many buckets are filled */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
+    cq_index quad[4];                      /* x, y, a, b of the edge that was dissolved last, */
+    uint8_t flip[4];                       /* what the encoder wants of its sides, */
+    int second;                            /* and the question about them that comes next, see cqi_step_second */
     int bucket;                            /* a bucket of edges has 2^bucket halfedges */
     int axes;                              /* 0: the plane of each vertex; 1 .. 3: x, y, z is above */
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
@@ -6200,25 +6203,36 @@ static cq_result cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int fl
     return cqi_flip_checked(d, h);
 }
 
-/* The flip of a dissolved edge, and those of edges around. */
+/* The flip of a dissolved edge; those of edges around are steps of their own. */
 static cq_result cqi_code_dissolved(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
-    int flip[4] = { 0, 0, 0, 0 };
-    cq_result result;
+    cqi_regular *r = &d->regular;
+    const cq_index g = m->twin[h], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    r->quad[0] = x;
+    r->quad[1] = y;
+    r->quad[2] = m->origin[h];
+    r->quad[3] = m->origin[g];
+    r->second = 1;
     if (CQI_ENCODING(d)) {
-        flip[0] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(h));
-        flip[1] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
-        flip[2] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
-        flip[3] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(g));
+        r->flip[0] = x >= r->vertices && cqi_plan_second(d->plan, m, cq_prev(h));
+        r->flip[1] = x >= r->vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
+        r->flip[2] = y >= r->vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
+        r->flip[3] = y >= r->vertices && cqi_plan_second(d->plan, m, cq_prev(g));
     }
-    result = cqi_flip_checked(d, h);
-    if (result != CQ_OK || !cqi_code_bit(d, CQI_AFTER, flip[0] | flip[1] | flip[2] | flip[3])) return result;
-    result = cqi_code_second(d, x, a, flip[0]);
-    if (result == CQ_OK) result = cqi_code_second(d, x, b, flip[1]);
-    if (result == CQ_OK) result = cqi_code_second(d, y, a, flip[2]);
-    return result == CQ_OK ? cqi_code_second(d, y, b, flip[3]) : result;
+    return cqi_flip_checked(d, h);
+}
+
+/* 1: is any side of the quadrangle flipped, too? 2 .. 5: each in turn. */
+static cq_result cqi_step_second(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const int k = r->second - 2;
+    cq_result result = CQ_OK;
+    r->second = r->second < 5 ? r->second + 1 : 0;
+    if (k >= 0) result = cqi_code_second(d, r->quad[k / 2], r->quad[2 + k % 2], r->flip[k]);
+    else if (!cqi_code_bit(d, CQI_AFTER, r->flip[0] | r->flip[1] | r->flip[2] | r->flip[3])) r->second = 0;
+    return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
 /* The flips of a face that has got its new vertices. */
@@ -6268,6 +6282,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     cqi_regular *r = &d->regular;
     const cq_index v = d->mesh.num_vertices;
     cq_result result;
+    if (r->second) return cqi_step_second(d);
     if (r->at == r->faces) return cqi_end_regular(d);
     if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
     result = cqi_code_flips(d, r->at);
