@@ -52,15 +52,25 @@
 #error "CQ_INDEX_BITS must be 16 or 32"
 #endif
 
+/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, which spares a
+ * device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
+#if defined(CQ_NO_REGULAR) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
+#error "CQ_NO_REGULAR needs CQ_NO_ENCODER"
+#endif
+
 /* Linkage of the functions: extern by default; `#define CQ_API static inline` keeps them private to one file. */
 #ifndef CQ_API
 #define CQ_API extern
 #endif
 
-/* Names for the linker. Those of 16-bit indices end in _16: files that do not agree on the width, hence on the layout
- * of structures, do not link; and one program may have both. */
-#if CQ_INDEX_BITS == 16
+/* Names for the linker. Those of 16-bit indices end in _16, those without regular levels in _nr: files that do not agree
+ * on these, hence on the layout of structures, do not link; and one program may have both. */
+#if CQ_INDEX_BITS == 16 && defined(CQ_NO_REGULAR)
+#define CQI_SYMBOL(name) name##_16_nr
+#elif CQ_INDEX_BITS == 16
 #define CQI_SYMBOL(name) name##_16
+#elif defined(CQ_NO_REGULAR)
+#define CQI_SYMBOL(name) name##_nr
 #else
 #define CQI_SYMBOL(name) name
 #endif
@@ -574,6 +584,12 @@ enum {
 /* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
 #define CQI_EXPECTED 12
 
+#ifdef CQ_NO_REGULAR
+#define CQI_HAS_REGULAR 0
+#else
+#define CQI_HAS_REGULAR 1
+#endif
+
 /* Adaptive bits. Indices of tables in one array. */
 enum {
     CQI_COMPONENT = 0,                        /* base: another component follows */
@@ -596,7 +612,8 @@ enum {
     CQI_AGREED = CQI_NORMAL + CQI_RESIDUAL_MODELS, /* [many] where predictions agree: along the surface, */
     CQI_AGREED_NORMAL = CQI_AGREED + 2 * CQI_RESIDUAL_MODELS, /* and above it */
     CQI_SIGN_SMALL = CQI_AGREED_NORMAL + CQI_RESIDUAL_MODELS, /* [bits][fraction of the prediction] sign */
-    CQI_MARK = CQI_SIGN_SMALL + 3 * 4,                /* [pair of pairs of states][length] a coarse edge gets a vertex */
+    CQI_OF_CONQUEST = CQI_SIGN_SMALL + 3 * 4,
+    CQI_MARK = CQI_OF_CONQUEST,               /* [pair of pairs of states][length] a coarse edge gets a vertex */
     CQI_DISSOLVED = CQI_MARK + 21 * 5,        /* [marks around][shape] a coarse edge is flipped */
     CQI_AFTER = CQI_DISSOLVED + 6 * 5,        /* one at a flipped edge is flipped, too; */
     CQI_WHICH = CQI_AFTER + 1,                /* [shape] is it this one */
@@ -606,7 +623,8 @@ enum {
     CQI_SHORTER,                              /* or the next one */
     CQI_NEW_ALONG,                            /* residuals of regular levels: along the surface, */
     CQI_NEW_ABOVE = CQI_NEW_ALONG + CQI_RESIDUAL_MODELS, /* and above it */
-    CQI_PRIORS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
+    CQI_ALL_PRIORS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
+    CQI_PRIORS = CQI_OF_CONQUEST + CQI_HAS_REGULAR * (CQI_ALL_PRIORS - CQI_OF_CONQUEST),
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_MODELS = CQI_FACE + 12,
@@ -876,6 +894,7 @@ typedef struct cq_input {
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
+    int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
     cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded rows */
     cq_index *face_map;                    /* the same for faces: cq_index[num_faces]; those aside follow the others */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
@@ -1417,7 +1436,7 @@ static int cqi_is_face(const cq_mesh *m, cq_index f)
 }
 
 /* Is h a halfedge of a real face? */
-static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
+static inline int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
 
 /* Number of corners of a face that are virtual. */
 static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
@@ -1669,6 +1688,8 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     return b;
 }
 
+#ifndef CQ_NO_REGULAR
+
 /* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
 
 /* Are two vertices joined? Walks around the one with fewer neighbours. */
@@ -1764,6 +1785,8 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     cq_index v;
     for (v = cqi_changed_from(m, since); v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
 }
+
+#endif /* CQ_NO_REGULAR */
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -2353,6 +2376,8 @@ static int cqi_plan_side(const cqi_plan *p)
     return c->level == p->level && c->first & CQI_SIDES ? (c->first & CQI_SIDES) - 1 : 0;
 }
 
+#ifndef CQ_NO_REGULAR
+
 /* -- The plan of a regular level --
  *
  * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the
@@ -2440,6 +2465,8 @@ static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
            cqi_plan_mark_says(p, m, cq_next(g), CQI_SIDE_PREVIOUS);
 }
 
+#endif /* CQ_NO_REGULAR */
+
 /* -- Symbols -- */
 
 /* Bit with model number `index`. */
@@ -2523,7 +2550,7 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
  * with positions. They are part of the format: another table is another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
-static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
+static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
     108, 80, 10, 177, 61, 128, 183, 173, 174, 177, 178, 191, 128, 137, 112, 6, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 65, 99, 128, 60, 64, 73, 46, 128, 166, 157, 111,
     81, 74, 76, 56, 128, 143, 109, 72, 49, 26, 53, 30, 128, 150, 123, 75, 56, 43, 37, 30, 128, 128,
@@ -2592,34 +2619,39 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
     123, 153, 129, 113, 83, 128, 128, 128, 128, 203, 221, 179, 176, 130, 79, 58, 117, 153, 137, 124, 67, 128,
     128, 128, 128, 170, 168, 129, 92, 37, 84, 128, 128, 142, 146, 129, 129, 95, 96, 127, 128, 198, 180, 157,
     98, 43, 70, 128, 128, 162, 156, 135, 130, 70, 128, 127, 128, 162, 161, 117, 102, 143, 135, 123, 112, 138,
-    134, 124, 118, 125, 18, 21, 89, 97, 128, 6, 18, 66, 71, 128, 8, 9, 21, 22, 131, 18, 28, 98,
-    128, 128, 13, 17, 55, 70, 128, 16, 29, 98, 122, 128, 89, 81, 188, 212, 128, 34, 55, 139, 169, 128,
-    95, 110, 206, 235, 128, 241, 218, 246, 254, 128, 67, 59, 151, 183, 128, 24, 30, 61, 62, 128, 49, 52,
-    133, 151, 128, 214, 188, 236, 248, 128, 165, 111, 173, 206, 94, 32, 38, 124, 150, 128, 17, 21, 57, 72,
-    74, 23, 38, 109, 135, 128, 152, 156, 227, 246, 128, 98, 85, 164, 194, 132, 62, 60, 144, 183, 212, 146,
-    47, 15, 128, 128, 102, 17, 2, 128, 246, 211, 101, 22, 128, 247, 227, 132, 53, 128, 218, 179, 60, 15,
-    128, 64, 61, 30, 0, 128, 2, 182, 149, 82, 7, 128, 234, 188, 77, 20, 128, 236, 249, 251, 229, 223,
-    110, 104, 94, 77, 74, 92, 87, 94, 79, 132, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 43, 29, 187, 188, 188, 167, 167, 128, 128, 128, 128, 128, 128, 128, 128, 128, 68, 28,
-    125, 143, 172, 157, 121, 128, 128, 128, 128, 128, 128, 128, 128, 128, 112, 68, 116, 133, 171, 133, 104, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 148, 117, 105, 102, 141, 134, 95, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 178, 152, 122, 99, 89, 138, 145, 128, 128, 128, 128, 128, 128, 128, 128, 209, 178, 141, 102, 59,
-    100, 109, 137, 0, 128, 128, 128, 128, 128, 128, 128, 219, 196, 159, 116, 60, 60, 110, 160, 0, 128, 128,
-    128, 128, 128, 128, 128, 186, 180, 128, 75, 48, 97, 147, 130, 97, 0, 128, 128, 128, 128, 128, 128, 199,
-    194, 153, 96, 57, 83, 158, 140, 98, 0, 128, 128, 128, 128, 128, 128, 169, 168, 117, 63, 81, 149, 138,
-    6, 131, 100, 0, 128, 128, 128, 128, 128, 183, 184, 139, 83, 87, 144, 136, 10, 127, 102, 0, 128, 128,
-    128, 128, 128, 156, 176, 138, 113, 118, 91, 24, 20, 153, 138, 121, 59, 16, 2, 128, 128, 96, 86, 79,
-    88, 76, 128, 88, 44, 51, 72, 119, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 40, 7, 137, 167, 166, 110, 146, 128, 128, 128, 128, 128, 128, 128, 128, 128, 64, 13, 76, 102, 181,
-    63, 145, 128, 128, 128, 128, 128, 128, 128, 128, 128, 92, 46, 45, 149, 198, 86, 179, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 137, 86, 58, 145, 166, 89, 144, 128, 128, 128, 128, 128, 128, 128, 128, 128, 157,
-    96, 59, 110, 177, 144, 188, 128, 128, 128, 128, 128, 128, 128, 128, 170, 107, 56, 78, 136, 132, 171, 151,
-    0, 128, 128, 128, 128, 128, 128, 128, 185, 130, 69, 60, 73, 119, 184, 133, 0, 128, 128, 128, 128, 128,
-    128, 128, 110, 91, 64, 56, 138, 134, 110, 170, 105, 0, 128, 128, 128, 128, 128, 128, 136, 118, 78, 54,
-    75, 121, 157, 149, 104, 0, 128, 128, 128, 128, 128, 128, 96, 96, 68, 77, 121, 201, 123, 39, 153, 108,
-    0, 128, 128, 128, 128, 128, 123, 122, 105, 83, 119, 206, 122, 4, 137, 100, 0, 128, 128, 128, 128, 128,
-    108, 158, 139, 135, 144, 117, 30, 4, 168, 146, 128, 74, 5, 40, 128, 128,
+    134, 124, 118
 };
+#ifndef CQ_NO_REGULAR
+static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
+    125, 18, 21, 89, 97, 128, 6, 18, 66, 71, 128, 8, 9, 21, 22, 131, 18, 28, 98, 128, 128, 13,
+    17, 55, 70, 128, 16, 29, 98, 122, 128, 89, 81, 188, 212, 128, 34, 55, 139, 169, 128, 95, 110, 206,
+    235, 128, 241, 218, 246, 254, 128, 67, 59, 151, 183, 128, 24, 30, 61, 62, 128, 49, 52, 133, 151, 128,
+    214, 188, 236, 248, 128, 165, 111, 173, 206, 94, 32, 38, 124, 150, 128, 17, 21, 57, 72, 74, 23, 38,
+    109, 135, 128, 152, 156, 227, 246, 128, 98, 85, 164, 194, 132, 62, 60, 144, 183, 212, 146, 47, 15, 128,
+    128, 102, 17, 2, 128, 246, 211, 101, 22, 128, 247, 227, 132, 53, 128, 218, 179, 60, 15, 128, 64, 61,
+    30, 0, 128, 2, 182, 149, 82, 7, 128, 234, 188, 77, 20, 128, 236, 249, 251, 229, 223, 110, 104, 94,
+    77, 74, 92, 87, 94, 79, 132, 77, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 43, 29, 187, 188, 188, 167, 167, 128, 128, 128, 128, 128, 128, 128, 128, 128, 68, 28, 125, 143, 172,
+    157, 121, 128, 128, 128, 128, 128, 128, 128, 128, 128, 112, 68, 116, 133, 171, 133, 104, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 148, 117, 105, 102, 141, 134, 95, 128, 128, 128, 128, 128, 128, 128, 128, 128, 178,
+    152, 122, 99, 89, 138, 145, 128, 128, 128, 128, 128, 128, 128, 128, 209, 178, 141, 102, 59, 100, 109, 137,
+    0, 128, 128, 128, 128, 128, 128, 128, 219, 196, 159, 116, 60, 60, 110, 160, 0, 128, 128, 128, 128, 128,
+    128, 128, 186, 180, 128, 75, 48, 97, 147, 130, 97, 0, 128, 128, 128, 128, 128, 128, 199, 194, 153, 96,
+    57, 83, 158, 140, 98, 0, 128, 128, 128, 128, 128, 128, 169, 168, 117, 63, 81, 149, 138, 6, 131, 100,
+    0, 128, 128, 128, 128, 128, 183, 184, 139, 83, 87, 144, 136, 10, 127, 102, 0, 128, 128, 128, 128, 128,
+    156, 176, 138, 113, 118, 91, 24, 20, 153, 138, 121, 59, 16, 2, 128, 128, 96, 86, 79, 88, 76, 128,
+    88, 44, 51, 72, 119, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 40, 7,
+    137, 167, 166, 110, 146, 128, 128, 128, 128, 128, 128, 128, 128, 128, 64, 13, 76, 102, 181, 63, 145, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 92, 46, 45, 149, 198, 86, 179, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 137, 86, 58, 145, 166, 89, 144, 128, 128, 128, 128, 128, 128, 128, 128, 128, 157, 96, 59, 110,
+    177, 144, 188, 128, 128, 128, 128, 128, 128, 128, 128, 170, 107, 56, 78, 136, 132, 171, 151, 0, 128, 128,
+    128, 128, 128, 128, 128, 185, 130, 69, 60, 73, 119, 184, 133, 0, 128, 128, 128, 128, 128, 128, 128, 110,
+    91, 64, 56, 138, 134, 110, 170, 105, 0, 128, 128, 128, 128, 128, 128, 136, 118, 78, 54, 75, 121, 157,
+    149, 104, 0, 128, 128, 128, 128, 128, 128, 96, 96, 68, 77, 121, 201, 123, 39, 153, 108, 0, 128, 128,
+    128, 128, 128, 123, 122, 105, 83, 119, 206, 122, 4, 137, 100, 0, 128, 128, 128, 128, 128, 108, 158, 139,
+    135, 144, 117, 30, 4, 168, 146, 128, 74, 5, 40, 128, 128
+};
+#endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
     -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 7, 0, -1, 2, 5, 8, 5, 0, 0, 0, 1,
@@ -2725,10 +2757,11 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
 {
     const int8_t *prior = cqi_context_channel(s) >= 0 ? cqi_prior_located : cqi_prior_bare;
     int k, j;
-    for (k = 0; k < CQI_FACE; k++) {
-        int from = k < CQI_PRIORS ? k : k - (CQI_PLAIN - CQI_FIRST);
-        m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[from] + 128u);
-    }
+    for (k = 0; k < CQI_OF_CONQUEST; k++) m->bit[k] = (cq_bit_model)(256u * cqi_prior_bit[k] + 128u);
+#ifndef CQ_NO_REGULAR
+    for (; k < CQI_PRIORS; k++) m->bit[k] = (cq_bit_model)(256u * cqi_prior_regular[k - CQI_OF_CONQUEST] + 128u);
+#endif
+    for (; k < CQI_FACE; k++) m->bit[k] = m->bit[k - (CQI_PLAIN - CQI_FIRST)];
     for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
@@ -5267,6 +5300,8 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
     return cqi_code_patch(d, cqi_first_spoke(&d->mesh, gate, side));
 }
 
+#ifndef CQ_NO_REGULAR
+
 /* -- Regular levels --------------------------------------------------------------------------------------------------
  *
  * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse edges.
@@ -6320,6 +6355,8 @@ static cq_result cqi_begin_regular(cq_decoder *d)
     return CQ_OK;
 }
 
+#endif /* CQ_NO_REGULAR */
+
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
 static cq_result cqi_end_component(cq_decoder *d)
@@ -6716,7 +6753,11 @@ static cq_result cqi_step_level(cq_decoder *d)
         cqi_level_report(d)->error = d->error;
     }
     d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
+#ifndef CQ_NO_REGULAR
     if (regular) return cqi_begin_regular(d);
+#else
+    if (regular) return CQ_ERROR_UNSUPPORTED;
+#endif
     d->splits = 0;
     d->seed = d->cleared = 0;
     d->walk.head = d->walk.count = 0;
@@ -6778,12 +6819,14 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_LEVEL: return cqi_step_level(d);
     case CQI_ACTIVE: return cqi_step_active(d);
     case CQI_CLEAR: return cqi_step_clear(d);
+#ifndef CQ_NO_REGULAR
     case CQI_WIPE: return cqi_step_wipe(d);
     case CQI_MARKS: return cqi_step_marks(d);
     case CQI_TABLE: return cqi_step_table(d);
     case CQI_EXPECT: return cqi_step_expect(d);
     case CQI_DISSOLVES: return cqi_step_dissolves(d);
     case CQI_SWEEP: return cqi_step_sweep(d);
+#endif
     default: return cqi_step_patch(d);
     }
 }
@@ -10309,9 +10352,10 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 }
 
 /* Regular levels need that positions are all that there is, and that every vertex may go. */
-static int cqi_may_be_regular(const cqi_plan *p, const cq_shape *s)
+static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
-    if (p->row_of_vertex || p->locked) return 0;
+    const cq_shape *s = &in->shape;
+    if (p->row_of_vertex || p->locked || in->conquest_only) return 0;
     return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
 }
 
@@ -10322,7 +10366,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
     const int channel = cqi_context_channel(&in->shape);
     p->num_regular = 0;
     if (channel >= 0) p->measured = in->values[channel];
-    while (live && cqi_may_be_regular(p, &in->shape) && p->num_regular < p->most_regular) {
+    while (live && cqi_may_be_regular(p, in) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;

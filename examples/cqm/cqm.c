@@ -67,6 +67,8 @@ static const char encode_help[] =
     "                     for tiles: with one --grid they meet without cracks\n"
     "  --clean            along seams only whole edges collapse, so that no row of the\n"
     "                     vertex buffers ever moves; the base is larger\n"
+    "  --conquest-only    no regular levels, for devices whose decoder has been built\n"
+    "                     without them\n"
     "  --goal GOAL        balanced (default): features of the surface stay longest;\n"
     "                     least-connectivity: by valences alone\n"
     "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
@@ -128,6 +130,7 @@ static const char verify_help[] =
     "  --keep-order       as for encode\n"
     "  --lock-border      as for encode\n"
     "  --clean            as for encode\n"
+    "  --conquest-only    as for encode\n"
     "  --goal GOAL        as for encode\n"
     "  --grid X,Y,Z,STEP  as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, for names that do not tell\n"
@@ -156,7 +159,7 @@ static const struct command commands[] = {
 };
 
 enum option_id {
-    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, LOCK_BORDER, CLEAN, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL,
+    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, LOCK_BORDER, CLEAN, CONQUEST_ONLY, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL,
     ERROR, BYTES, JSON
 };
 
@@ -177,6 +180,7 @@ static const struct option option_list[] = {
     { "--keep-order", KEEP_ORDER, NULL, ENCODE | VERIFY },
     { "--lock-border", LOCK_BORDER, NULL, ENCODE | VERIFY },
     { "--clean", CLEAN, NULL, ENCODE | VERIFY },
+    { "--conquest-only", CONQUEST_ONLY, NULL, ENCODE | VERIFY },
     { "--goal", GOAL, "balanced or least-connectivity", ENCODE | VERIFY },
     { "--grid", GRID, "X,Y,Z,STEP: an origin and a step above 0", ENCODE | VERIFY },
     { "--format", FORMAT, "off, obj, ply or stl", ENCODE | DECODE | VERIFY },
@@ -344,6 +348,7 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case KEEP_ORDER: return options->keep_order = 1;
     case LOCK_BORDER: return options->lock_border = 1;
     case CLEAN: return options->clean = 1;
+    case CONQUEST_ONLY: return options->conquest_only = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
     case LEVEL: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_levels);
     case ERROR: return parse_distance(value, &options->max_error);

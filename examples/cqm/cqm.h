@@ -26,7 +26,7 @@
 #define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
 
 struct options {
-    int connectivity, keep_order, lock_border, clean, json, quiet, strict;
+    int connectivity, keep_order, lock_border, clean, conquest_only, json, quiet, strict;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */

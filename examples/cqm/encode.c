@@ -346,6 +346,7 @@ static int prepare_input(struct encoding *e, struct mesh_file *mesh, const char 
     e->positions = mesh->positions;
     e->input.goal = options->goal;
     e->input.clean = options->clean;
+    e->input.conquest_only = options->conquest_only;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
     if (e->input.map == NULL || e->input.face_map == NULL)

@@ -44,21 +44,24 @@ counts() {
         }'
 }
 
-# make_stream NAME MESH: build/embedded/NAME/stream.h
+# make_stream NAME MESH OPTION...: build/embedded/NAME/stream.h
 make_stream() {
-    mkdir -p "$out/$1"
-    "$cqm" encode --quiet "$2" "$out/$1.cqm" && counts "$out/$1.cqm" >"$out/$1/stream.h" &&
+    name=$1 mesh=$2
+    shift 2
+    mkdir -p "$out/$name"
+    "$cqm" encode --quiet "$@" "$mesh" "$out/$name.cqm" && counts "$out/$name.cqm" >"$out/$name/stream.h" &&
         {
             echo "static const uint8_t stream[] = {"
-            od -An -v -tu1 "$out/$1.cqm" | sed 's/\([0-9]\) /\1, /g; s/$/,/'
+            od -An -v -tu1 "$out/$name.cqm" | sed 's/\([0-9]\) /\1, /g; s/$/,/'
             echo "};"
-        } >>"$out/$1/stream.h"
+        } >>"$out/$name/stream.h"
 }
 
-# disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices.
+# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices.
 make_streams() {
-    make_stream disc ref_data/disc.off && make_stream grid ref_data/grid.off &&
-        build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off"
+    make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
+        build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off" --conquest-only &&
+        make_stream regular ref_data/grid.off && "$cqm" info "$out/regular.cqm" | grep -q regular
 }
 
 # -- Devices ---------------------------------------------------------------------------------------------------------
@@ -84,7 +87,7 @@ device() {
         qemu="qemu-system-riscv32 -M virt -bios none"
         imports="memcpy memset __clzsi2 __(ashl|lshr|ashr)di3" ;;
     esac
-    bare="$flags $cpu -Os -DCQ_INDEX_BITS=16 -I$example -ffreestanding -ffunction-sections -fdata-sections"
+    bare="$flags $cpu -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -I$example -ffreestanding -ffunction-sections -fdata-sections"
     bare="$bare -fno-tree-loop-distribute-patterns -fcallgraph-info=su"
     work=$out/$1
 }
@@ -99,7 +102,7 @@ compile_device() {
 # What a program that decodes gets of decoder.o: all that cq_decoder_init and cq_decode call.
 # shellcheck disable=SC2086
 link_decoder() {
-    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode_16,-u,cq_decoder_init_16 "$work/decoder.o" \
+    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode_16_nr,-u,cq_decoder_init_16_nr "$work/decoder.o" \
         -o "$work/linked.o"
 }
 
@@ -118,7 +121,7 @@ address() { ${tools}nm "$work/$1.elf" | awk -v name="$2" '$3 == name { print $1 
 # run_program STREAM: what it prints, and then the plugin, is in STREAM.txt
 # shellcheck disable=SC2086
 run_program() {
-    between="begin=$(address "$1" cq_decode_16),end=$(address "$1" board_step)"
+    between="begin=$(address "$1" cq_decode_16_nr),end=$(address "$1" board_step)"
     timeout 60 $qemu $semihosting -kernel "$work/$1.elf" -d plugin -plugin "$out/libcount.so,$between" \
         >"$work/$1.txt" 2>&1 || { cat "$work/$1.txt"; return 1; }
 }
@@ -158,7 +161,7 @@ measure_decoder() {
     figure "code.$1" "$(section_bytes .text)"
     figure "tables.$1" "$(section_bytes .rodata .srodata)"
     figure "writable.$1" "$(section_bytes .data .sdata .bss .sbss)"
-    "$here/stack.py" cq_decode_16 "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
+    "$here/stack.py" cq_decode_16_nr "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
     figure "stack.$1" "$(sed 's/ .*//' "$work/stack")"
     cat "$work/stack"
 }
@@ -210,7 +213,7 @@ compile_avr() { # name source...
     name=$1
     shift
     mkdir -p "$out/avr" &&
-        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -ffunction-sections \
+        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -ffunction-sections \
             -fdata-sections -Wl,--gc-sections -I"$out/$name" -I$example "$@" $example/avr.c -o "$out/avr/$name.elf"
 }
 
@@ -233,7 +236,7 @@ test_avr_sizes() {
 }
 
 test_compilers() {
-    for stream in grid random; do
+    for stream in grid random regular; do
         test_process tcc "$stream" "" tcc -DCQ_INDEX_BITS=16
         test_process big-endian "$stream" qemu-s390x s390x-linux-gnu-gcc -O2 -static
         test_process big-endian-16 "$stream" qemu-s390x s390x-linux-gnu-gcc -O2 -static -DCQ_INDEX_BITS=16
@@ -301,7 +304,7 @@ measure_all() {
     compilers >"$out/figures.tsv"
     check "streams" make_streams
     check "plugin" cc -O2 -shared -fPIC $here/count.c -o "$out/libcount.so"
-    for stream in disc grid random; do test_process host $stream "" cc -O2; done
+    for stream in disc grid random regular; do test_process host $stream "" cc -O2; done
     test_device cortex-m3 grid random
     test_device cortex-m0 disc
     test_device rv32 grid random

@@ -93,6 +93,7 @@ def appendix():
     bits, bare, located, linear, yes, gain, logistic, reciprocal, inverse, root = (
         table(header, name) for name in ("prior_bit", "prior_bare", "prior_located", "prior_linear", "prior_yes",
                                          "prior_gain", "logistic", "reciprocal", "inverse", "inverse_root"))
+    bits += table(header, "prior_regular")
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
     assert len(bare) == len(located) == enum["CQI_WEIGHTS"]
     assert len(yes) == len(gain) == enum["CQI_QUESTIONS"]

@@ -208,7 +208,11 @@ static void print_linears(const char *name, const char *size, const int32_t *wei
 
 static void print_tables(const cqi_model *bare, const cqi_model *located)
 {
-    print_bits("cqi_prior_bit", "CQI_PRIORS", located->bit, CQI_PRIORS);
+    print_bits("cqi_prior_bit", "CQI_OF_CONQUEST", located->bit, CQI_OF_CONQUEST);
+    printf("#ifndef CQ_NO_REGULAR\n");
+    print_bits("cqi_prior_regular", "CQI_PRIORS - CQI_OF_CONQUEST", located->bit + CQI_OF_CONQUEST,
+               CQI_PRIORS - CQI_OF_CONQUEST);
+    printf("#endif\n");
     print_weights("cqi_prior_bare", "CQI_WEIGHTS", bare->weight, CQI_WEIGHTS, WEIGHT_UNIT);
     print_weights("cqi_prior_located", "CQI_WEIGHTS", located->weight, CQI_WEIGHTS, WEIGHT_UNIT);
     print_bits("cqi_prior_yes", "CQI_QUESTIONS", located->yes, CQI_QUESTIONS);
