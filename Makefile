@@ -99,6 +99,66 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $(call SDL,cflags) $(filter %.c,$^) $(call SDL,libs) $(LDLIBS) -lm -o $@
 
+# -- Web: WebAssembly by clang and lld, an ES module, three.js; the page --
+#
+# build/web/package is what npm packs, build/web/site what `make serve` shows. Packages of npm are in build/web/npm.
+
+WEB = build/web/package
+WEB_PACKAGES = clang-19 lld-19 nodejs $(if $(shell command -v npm),,npm)
+WEB_SOURCES = $(wildcard examples/web/*.js examples/web/*.json examples/web/*.md)
+WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
+    -Wno-unused-function -Iexamples/web/libc -Iinclude \
+    -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
+
+.PHONY: web
+web: ## builds the package for npm in build/web/package, WebAssembly included
+	$(call install,$(WEB_PACKAGES))
+	@$(MAKE) --no-print-directory build/web/complete
+
+build/web/complete: $(WEB)/types/conquest.d.ts
+	@touch $@
+
+build/web/npm/complete: tests/web/package.json tests/web/package-lock.json tests/web/.npmrc
+	@mkdir -p $(@D)
+	cp $^ $(@D)
+	cd $(@D) && npm ci --ignore-scripts --loglevel=error
+	@touch $@
+
+build/web/%.wasm: examples/web/%.c examples/web/libc/string.h $(HEADER)
+	@mkdir -p $(@D)
+	$(WASM) $< -o $@
+
+$(WEB)/%.wasm.js: build/web/%.wasm
+	@mkdir -p $(@D)
+	{ printf 'export default "'; base64 -w 0 $<; printf '";\n'; } >$@
+
+$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(WEB)/decoder.wasm.js $(WEB)/encoder.wasm.js build/web/npm/complete \
+    tests/web/tsconfig.json
+	cp $(WEB_SOURCES) LICENSE $(WEB)
+	@ln -sfn npm/node_modules build/web/node_modules
+	build/web/npm/node_modules/.bin/tsc -p tests/web/tsconfig.json
+	@touch $@
+
+# What npm packs, installed beside the tests, as a page or a program has it.
+WEB_TEST = build/web/test
+WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.ts)
+
+$(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
+	@rm -rf $(WEB_TEST)
+	@mkdir -p $(WEB_TEST)
+	cp $(WEB_TESTS) $(WEB_TEST)
+	echo '{ "private": true, "type": "module" }' >$(WEB_TEST)/package.json
+	cd $(WEB) && npm pack --silent --pack-destination ../test >/dev/null
+	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
+	@touch $@
+
+NODE_TEST = node --test --test-reporter=./reporter.js --test-concurrency=1
+
+build/log/web-module.log: $(WEB_TEST)/complete build/cqm
+	@mkdir -p $(@D)
+	@cd $(WEB_TEST) && $(NODE_TEST) module.test.js >../../../$@ 2>&1 || true
+	@echo "web-module: $$(tail -n 1 $@)"
+
 # -- Meshes --------------------------------------------------------------------------------------------------------
 
 meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo into build/meshes
