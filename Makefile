@@ -105,7 +105,7 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 
 WEB = build/web/package
 WEB_PACKAGES = clang-19 lld-19 nodejs $(if $(shell command -v npm),,npm)
-WEB_SOURCES = $(wildcard examples/web/*.js examples/web/*.json examples/web/*.md)
+WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json examples/web/*.md)
 WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
     -Wno-unused-function -Iexamples/web/libc -Iinclude \
     -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
@@ -141,12 +141,12 @@ $(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(WEB)/decoder.wasm.js $(WEB)/encoder
 
 # What npm packs, installed beside the tests, as a page or a program has it.
 WEB_TEST = build/web/test
-WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.ts)
+WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.html)
 
 $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 	@rm -rf $(WEB_TEST)
 	@mkdir -p $(WEB_TEST)
-	cp $(WEB_TESTS) $(WEB_TEST)
+	cp $(WEB_TESTS) examples/web/serve.js $(WEB_TEST)
 	echo '{ "private": true, "type": "module" }' >$(WEB_TEST)/package.json
 	cd $(WEB) && npm pack --silent --pack-destination ../test >/dev/null
 	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
@@ -158,6 +158,11 @@ build/log/web-module.log: $(WEB_TEST)/complete build/cqm
 	@mkdir -p $(@D)
 	@cd $(WEB_TEST) && $(NODE_TEST) module.test.js >../../../$@ 2>&1 || true
 	@echo "web-module: $$(tail -n 1 $@)"
+
+build/log/web-browser.log: $(WEB_TEST)/complete
+	@mkdir -p $(@D)
+	@cd $(WEB_TEST) && $(NODE_TEST) browser.test.js >../../../$@ 2>&1 || true
+	@echo "web-browser: $$(tail -n 1 $@)"
 
 # -- Meshes --------------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,174 @@
+/* The package in a browser, and the loader for three.js. SPDX-License-Identifier: MIT */
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, test } from "node:test";
+import { chromium } from "playwright-core";
+import { encode } from "conquest-mesh";
+import { serveFolder } from "./serve.js";
+import { makeDressed, makeSphere } from "./meshes.js";
+
+const mesh = makeSphere(96, 48), { data } = await encode(mesh, { bits: 14 });
+const dressed = makeDressed(), { data: dressedData } = await encode(dressed, { bits: 14 });
+const vertices = mesh.positions.length / 3, faces = mesh.index.length / 3;
+const damaged = data.slice();
+damaged[data.length >> 1] ^= 16;
+
+const waiting = [];
+const send = bytes => (_, response) => response.writeHead(200, { "content-length": bytes.length }).end(bytes);
+const server = await serveFolder("..", 0, {
+    "/whole.cqm": send(data),
+    "/dressed.cqm": send(dressedData),
+    "/damaged.cqm": send(damaged),
+    "/none.cqm": send(Buffer.from("solid of no mesh")),
+    "/slow.cqm": (_, response) => {                          // its first kilobyte; the rest when a test says so
+        response.writeHead(200, { "content-length": data.length });
+        response.write(data.subarray(0, 1024));
+        waiting.push(response);
+    },
+});
+const browser = await chromium.launch({
+    executablePath: "/usr/bin/chromium",
+    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"],
+});
+after(async () => { await browser.close(); server.close(); server.closeAllConnections(); });
+
+const problems = [];
+async function open() {
+    const page = await browser.newPage();
+    page.on("pageerror", error => problems.push(String(error)));
+    await page.goto(`http://127.0.0.1:${server.address().port}/test/browser.html`);
+    await page.waitForFunction("window.ready");
+    return page;
+}
+const page = await open();
+const plainMesh = { index: Array.from(mesh.index), positions: Array.from(mesh.positions) };
+
+for (const workers of [0, 1]) {
+    test(`draws while it arrives, ${workers} workers`, async () => {
+        const before = await page.evaluate(async workers => {
+            window.refined = 0;
+            window.loader = new CQMLoader().setWorkerLimit(workers);
+            loader.onRefine = () => { refined++; };
+            window.geometry = await loader.loadAsync("/slow.cqm");
+            Object.assign(uploads, { allocated: 0, written: 0, calls: 0 });
+            window.first = draw(geometry);
+            return { ...uploads, vertices: geometry.state.numVertices, bytes: geometry.state.bytes, count: geometry.drawRange.count };
+        }, workers);
+        assert.ok(before.vertices > 20 && before.vertices < vertices / 2 && before.bytes <= 1024, JSON.stringify(before));
+        assert.equal(before.allocated, 12 * vertices + 12 * faces);
+        waiting.pop().end(data.subarray(1024));
+        const late = await page.evaluate(async plainMesh => {
+            await geometry.loaded;
+            const last = draw(geometry), exact = draw(plain(plainMesh)), { index, state } = geometry;
+            loader.dispose();
+            return { ...uploads, refined, first: compare(first, exact), last: compare(last, exact), faces: state.numFaces,
+                count: geometry.drawRange.count, radius: geometry.boundingSphere.radius, largest: Math.max(...index.array) };
+        }, plainMesh);
+        assert.deepEqual([late.faces, late.count, late.largest], [faces, 3 * faces, vertices - 1]);
+        assert.ok(late.refined > 1 && late.radius > 1 && late.radius < 2, JSON.stringify(late));
+        assert.ok(late.last.shown > 5000 && late.last.different < 0.01, JSON.stringify(late.last));
+        assert.ok(late.first.different > late.last.different && late.first.different < 0.9, JSON.stringify(late.first));
+        assert.ok(late.written >= 12 * (vertices - before.vertices) && late.written <= 12 * vertices + 12 * faces, JSON.stringify(late));
+        console.log(`${workers} workers: ${before.vertices} vertices of ${before.bytes} bytes, ${(100 * late.first.different).toFixed(1)} % of pixels differ`);
+    });
+}
+
+test("all attributes come to the GPU; a draw call for each material", async () => {
+    const got = await page.evaluate(async () => {
+        const geometry = await new CQMLoader().loadAsync("/dressed.cqm");
+        await geometry.loaded;
+        const material = () => new THREE.MeshStandardMaterial({ vertexColors: true });
+        draw(geometry, [material(), material(), material()]);
+        const calls = renderer.info.render.calls;
+        const read = name => Array.from(geometry.getAttribute(name).array.slice(0, 12));
+        return { names: Object.keys(geometry.attributes).sort(), groups: geometry.groups, skinIndex: read("skinIndex"), calls };
+    });
+    assert.deepEqual(got.names, ["color", "normal", "position", "skinIndex", "skinWeight", "uv"]);
+    assert.equal(got.calls, 3);
+    assert.deepEqual(got.groups.map(g => g.materialIndex), [0, 1, 2]);
+    assert.equal(got.groups.reduce((sum, g) => sum + g.count, 0), dressed.index.length);
+    assert.ok(got.skinIndex.every(j => Number.isInteger(j) && j < 8));
+});
+
+test("stops at a number of vertices, at an error, at pixels until the camera comes nearer", async () => {
+    const got = await page.evaluate(async () => {
+        const load = async goal => {
+            const loader = new CQMLoader().setWorkerLimit(0).stopAt(goal), pieces = new ReadableStream({
+                async start(c) { for (let at = 0; at < bytes.length; at += 200) c.enqueue(bytes.slice(at, at + 200)); c.close(); } });
+            return loader.refine(pieces, () => {});
+        };
+        const bytes = new Uint8Array(await (await fetch("/whole.cqm")).arrayBuffer());
+        const few = await (await load({ vertices: 300 })).loaded, near = await (await load({ error: 0.02 })).loaded;
+        const far = camera.clone();
+        far.position.multiplyScalar(20);
+        far.updateMatrixWorld();
+        const screen = await load({ pixels: 1, camera: far, height: 400 });
+        await new Promise(r => setTimeout(r, 1500));
+        const paused = screen.state.numVertices, pixels = errorInPixels(screen.state.error, screen, { camera: far, height: 400 });
+        far.position.multiplyScalar(1 / 20);
+        far.updateMatrixWorld();
+        await Promise.race([screen.loaded, new Promise(r => setTimeout(r, 4000))]);
+        return { few: few.state.numVertices, near: [near.state.error, near.state.numVertices], paused, pixels, then: screen.state.numVertices };
+    });
+    assert.ok(got.few >= 300 && got.few < 600, JSON.stringify(got));
+    assert.ok(got.near[0] <= 0.02 && got.near[1] < vertices, JSON.stringify(got));
+    assert.ok(got.paused < vertices / 2 && got.pixels <= 1 && got.then > 2 * got.paused, JSON.stringify(got));
+});
+
+test("a cut connection, a corrupt file and one that is none are errors with words; the page lives", async () => {
+    const load = url => page.evaluate(async url => {
+        const loader = new CQMLoader(), errors = [];
+        const geometry = await loader.loadAsync(url).catch(error => { errors.push(String(error)); return null; });
+        await geometry?.loaded.catch(error => errors.push(String(error)));
+        if (geometry) draw(geometry);
+        return { errors, vertices: geometry?.state.numVertices };
+    }, url);
+    const damage = await load("/damaged.cqm");
+    assert.match(damage.errors[0], /^StreamError: (corrupt stream|check value mismatch) \(byte \d+\)$/);
+    assert.ok(damage.vertices === undefined || damage.vertices < vertices);
+    assert.match((await load("/none.cqm")).errors[0], /^StreamError: not a conquest stream \(byte 16\)$/);
+    assert.match((await load("/missing.cqm")).errors[0], /404/);
+    const cut = load("/slow.cqm");
+    while (!waiting.length) await new Promise(r => setTimeout(r, 50));
+    await new Promise(r => setTimeout(r, 500));
+    waiting.pop().destroy();
+    const broken = await cut;
+    assert.match(broken.errors[0], /network error/);
+    assert.ok(broken.vertices > 20);
+    assert.equal((await load("/whole.cqm")).vertices, vertices);
+});
+
+test("encodes in the browser, the same bytes", async () => {
+    const bytes = await page.evaluate(async mesh => Array.from((await conquest.encode(
+        { index: mesh.index, positions: Float32Array.from(mesh.positions) }, { bits: 14 })).data), plainMesh);
+    assert.deepEqual(Buffer.from(bytes), Buffer.from(data));
+});
+
+test("100 loads do not take more memory than 20", async () => {
+    const fresh = await open(), session = await browser.newBrowserCDPSession();
+    const pids = async () => (await session.send("SystemInfo.getProcessInfo")).processInfo.filter(p => p.type === "renderer").map(p => p.id);
+    const resident = async () => (await pids()).reduce((sum, pid) =>
+        sum + Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]), 0);
+    const load = count => fresh.evaluate(async count => {
+        const loader = new CQMLoader();
+        for (let i = 0; i < count; i++) {
+            loader.setWorkerLimit(i % 2);
+            const geometry = await loader.loadAsync("/whole.cqm");
+            await geometry.loaded;
+            draw(geometry);
+            geometry.dispose();
+            if (i % 10 === 9) gc();
+        }
+        loader.dispose();
+        gc();
+    }, count);
+    await load(20);
+    const before = await resident();
+    await load(100);
+    const grown = await resident() - before;
+    await fresh.close();
+    console.log(`${grown} KiB more after 100 loads, of ${before}`);
+    assert.ok(grown < 20 * 1024, `${grown} KiB`);
+});
+
+test("nothing failed unseen", () => assert.deepEqual(problems, []));
