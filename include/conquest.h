@@ -72,6 +72,9 @@
 #define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
 #define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
 #define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
+#define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
+#define cq_read_rows CQI_SYMBOL(cq_read_rows)
+#define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
 #define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
 #define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
 #define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
@@ -98,7 +101,8 @@
 
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
- * that use floating point. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
+ * cq_encode takes oriented manifolds only. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
  * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
@@ -119,6 +123,7 @@ extern "C" {
 #define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
+#define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
 #define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
 #define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
 
@@ -183,7 +188,8 @@ typedef enum cq_kind {
     CQ_JOINTS = 5,        /* of skinning: numbers of the joints */
     CQ_WEIGHTS = 6,       /* and their weights */
     CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
-    CQ_GROUP = 8          /* 1 component: the material or group that it belongs to */
+    CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
+    CQ_TURNED = 9         /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
 } cq_kind;
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
@@ -209,13 +215,52 @@ typedef struct cq_channel {
 
 /* Counts that decide how much memory a mesh needs, and the channels. */
 typedef struct cq_shape {
-    uint32_t num_vertices;
+    uint32_t num_vertices;           /* of the mesh; for cq_encode: rows */
     uint32_t num_faces;
     uint32_t num_boundary_loops;
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
+    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
+    uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
+    uint32_t num_materials;          /* 0: faces have none */
+    uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
 } cq_shape;
+
+/* The faces of one material: a range of their numbers, which grows at its end. */
+typedef struct cq_material {
+    cq_index first, count;
+} cq_material;
+
+/* -- Rows and wedges -----------------------------------------------------------------------------------------------
+ *
+ * What a GPU calls a vertex is a row of its vertex buffers. Where a seam of normals or texture coordinates runs through
+ * a surface, several rows lie at one vertex of the mesh, and each is a wedge of the faces around it:
+ *
+ *           \  1  |  2  /            One mesh vertex with two rows. The faces around it have its number in
+ *             \   |   /              mesh.origin, which is what is refined, and one of the rows in `index`, which is
+ *               \ | /                the index buffer. Corners with the same row have the same mesh vertex, and the
+ *         ---- seam ----            two faces of an edge have the same two mesh vertices: so there is no crack.
+ *               / | \
+ *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
+ *           /  1  |  2  \            Per row: normals, texture coordinates and colours.
+ *
+ * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, then
+ * the row goes along, and gets what the new vertex has for the channels of the mesh vertex. cq_moved_rows tells which.
+ * With cq_input.clean no row moves.
+ *
+ * A mesh without seams has index == mesh.origin and a row for each vertex, and costs nothing of this.
+ *
+ * Aside are faces that are no surface, namely those that name a row or a position twice, or the same rows as another
+ * face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
+
+/* Faces and rows aside. Rows of their own are numbered behind those of the mesh: number shape.num_rows + k, or
+ * shape.num_vertices + k without wedges, is row k here. */
+typedef struct cq_aside {
+    uint32_t num_rows, num_faces;          /* shape's, or 0 before they are read */
+    cq_index *index;                       /* cq_index[3 * num_faces], rows */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* cq_value[num_rows][components], or cq_value[num_faces] */
+} cq_aside;
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -373,12 +418,27 @@ typedef struct cq_level {
     uint64_t flags, indices, values; /* cost */
 } cq_level;
 
+/* What an encoder had to do to make a mesh of the triangles. Nothing of it is lost: a decoder gets all of them back. */
+typedef struct cq_preparation {
+    uint32_t degenerate_faces;       /* aside: a row or a position twice */
+    uint32_t repeated_faces;         /* aside: the rows of another face */
+    uint32_t detached_faces;         /* cut off all around, for two of their vertices would have had two edges */
+    uint32_t turned_faces;           /* turned over in the mesh, to agree with their neighbours */
+    uint32_t unused_rows;            /* aside: of no face */
+    uint32_t merged_rows;            /* that are equal to another one, and have become one with it */
+    uint32_t copied_rows;            /* more rows than went in: of vertices that the surface meets itself at */
+    uint32_t seam_edges;             /* joined, though their faces have different rows */
+    uint32_t cut_edges;              /* not joined, though two faces or more lie there */
+    uint32_t locked_vertices;        /* kept in the base for that, or because the caller says so */
+} cq_preparation;
+
 typedef struct cq_report {
     cq_shape shape;
+    cq_preparation prepared;         /* by an encoder */
     uint32_t num_components;
     uint32_t num_levels;
     uint32_t base_vertices, base_faces;                        /* real */
-    uint64_t header, base, flags, indices, positions, channels;  /* cost; sum = 65536 * 8 * bytes */
+    uint64_t header, base, flags, indices, positions, channels, aside;  /* cost; sum = 65536 * 8 * bytes */
     size_t bytes;                    /* of the stream */
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 } cq_report;
@@ -391,11 +451,13 @@ typedef struct cq_report {
  * 200 here; face values 6 and 64, of a component. A join of the base has 3 and 32. */
 #define CQI_STEP_BYTES(components) (25 + 18 * (size_t)(components))
 
+/* One channel of a row, if there are seams: two questions of 11 bits, and for each component 16, 5 and 32. */
+#define CQI_ROW_STEP_BYTES 112
+
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
 #define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
 
-#define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
  * the spoke from v to the L of that gate. */
@@ -424,7 +486,10 @@ enum {
 #define CQI_RING_BITS 14
 #define CQI_FRACTION 4
 #define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* a place further off counts as that far */
-enum { CQI_LARGE_VALENCE = 31 }; /* and more, of a vertex beside the centre */
+enum {
+    CQI_LARGE_VALENCE = 31,                                     /* and more, of a vertex beside the centre */
+    CQI_RULE_CLASSES = CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1   /* of an alternative's valence less that of B */
+};
 typedef struct cqi_ring {
     int size;
     int boundary;                                /* place of the virtual vertex; CQ_MAX_VALENCE: none */
@@ -442,16 +507,18 @@ typedef struct cqi_ring {
 } cqi_ring;
 
 /* Candidates for the pair of common neighbours. Scores by p and q add up: */
+#define CQI_LISTED 48                            /* pairs, at most */
 typedef struct cqi_choice {
     int32_t end_p[CQ_MAX_VALENCE];               /* of a ring vertex as p, less those that it and all before it have */
     int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it; */
-    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p */
+    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p; */
+    int32_t of_rule[CQ_MAX_VALENCE];             /* or of that and the rule, for a q */
+    int16_t rule[2 * CQI_RULE_CLASSES];          /* weights of the rule, */
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* and what it compares: see cqi_find_alternatives */
     int32_t best[CQ_MAX_VALENCE];                /* of the best pair with a q */
     int count;                                   /* pairs that are listed: */
-    int32_t score[CQI_PAIRS];
-    uint8_t p[CQI_PAIRS], q[CQI_PAIRS];
-    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* see cqi_find_alternatives */
-    int32_t of_rule[CQ_MAX_VALENCE];             /* of_steps and the rule, for a q */
+    uint8_t p[CQI_LISTED], q[CQI_LISTED];
+    int32_t score[CQI_LISTED];
 } cqi_choice;
 
 /* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
@@ -499,8 +566,8 @@ enum {
     CQI_GAP_3 = CQI_GAP + 8 * 32,                            /* [score above the third] */
     CQI_END_OPPOSITE = CQI_GAP_3 + 32,                       /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
-    CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][56], see cqi_score_rule */
-    CQI_WEIGHTS = CQI_RULE + 2 * 56
+    CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
+    CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
 };
 
 /* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
@@ -543,6 +610,57 @@ enum {
     CQI_QUESTIONS = CQI_SAME + 4 * 8
 };
 
+/* Corners of the two faces that a split makes: of A, B and p in the left one, of A, B and q in the right one. */
+enum { CQI_LEFT_A, CQI_LEFT_B, CQI_AT_P, CQI_RIGHT_A, CQI_RIGHT_B, CQI_AT_Q, CQI_CORNERS };
+
+/* Models of the rows of these corners. */
+enum {
+    CQI_ALL_USUAL = 0,                        /* all are as is usual */
+    CQI_USUAL = 1,                            /* [corner][what the two before are] as is usual */
+    CQI_SECOND_CHOICE = CQI_USUAL + 4 * CQI_CORNERS, /* [corner] the other choice */
+    CQI_BASE_SAME = CQI_SECOND_CHOICE + CQI_CORNERS, /* [rows of the vertex] base: the row of the corner before */
+    CQI_BASE_NEW = CQI_BASE_SAME + 3,         /* [rows of the vertex] base: a new row */
+    CQI_SEAM_MODELS = CQI_BASE_NEW + 3,
+    CQI_SEAM_CONTEXTS = 27                    /* [A-p is a seam, no, a border][A-q][rows of A] */
+};
+
+/* A row that a split makes. */
+typedef struct cqi_new_row {
+    cq_index beside;                          /* the row that it is split from, or on the other side of the seam */
+    int corner;                               /* its first one; CQI_CORNERS: split from a row of A */
+} cqi_new_row;
+
+/* A model that learns fast at first: a probability, and how often it was used, up to a limit. */
+typedef struct cqi_quick_model {
+    cq_bit_model bit;
+    uint8_t used;
+} cqi_quick_model;
+
+/* Sets of models for residuals of rows, classes of what is expected, and lengths. */
+enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_SETS };
+#define CQI_ROW_CLASSES 20
+#define CQI_ROW_LENGTHS 16
+
+/* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
+#define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
+typedef struct cqi_seams {
+    cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
+    cq_bit_model equal[CQ_MAX_CHANNELS][8];   /* a channel of a new row is equal to that of another row */
+    cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see cqi_code_row_residual */
+    cq_index num_rows;                        /* also those that are not yet in the mesh */
+    int full;                                 /* there were more */
+    uint32_t channel;                         /* the next one of the row that is being read */
+    cq_index vertex, corner, first;           /* of the base: what is read; the vertex' first row */
+    int fresh;                                /* its values are being read */
+    int p, q;                                 /* of the split, */
+    int context;
+    int num_new, next;                        /* and the rows that it makes */
+    cqi_new_row made[CQI_MAX_NEW_ROWS];
+    cq_index run[CQ_MAX_VALENCE];             /* rows of the corners that go to B, by their spokes */
+    cq_index row[CQI_CORNERS], usual[CQI_CORNERS], other[CQI_CORNERS];
+    cq_index wanted[CQI_CORNERS];             /* by an encoder */
+} cqi_seams;
+
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
@@ -574,6 +692,19 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
      + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
 #define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
 
+/* Metadata of m bytes need so much more. */
+#define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
+
+/* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
+ * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
+ * of faces. */
+#define CQ_WEDGE_BYTES(f, w, c) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
+     + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
+#define CQ_ASIDE_BYTES(f, r, c, d) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
+     + CQI_ROUND((cqi_size)(f) * (d) * sizeof(cq_value)))
+
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 
@@ -581,9 +712,16 @@ CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
  * grow with each split. The rest is private. */
 typedef struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
-    cq_mesh mesh;                          /* of this moment; mesh.origin is the index buffer */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers; with
-                                              CQ_PER_FACE cq_value[num_faces], in the order of the faces in origin */
+    cq_mesh mesh;                          /* of this moment */
+    cq_index *index;                       /* cq_index[3 * mesh.num_faces], the index buffer: mesh.origin, or rows */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers, or
+                                              [num_rows], see "Rows and wedges"; with CQ_PER_FACE cq_value[num_faces],
+                                              in the order of the faces in origin */
+    cq_index *vertex;                      /* cq_index[num_rows], mesh vertices of the rows; NULL: of the same number */
+    cq_index num_rows;                     /* of this moment; mesh.num_vertices if vertex is NULL */
+    cq_aside aside;
+    cq_material *material;                 /* cq_material[shape.num_materials], of this moment: one draw call for each */
+    uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
                                               it, in 1/16 of the positions' step; 0 at CQ_DONE */
@@ -596,6 +734,9 @@ typedef struct cq_decoder {
     uint8_t *memory;
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
+    cqi_seams *seams;                      /* NULL without wedges */
+    cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
+    uint32_t metadata_read;                /* bytes */
     struct {
         uint8_t buffer[CQI_BUFFER_BYTES];
         size_t payload_left, payload_size; /* bytes not yet in the buffer; of the whole payload */
@@ -672,6 +813,18 @@ typedef struct cq_lod {
  * a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
+/* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
+ * the row: cq_value[count][components]. */
+CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
+
+/* The index buffer of faces first .. first + count - 1, with those that were turned over turned back: cq_index[3 *
+ * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
+CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
+
+/* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
+ * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
+CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
+
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
 /* What a collapse is chosen for; without positions, both are CQ_LEAST_CONNECTIVITY. */
@@ -684,11 +837,15 @@ typedef enum cq_goal {
 typedef struct cq_input {
     cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is
                                               found */
-    const cq_index *indices;               /* cq_index[3 * num_faces] */
+    const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
-    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded numbers */
-    cq_index *face_map;                    /* the same for faces: cq_index[num_faces] */
+    const cq_index *material;              /* with num_materials: cq_index[num_faces], 0 .. num_materials - 1 */
+    const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
+    const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
+    int clean;                             /* 1: no row ever moves, at the cost of a larger base */
+    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded rows */
+    cq_index *face_map;                    /* the same for faces: cq_index[num_faces]; those aside follow the others */
     void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
     void *user;
 } cq_input;
@@ -696,16 +853,21 @@ typedef struct cq_input {
 /* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
-/* Encodes a mesh.
+/* Encodes triangles, whatever they are: the rows and the index buffer of a GPU, any of them. What is not an oriented
+ * manifold is made one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A
+ * line can be carried as a face a, b, b and a point as a, a, a. Of rows with the same values in all channels one comes
+ * back, and of rows that the surface meets itself at several. Without a channel of positions rows are told apart by
+ * their numbers alone.
  *
- * in       in->shape.num_boundary_loops and _edges are set as found; start with zeros (a closed mesh) and on
+ * in       in->shape.num_boundary_loops, _edges and num_rows are set as found; start with zeros (a closed mesh) and on
  *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. An eighth more is mostly enough for boundaries at once.
  * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
- * place    where a mesh error or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
+ * place    where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
  *
- * A decoder has its own order of vertices and faces, and a face may start at another corner: input vertex v is decoded
- * vertex in->map[v], input face f decoded face in->face_map[f]. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
+ * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
+ * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it is
+ * face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
  * cq_kind and cq_merge say.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
@@ -783,6 +945,13 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
+/* Has the processor vectors of 16-bit numbers? It makes no difference to the result. */
+#if defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
+#define CQI_VECTORS 1
+#else
+#define CQI_VECTORS 0
+#endif
+
 /* A function that keeps its variables off the stack of its callers' other callees. */
 #ifdef __GNUC__
 #define CQI_APART __attribute__((noinline))
@@ -814,8 +983,8 @@ static int cqi_bit_length(uint32_t x)
 
 static int cqi_bit_length_wide(uint64_t x)
 {
-#if defined(__GNUC__) && __SIZEOF_LONG_LONG__ == 8
-    return x ? 64 - __builtin_clzll(x) : 0;
+#if defined(__GNUC__) && __SIZEOF_LONG__ == 8
+    return x ? 64 - __builtin_clzl(x) : 0;
 #else
     const uint32_t high = (uint32_t)(x >> 32);
     return high ? 32 + cqi_bit_length(high) : cqi_bit_length((uint32_t)x);
@@ -909,12 +1078,22 @@ static uint32_t cqi_components(const cq_channel *c)
 }
 #endif
 
-/* Numbers per vertex or, that is all channels of them, per face. */
-static uint32_t cqi_all_components(const cq_shape *s, int per_face)
+/* What the numbers of a channel belong to. */
+enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
+
+static int cqi_class(const cq_shape *s, uint32_t k)
+{
+    const int kind = s->channel[k].kind;
+    if (s->channel[k].merge == CQ_PER_FACE) return CQI_OF_FACE;
+    return s->num_rows && (kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR) ? CQI_OF_ROW : CQI_OF_VERTEX;
+}
+
+/* Numbers per vertex, per face or per row. */
+static uint32_t cqi_all_components(const cq_shape *s, int of)
 {
     uint32_t k, n = 0;
     for (k = 0; k < s->num_channels; k++)
-        if ((s->channel[k].merge == CQ_PER_FACE) == per_face) n += s->channel[k].components;
+        if (cqi_class(s, k) == of) n += s->channel[k].components;
     return n;
 }
 
@@ -934,7 +1113,8 @@ static int cqi_countable(const cq_shape *s)
     if (s->num_vertices > limit || s->num_boundary_loops > limit - s->num_vertices) return 0;
     if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
-    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes;
+    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
+           s->num_aside_rows <= CQI_MAX_HALFEDGES && s->num_aside_faces <= limit;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -1758,8 +1938,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    static const uint8_t components[CQ_GROUP + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2 }; /* bit n: n are allowed */
-    return c->kind <= CQ_GROUP && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+    static const uint8_t components[CQ_TURNED + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2 }; /* bit n: n are allowed */
+    return c->kind <= CQ_TURNED && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
@@ -1782,18 +1962,46 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
+/* Counts of what a mesh without seams does not have. */
+#define CQI_EXTENDED 0x80 /* bit of the number of channels: they follow */
+static int cqi_is_extended(const cq_shape *s)
+{
+    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes;
+}
+
+static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
+{
+    s->num_rows = cqi_read_varint(r);
+    s->num_aside_rows = cqi_read_varint(r);
+    s->num_aside_faces = cqi_read_varint(r);
+    s->metadata_bytes = cqi_read_varint(r);
+    if (r->result != CQ_OK) return r->result;
+    if (!cqi_is_extended(s) || s->metadata_bytes > CQ_MAX_METADATA) return CQ_ERROR_CORRUPT;
+    if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
+    return CQ_OK;
+}
+
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
     cq_shape *s = h->shape;
     cq_result result = cqi_read_counts(r, s);
-    uint32_t k, payload_size;
+    uint32_t k, payload_size, extended;
     if (result != CQ_OK) return result;
     s->num_channels = cqi_read_uint(r, 1);
-    if (s->num_channels > CQ_MAX_CHANNELS) return CQ_ERROR_UNSUPPORTED;
+    extended = s->num_channels & CQI_EXTENDED;
+#ifndef CQ_NO_WEDGES
+    s->num_channels -= extended;
+#endif
+    if (s->num_channels > CQ_MAX_CHANNELS) {
+        s->num_channels = 0; /* no shape has more than its array */
+        return CQ_ERROR_UNSUPPORTED;
+    }
     for (k = 0; k < s->num_channels; k++) {
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
+    if (extended) result = cqi_read_extension(r, s);
+    if (result != CQ_OK) return result;
     payload_size = cqi_read_varint(r);
     h->payload_size = (size_t)payload_size;
     h->payload_crc = cqi_read_uint(r, 4);
@@ -1840,14 +2048,31 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 
 static cqi_size cqi_decoder_size(const cq_shape *s)
 {
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, 0)) +
-           cqi_all_components(s, 1) * CQ_FACE_BYTES(s->num_faces);
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
+           cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
+
+/* What comes on top of that. */
+static uint64_t cqi_more_bytes(const cq_shape *s)
+{
+    const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
+    uint64_t bytes = 0, words = 3 * (uint64_t)s->num_aside_faces;
+    if (s->num_rows) {
+        words += 3 * (uint64_t)s->num_faces + s->num_rows;
+        bytes = s->num_rows * of_row * sizeof(cq_value) + CQI_ROUND(sizeof(cqi_seams));
+    }
+    bytes += s->num_aside_rows * (of_row + cqi_all_components(s, CQI_OF_VERTEX)) * sizeof(cq_value);
+    bytes += s->num_aside_faces * of_face * sizeof(cq_value) + words * sizeof(cq_index);
+    bytes += CQ_METADATA_BYTES(s->metadata_bytes);
+    return bytes ? bytes + (6 + of_face) * 4 : 0; /* roundings of blocks */
+}
+
+static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b) { return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; }
 
 size_t cq_decoder_bytes(const cq_shape *s)
 {
     if (!s || !cqi_countable(s)) return 0;
-    return cqi_bytes(cqi_decoder_size(s));
+    return cqi_sum_of_sizes(cqi_decoder_size(s), cqi_more_bytes(s));
 }
 
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
@@ -1874,9 +2099,13 @@ typedef struct cqi_collapse {
     cq_index kept, removed;   /* A, B */
     cq_index face[2];         /* removed too: at p, at q */
     uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
-    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0 */
+    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
     uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
 } cqi_collapse;
+
+/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a row
+ * of B has become one of A that goes on into it, on the left and on the right. */
+enum { CQI_SIDES = 3, CQI_CORNER_A = 2, CQI_CORNER_B = 4, CQI_TIED_LEFT = 0x40, CQI_TIED_RIGHT = 0x80 };
 
 /* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
 typedef struct cqi_seed {
@@ -1914,6 +2143,21 @@ typedef struct cqi_plan {
     uint32_t num_levels;
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
+    const uint8_t *locked;              /* of each vertex: it stays; or NULL */
+    int clean;                          /* no row may move */
+    const cq_index *row_of_vertex;      /* rows of the input; NULL: of the same number, and none of the following */
+    const cq_index *row_of_wedge;
+    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
+    const uint8_t *face_state;          /* of these */
+    cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
+    cq_index *uses;                     /* corners of each wedge */
+    cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
+    cq_index *row_decoded;              /* and the other way round */
+    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number aside */
+    const cq_index *aside_row;          /* rows of the input that are aside */
+    const cq_index *triangles;          /* as handed in */
+    const uint8_t *metadata;            /* as handed in */
+    cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
 } cqi_plan;
 
 /* Speed of adaptation of bit models (higher is slower). */
@@ -1998,7 +2242,7 @@ static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 static int cqi_plan_side(const cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[p->next];
-    return c->level == p->level && c->first ? c->first - 1 : 0;
+    return c->level == p->level && c->first & CQI_SIDES ? (c->first & CQI_SIDES) - 1 : 0;
 }
 
 /* -- Symbols -- */
@@ -2157,82 +2401,82 @@ static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
 };
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
     -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 6, 0, 0, 3, 5, 7, 3, 1, 3, -1, 1,
-    -2, -3, -4, 3, -2, -1, -3, 4, -3, -4, -5, 3, -3, -4, -6, 5, -1, -2, -3, 0, 12, 14,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 6, 0, 1, 3, 5, 7, 3, 1, 3, -1, 1,
+    -2, -3, -4, 3, -2, -1, -3, 4, -3, -4, -5, 3, -3, -4, -5, 5, -1, -2, -3, 0, 12, 14,
     0, 1, 4, 5, 1, 5, 1, 1, 1, 5, -2, -3, -5, -2, -2, -3, -4, 3, -5, -5, -5, 2,
     -4, -4, -5, 3, -3, -3, -3, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 3, 0, 0, -6, 0, -2, 0, -8, 0, -1, 0, -3, 1, 1, 2, -2, 1, 1, 1, -1,
-    3, 2, 3, -5, 3, 2, 2, 0, 2, 1, 0, -2, 0, 25, 33, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 18, 32, 26, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 21, 25, 13, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, 11, 18,
-    16, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -18,
-    2, 13, 14, 9, -23, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -35, -2, 8, 17, 12, 1, -14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -35, -6, 6, 11, 14, 6, 2, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -37, -12, 2, 9, 10, 9, 9, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -37, -25, -6, 3, 0, 2, 10, -1, -2, -1, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -26, -11, -4, -6, -6, -4, -3, -5, -6, -5, -4, -4,
-    -3, -2, -2, -2, -1, -1, 0, 0, 0, 0, -16, -12, -8, -4, 1, 6, 6, 5, 4, 2, 1, 1,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -27, -18,
+    0, 0, 3, 0, 0, -6, 0, -2, 0, -7, 0, -1, 0, -3, 1, 1, 2, -2, 1, 1, 1, -1,
+    3, 2, 3, -5, 3, 2, 2, 0, 2, 1, 0, -2, 0, 25, 34, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 19, 32, 26, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 22, 25, 11, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 12, 18,
+    15, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17,
+    2, 13, 14, 8, -25, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -35, -1, 8, 16, 11, 0, -15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -35, -5, 6, 10, 13, 5, 2, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -36, -12, 2, 8, 9, 8, 8, -3, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -36, -24, -6, 3, -1, 2, 10, -1, -2, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -26, -10, -3, -5, -6, -3, -4, -4, -5, -4, -4, -4,
+    -3, -2, -2, -1, 0, 0, 0, 0, 0, 0, -16, -11, -8, -4, 0, 5, 6, 6, 4, 3, 1, 1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -27, -17,
     -14, -12, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -26, -18, -16, -12, -4, -1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 18, -24, -16, -7, 2,
+    0, 0, 0, 0, 0, 0, 0, 0, -26, -18, -15, -12, -5, -1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 17, -24, -15, -8, 1,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 2, -23, -8, 16, 22, 18, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, -20, -10, 1, 4, 1, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -23, -8, 16, 22, 16, 8, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -21, -10, 1, 4, 1, 0,
+    0, 0, 0, 17, -17, -5, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, -12, 7, 29, 41, 42, 22, 5, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 17, -17, -5, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12, 7, 29, 41, 41, 24, 7, 4,
-    1, 1, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0,
-    0, 34, -14, -8, -4, -3, 0, 2, 0, 3, 4, 3, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 43, -14, -8, -4, -3, 0, 2, 1, 3, 3, 2, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -2, -2, -1, -2, -5, -6,
-    -13, -20, -18, -15, 1, 8, 6, 5, 5, 6, 5, 6, 3, 4, -1, 0, 0, 0, 0, -2, -2, -1,
-    -3, -4, -6, -7, 12, 14, 8, 9, 6, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, -1, -2, -2, -1, -2, -2, -2, -2, -4, -6, -16, -25, -27, 4, 9, 6, 6, 5, 6, 6,
-    8, 5, 3, 2, -1, 1, -1, 1, 0, -2, -2, -3, -3, -4, -6, -6, 12, 11, 9, 6, 6, 6,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -2, -1, -3, -4,
+    -13, -20, -18, -14, 1, 8, 6, 5, 5, 5, 4, 7, 3, 4, -1, 0, 0, 0, 0, -2, -2, -2,
+    -2, -5, -7, -8, 10, 13, 8, 9, 6, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, -1, -1, -2, -2, -2, -3, -3, -4, -5, -8, -17, -25, -28, 4, 9, 7, 6, 5, 6, 7,
+    8, 5, 3, 2, -1, 1, 0, 1, 0, -1, -1, -2, -1, -4, -6, -7, 11, 11, 9, 6, 6, 6,
     8, 0,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    -4, -2, -1, 0, 0, -1, -1, -2, -2, -2, -2, -3, -3, -3, -2, 1, -3, -2, -1, 0, 0, -1,
-    -1, -1, -2, -2, -2, -2, -2, -3, -2, -2, 0, 1, 0, -3, 0, 1, 1, -4, 0, 1, -2, -5,
+    -4, -2, -1, 0, 0, -1, -1, -2, -2, -2, -3, -3, -3, -3, -2, 1, -3, -2, -1, 0, 0, -1,
+    -1, -2, -2, -2, -2, -2, -2, -3, -2, -2, 0, 1, 0, -3, 0, 0, 1, -4, 0, 1, -2, -5,
     -2, -1, -2, -3, -1, 0, 1, -2, -2, 0, 0, -3, -3, 0, 1, -1, -2, 0, 2, -1, 0, 2,
-    0, -2, -1, 0, 0, 0, -1, 0, -3, 0, -2, -2, -3, -2, -2, -1, -1, -1, -3, -1, 0, 0,
+    0, -2, -1, 0, 1, 0, -1, 0, -3, 0, -2, -2, -3, -2, -2, -1, -1, -1, -3, -1, -1, 0,
     -3, -1, 0, 1, -3, -1, 1, 2, -10, -8, -7, -6, -3, -1, 1, 1, 1, 1, 1, 1, 1, 1,
     1, -6, -7, 0, 0, -2, -2, -4, 0, -2, -1, -1, 0, -1, 1, 1, 0, 1, 0, 0, -1, -2,
     0, 0, 0, -1, 0, 0, -1, 2, -1, -2, -2, -1, 0, 25, 35, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 30, 29, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 22, 27, 21, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 22, 27, 21, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 16, 22,
     23, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -23,
     6, 17, 19, 16, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -35, -1, 10, 16, 12, 9, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -37, -7, 4, 8, 9, 8, -1, -9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, -36, -14, -2, 3, 2, 6, 2, -9, -5, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -37, -24, -7, -4, -3, 0, 3, -1, -4, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -44, -27, -15, -10, -11, -11, -10, -5, -6, -5, -5, -3, -1,
-    -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, -13, -7, 0, 4, 4, 7, 7, 3, 2, 1, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, -17, -7,
-    0, 0, 3, 3, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -3, -16, -9, -2, 0, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, -15, -6, -1, 2,
-    3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -7, -14, -4, 4, 5, 2, 1, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -13, -2, 5, 4, 2, 0,
+    0, 0, 0, 0, 0, 0, 0, -37, -24, -7, -4, -3, 0, 3, -1, -5, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -44, -27, -15, -10, -11, -12, -10, -4, -6, -5, -5, -2, -1,
+    -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -7, 0, 4, 4, 7, 7, 3, 2, 1, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, -16, -7,
+    1, 0, 3, 4, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -3, -16, -8, -2, 0, 4, 1, 1, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, -15, -6, -2, 3,
+    2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -6, -14, -4, 5, 5, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -13, -1, 6, 5, 2, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -6, -11, 0, 6, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -7, 6, 20, 20, 10, 2, 1, 1,
+    0, 0, 0, -6, -11, 0, 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -7, 7, 20, 19, 9, 2, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 1, -7, -2, 1, 4, 5, 1, 0, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, -7, -6, -6, -5, -6, -5, -4, -3, -3, -2,
+    0, 2, -7, -2, 1, 4, 5, 1, 0, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, -7, -6, -6, -6, -6, -5, -4, -3, -3, -2,
     -2, -1, -1, -1, -1, -2, 3, 2, 1, 1, 1, 1, 0, -2, -3, -3, -4, -5, -5, -5, -5, -5,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1,
-    -6, -15, -20, -20, -3, 3, 2, 1, 1, 0, 0, 2, 0, 1, -1, 0, 0, 0, 0, -1, 0, 0,
-    0, -1, 0, 2, 7, 5, 4, 3, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
+    -6, -15, -20, -20, -3, 3, 2, 1, 1, 0, 0, 2, 1, 1, -1, 0, 0, 0, 0, -1, 0, 0,
+    0, -1, -1, 2, 6, 5, 4, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -2, -9, -18, -25, -2, 4, 2, 1, 1, 0, -1,
-    1, 0, 0, 1, -1, 0, 0, 1, 0, 0, 0, -1, 0, -1, 0, 3, 7, 3, 2, 1, 0, 0,
+    1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 4, 7, 3, 2, 1, 0, 0,
     -1, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
@@ -2580,11 +2824,26 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
-/* Value of the plan: component c of channel k of an input vertex, as a number. */
+/* Value of the plan: component c of channel k of an input vertex or wedge, */
+static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
+{
+    const cqi_plan *p = d->plan;
+    if (p->row_of_vertex) input = cqi_class(&d->shape, k) == CQI_OF_ROW ? p->row_of_wedge[input] : p->row_of_vertex[input];
+    return p->input[k][(size_t)input * d->shape.channel[k].components + c];
+}
+
+/* and as a number. */
 static int32_t cqi_plan_value(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
-    const cq_channel *channel = &d->shape.channel[k];
-    return cqi_number(channel, d->plan->input[k][(size_t)input * channel->components + c]);
+    return cqi_number(&d->shape.channel[k], cqi_plan_bits(d, k, c, input));
+}
+
+enum { CQI_FACE_ASIDE = 1, CQI_FACE_TURNED = 2 }; /* bits of the state of a face */
+static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
+{
+    const cqi_plan *p = d->plan;
+    if (p->face_of_input) face = p->face_of_input[face];
+    return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
 /* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
@@ -2607,6 +2866,14 @@ static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, 
     return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
+/* A residual, given the size of those before. */
+static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, int32_t x, int32_t *size)
+{
+    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
+    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
+    return x;
+}
+
 /* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
 static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
 {
@@ -2615,9 +2882,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     cq_value *values = d->channel[k] + c;
     int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->to_input[v]), p);
-    x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
-    *size = (3 * *size + (int32_t)(cqi_abs(x) >> 28 ? (uint32_t)1 << 28 : cqi_abs(x))) / 4;
-    x = cqi_number(channel, cqi_sum(p, x));
+    x = cqi_number(channel, cqi_sum(p, cqi_code_base_residual(d, channel, x, size)));
     values[(size_t)v * stride] = (cq_value)x;
     return cqi_value_fits(channel, x);
 }
@@ -2647,7 +2912,7 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
     int32_t before = f ? values[f - 1] : 0, x = 0;
-    if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->face_input[f] / 3];
+    if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
     values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
 }
 
@@ -2660,7 +2925,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        if ((d->shape.channel[k].merge == CQ_PER_FACE) != of_face) continue;
+        if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
@@ -2685,7 +2950,7 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
             if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
-        if (CQI_ENCODING(d)) x = d->plan->input[k][d->plan->note[d->plan->next].face[end]];
+        if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, d->plan->note[d->plan->next].face[end]);
         x = cqi_code_copy(d, k, beside, n, x);
         if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
@@ -2761,6 +3026,24 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
     a.z = cqi_product(a.z, b, shift);
     return a;
 }
+
+#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES)
+/* The square root, rounded down. */
+static uint32_t cqi_root(uint64_t x)
+{
+    uint64_t root = 0, bit = (uint64_t)1 << 62;
+    while (bit > x) bit >>= 2;
+    for (; bit; bit >>= 2) {
+        if (x >= root + bit) {
+            x -= root + bit;
+            root = (root >> 1) + bit;
+        } else {
+            root >>= 1;
+        }
+    }
+    return (uint32_t)root;
+}
+#endif
 
 /* 65536 / n */
 static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
@@ -3049,17 +3332,34 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Adds the votes of a rival for all. A loop of a fixed length, of which compilers make vector instructions: it does not
- * matter what it says of those beyond the last one. */
-static void cqi_add_votes(cqi_fan *f, int from, int16_t radius)
+/* Votes of a rival for the first ones, of which those for it are the same. */
+static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
 {
     const int16_t x = f->rival_x[from], y = f->rival_y[from], half = (int16_t)(radius / 2);
-    int k;
-    for (k = 0; k < CQI_RIVALS; k++) {
+    int k, all = 0;
+    for (k = 0; k < count; k++) {
         const int16_t dx = (int16_t)(f->rival_x[k] - x), dy = (int16_t)(f->rival_y[k] - y);
         const int16_t ax = (int16_t)(dx < 0 ? -dx : dx), ay = (int16_t)(dy < 0 ? -dy : dy);
-        const int16_t apart = ax > ay ? ax : ay;
-        f->vote[k] = (int16_t)(f->vote[k] + (apart < radius) + (apart < half));
+        const int16_t apart = ax > ay ? ax : ay, vote = (int16_t)((apart < radius) + (apart < half));
+        f->vote[k] = (int16_t)(f->vote[k] + vote);
+        all += vote;
+    }
+    return all;
+}
+
+/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for what
+ * is not there. */
+static void cqi_count_votes(cqi_fan *f, int16_t radius)
+{
+    int k;
+    memset(f->vote, 0, sizeof f->vote);
+    for (k = 0; k < f->num_rivals; k++) {
+#if CQI_VECTORS
+        cqi_add_votes(f, k, CQI_RIVALS, radius);
+        f->vote[k] = (int16_t)(f->vote[k] - (radius > 0) - (radius > 1));
+#else
+        f->vote[k] = (int16_t)cqi_add_votes(f, k, k, radius);
+#endif
     }
 }
 
@@ -3069,8 +3369,7 @@ static void cqi_vote(cqi_fan *f, int shift)
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
     int k, best = 0, n = 0;
     cqi_vector sum = { 0, 0, 0 };
-    memset(f->vote, 0, sizeof f->vote);
-    for (k = 0; k < f->num_rivals; k++) cqi_add_votes(f, k, (int16_t)radius);
+    cqi_count_votes(f, (int16_t)radius);
     for (k = 1; k < f->num_rivals; k++)
         if (f->vote[k] > f->vote[best]) best = k;
     for (k = 0; k < f->num_rivals; k++) {
@@ -3079,7 +3378,7 @@ static void cqi_vote(cqi_fan *f, int shift)
         n++;
     }
     f->radius = radius;
-    f->votes = f->vote[best] - (radius > 0) - (radius > 1); /* without its own */
+    f->votes = f->vote[best];
     f->agreed = cqi_product_of(sum, cqi_reciprocal[n], 16);
 }
 
@@ -3371,7 +3670,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     const int n = cqi_at_most(f->size, ASKED);
     int j;
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
-    if (CQI_ENCODING(d)) x = d->plan->input[k][(size_t)input * stride + c];
+    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
     x = cqi_code_copy(d, k, beside, n, x);
     if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
     *to = (cq_value)x;
@@ -3399,8 +3698,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     uint32_t k;
     cqi_list_fan_of_b(d, p, q);
     for (k = 0; k < d->shape.num_channels; k++) {
-        if (d->shape.channel[k].merge == CQ_PER_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (!cqi_code_channel(d, k, p, q, input, b)) return 0;
+        const int of = cqi_class(&d->shape, k);
+        if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
+        else if (of == CQI_OF_VERTEX && !cqi_code_channel(d, k, p, q, input, b)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -3534,8 +3834,8 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  *
  * Without positions lengths and angles are of one class, and say nothing. */
 
-#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely */
-#define CQI_ANY_SCORE ((int32_t)1 << 30)
+#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely; */
+#define CQI_NEAR_RULED (3 * CQI_NAT) /* of a level that is ruled */
 #define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
@@ -3685,16 +3985,13 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* Weights of the rule for a q; at the smallest valence of an alternative, plus p. */
-static int cqi_rule(int q) { return CQI_RULE + CQ_MAX_VALENCE - q; }
-
 static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
 /* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
  * of its valence minus that of B, for all p with a q. For another goal than that they would give 0.03 bit. */
-static const int32_t *cqi_score_rule(const int16_t *w, cqi_choice *c, int q)
+static const int32_t *cqi_score_rule(cqi_choice *c, int q)
 {
-    const int16_t *const before = w + cqi_rule(q), *const after = before + 56 + c->after[q];
+    const int16_t *const before = c->rule + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
     int p;
     for (p = 0; p < q; p++)
         c->of_rule[p] = c->of_steps[CQ_MAX_VALENCE - q + p] + before[c->before[p]] + after[p];
@@ -3704,7 +4001,7 @@ static const int32_t *cqi_score_rule(const int16_t *w, cqi_choice *c, int q)
 /* Scores of p with a q, by p, beside those of the ends. */
 static const int32_t *cqi_score_steps(const cq_decoder *d, cqi_choice *c, int q)
 {
-    return d->ruled ? cqi_score_rule(d->model.weight, c, q) : c->of_steps + CQ_MAX_VALENCE - q;
+    return d->ruled ? cqi_score_rule(c, q) : c->of_steps + CQ_MAX_VALENCE - q;
 }
 
 /* The score of the best pair of all, and of each q. */
@@ -3736,7 +4033,7 @@ static void cqi_list_pairs(const cq_decoder *d, cqi_choice *c, int32_t low, int3
         of_steps = cqi_score_steps(d, c, q);
         for (p = 0; p < q; p++) {
             const int32_t x = c->end_q[q] + c->end_p[p] + of_steps[p];
-            if (x < low || x >= high) continue;
+            if (x < low || x >= high || n == CQI_LISTED) continue;
             c->score[n] = x;
             c->p[n] = (uint8_t)p;
             c->q[n++] = (uint8_t)q;
@@ -3792,7 +4089,7 @@ static inline void cqi_nudge(int16_t *weight, int32_t error)
 static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
 {
     const cqi_ring *r = &d->ring;
-    int16_t *const w = d->model.weight;
+    int16_t *w = d->model.weight;
     int k;
     cqi_nudge(&w[CQI_END_LENGTH + r->length[p]], error);
     cqi_nudge(&w[CQI_END_LENGTH + 16 + r->length[q]], error);
@@ -3807,8 +4104,9 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
         cqi_nudge(&w[CQI_INNER_OPPOSITE + r->opposite[k]], error);
     }
     if (!d->ruled) return;
-    cqi_nudge(&w[cqi_rule(q) + d->now.choice.before[p]], error);
-    cqi_nudge(&w[cqi_rule(q) + 56 + d->now.choice.after[q] + p], error);
+    w += CQI_RULE + CQ_MAX_VALENCE - q;
+    cqi_nudge(&w[d->now.choice.before[p]], error);
+    cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
 /* Is it the best listed pair? Asks, and learns from the answer. */
@@ -3840,30 +4138,32 @@ static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
     *p = number - *q * (*q - 1) / 2;
 }
 
-/* Scores all pairs of the ring, and lists the best ones: those with scores from *low on. By the rule that is all of
- * them, since its weights are not copied. */
-static void cqi_score_pairs(cq_decoder *d, int32_t *low)
+/* What scores of pairs are the sums of. Later ones are of these, too, whatever the weights have learned by then. */
+static void cqi_score_parts(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
-    const int16_t *const of_steps = d->model.weight + cqi_joint(&d->ring);
+    const int16_t *const w = d->model.weight, *const of_steps = w + cqi_joint(&d->ring);
     int k;
-    cqi_classify_ring(d);
-    cqi_score_ends(d->model.weight, &d->ring, c);
+    cqi_score_ends(w, &d->ring, c);
     for (k = 1; k < d->ring.size; k++) c->of_steps[CQ_MAX_VALENCE - k] = of_steps[k];
-    if (d->ruled) cqi_find_alternatives(&d->ring, c);
-    *low = cqi_best_score(d, c) - (d->ruled ? CQI_ANY_SCORE : CQI_NEAR);
-    cqi_list_pairs(d, c, *low, INT32_MAX);
+    if (!d->ruled) return;
+    memcpy(c->rule, w + CQI_RULE, sizeof c->rule);
+    cqi_find_alternatives(&d->ring, c);
 }
 
 /* Codes the pair p, q of the patch. Pairs are listed by nats of their scores. */
 static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     cqi_choice *c = &d->now.choice;
+    const int32_t near = d->ruled ? CQI_NEAR_RULED : CQI_NEAR;
     int rank;
     int32_t low;
-    cqi_score_pairs(d, &low);
+    cqi_classify_ring(d);
+    cqi_score_parts(d);
+    low = cqi_best_score(d, c) - near;
+    cqi_list_pairs(d, c, low, INT32_MAX);
     for (rank = 0; rank < CQI_TRIES; rank++) {
-        for (; !c->count && rank < CQI_TRIES; rank++, low -= CQI_NEAR) cqi_list_pairs(d, c, low - CQI_NEAR, low);
+        for (; !c->count && rank < CQI_TRIES; rank++, low -= near) cqi_list_pairs(d, c, low - near, low);
         if (!c->count) break;
         if (cqi_code_try(d, rank, *p, *q)) {
             *p = c->p[c->count - 1];
@@ -3876,6 +4176,12 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 }
 
 /* -- Patches -- */
+
+/* What a step does. */
+enum {
+    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_READ_CORNERS,
+    CQI_READ_ROWS, CQI_READ_ASIDE, CQI_COMPLETE
+};
 
 #define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
 
@@ -3915,17 +4221,10 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), num_faces);
 }
 
-/* The split of the patch: both indices, then the values, then the mesh. */
-static cq_result cqi_code_split(cq_decoder *d)
+/* Splits the patch: its values are there. */
+static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
-    const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
-    int p = note ? note->p : 0, q = note ? note->q : 0;
-    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-    cqi_code_pair(d, &p, &q);
-    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
-    if (cqi_starved(d)) return CQ_TRUNCATED;
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
@@ -3933,8 +4232,746 @@ static cq_result cqi_code_split(cq_decoder *d)
     cqi_model_omit(&d->model);
 #endif
     if (CQI_REPORTING(d)) cqi_report_split(d, p, q);
-    if (note) cqi_plan_new_vertex(d, b, num_faces, p, q);
+    if (CQI_ENCODING(d)) cqi_plan_new_vertex(d, b, num_faces, p, q);
     return CQ_OK;
+}
+
+/* -- Rows of a split's corners --
+ *
+ * In the mesh before the split, the corners of A are in two runs: those between the spokes to p and q that B gets, and
+ * those that A keeps. A row that occurs in both is split: B gets a new one. One that occurs in B's run only goes along.
+ * Then the six corners of the two new faces: each has the row of the face beside it, or another one that is named
+ * below, or a new row. So corners with one row have one vertex after the split if they had before: the rows of B's run
+ * occur nowhere but around A. */
+
+#ifdef CQ_NO_WEDGES
+#define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
+#define cqi_begin_base_rows(d) CQ_ERROR_UNSUPPORTED
+#define cqi_has_aside(d) 0
+#else
+
+/* Row of the corner of a halfedge; virtual faces have none. */
+static cq_index cqi_row_at(const cq_decoder *d, cq_index h)
+{
+    return h / 3 < d->mesh.first_virtual_face ? d->index[h] : CQ_NONE;
+}
+
+static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
+{
+    if (!CQI_ENCODING(d)) return cqi_decode_adaptive(&d->range, model, d->rate);
+    cq_encode_bit(&d->plan->range, model, d->rate, bit);
+    return bit;
+}
+
+/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 6. */
+static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
+{
+    const int rate = 1 + (model->used + 1) / 2;
+    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
+    else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
+    model->used = (uint8_t)(model->used + (model->used < 9));
+    return bit;
+}
+
+/* A residual: its number of bits, 0 .. 47, by asking whether it is more up to 16 times, given half the bits that are
+ * expected; then its bits below the highest one, and its sign. */
+static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int most, int32_t residual)
+{
+    cqi_quick_model *const model = d->seams->length[set][cqi_at_most(half_bits, CQI_ROW_CLASSES - 1)];
+    const uint32_t magnitude = cqi_abs(residual);
+    const int length = cqi_bit_length(magnitude);
+    uint32_t low, x;
+    int n = 0;
+    while (n < CQI_ROW_LENGTHS && cqi_code_quick(d, &model[n], n < length)) n++;
+    if (n == CQI_ROW_LENGTHS) n += (int)cqi_code_raw(d, (uint32_t)(length - n), 5);
+    if (!n) return 0;
+    if (n > most) return CQI_WILD;
+    low = ((uint32_t)1 << (n - 1)) - 1;
+    x = cqi_code_raw(d, (magnitude & low) << 1 | (residual < 0), n);
+    return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
+}
+
+/* Is it the row of the encoder's wedge? */
+static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
+{
+    return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
+}
+
+/* A row more, at a vertex. */
+static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
+{
+    cqi_seams *s = d->seams;
+    if (s->num_rows == d->shape.num_rows) {
+        s->full = 1;
+        return 0;
+    }
+    d->vertex[s->num_rows] = vertex;
+    if (CQI_ENCODING(d)) {
+        d->plan->wedge_of_row[s->num_rows] = wedge;
+        d->plan->row_decoded[wedge] = s->num_rows;
+    }
+    return s->num_rows++;
+}
+
+/* The next one of those that the split makes. */
+static cq_index cqi_make_row(cq_decoder *d, cq_index vertex, cq_index beside, int corner, cq_index wedge)
+{
+    cqi_new_row *row = &d->seams->made[d->seams->num_new++];
+    row->beside = beside;
+    row->corner = corner;
+    return cqi_add_row(d, vertex, wedge);
+}
+
+/* Wedges of the six corners of the faces that a collapse removed. */
+static void cqi_removed_corners(const cqi_plan *p, const cqi_collapse *c, cq_index *corner)
+{
+    const cq_index a = (cq_index)(3 * c->face[0] + (c->first >> CQI_CORNER_A & 3));
+    const cq_index b = (cq_index)(3 * c->face[1] + (c->first >> CQI_CORNER_B & 3));
+    const int left = c->face[0] < p->mesh.first_virtual_face, right = c->face[1] < p->mesh.first_virtual_face;
+    corner[CQI_LEFT_A] = left ? p->index[a] : CQ_NONE;
+    corner[CQI_LEFT_B] = left ? p->index[cq_next(a)] : CQ_NONE;
+    corner[CQI_AT_P] = left ? p->index[cq_prev(a)] : CQ_NONE;
+    corner[CQI_RIGHT_A] = right ? p->index[cq_next(b)] : CQ_NONE;
+    corner[CQI_RIGHT_B] = right ? p->index[b] : CQ_NONE;
+    corner[CQI_AT_Q] = right ? p->index[cq_prev(b)] : CQ_NONE;
+}
+
+/* Does the row occur in the run that A keeps? */
+static int cqi_is_kept(const cq_decoder *d, cq_index row)
+{
+    const cqi_ring *r = &d->ring;
+    int k = d->seams->q;
+    do {
+        k = k + 1 < r->size ? k + 1 : 0;
+        if (cqi_row_at(d, r->spoke[k]) == row) return 1;
+    } while (k != d->seams->p);
+    return 0;
+}
+
+/* The new row of B for a row that both runs have; no encoder needs more than two. */
+static cq_index cqi_split_row(cq_decoder *d, cq_index row)
+{
+    cqi_seams *s = d->seams;
+    cq_index wedge = 0;
+    int k;
+    for (k = 0; k < s->num_new; k++)
+        if (s->made[k].beside == row) return (cq_index)(d->num_rows + (cq_index)k);
+    if (s->num_new == 2) {
+        s->full = 1;
+        return row;
+    }
+    if (CQI_ENCODING(d)) {
+        const int left = d->plan->note[d->plan->next].first & CQI_TIED_LEFT;
+        wedge = s->wanted[left && cqi_is_wanted(d, row, s->wanted[CQI_LEFT_A]) ? CQI_LEFT_B : CQI_RIGHT_B];
+    }
+    return cqi_make_row(d, d->mesh.num_vertices, row, CQI_CORNERS, wedge);
+}
+
+static void cqi_split_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    int k;
+    for (k = s->p + 1; k <= s->q; k++) {
+        const cq_index row = cqi_row_at(d, d->ring.spoke[k]);
+        s->run[k] = row != CQ_NONE && cqi_is_kept(d, row) ? cqi_split_row(d, row) : row;
+    }
+}
+
+/* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
+static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
+
+/* Different rows of A, at most 3, less one. */
+static int cqi_rows_of_centre(const cq_decoder *d)
+{
+    const cqi_ring *r = &d->ring;
+    cq_index first = CQ_NONE, second = CQ_NONE;
+    int k;
+    for (k = 0; k < r->size; k++) {
+        const cq_index row = cqi_row_at(d, r->spoke[k]);
+        if (row == CQ_NONE || row == first || row == second) continue;
+        if (second != CQ_NONE) return 2;
+        if (first == CQ_NONE) first = row;
+        else second = row;
+    }
+    return second != CQ_NONE;
+}
+
+static void cqi_set_choice(cqi_seams *s, int corner, cq_index usual, cq_index other)
+{
+    s->usual[corner] = usual != CQ_NONE ? usual : other;
+    s->other[corner] = usual != CQ_NONE && other != usual ? other : CQ_NONE;
+}
+
+/* What the corners may be: as in the face beside them at A, at B. Those of A and B in the right face may also be as in
+ * the left one. */
+static void cqi_list_choices(cq_decoder *d)
+{
+    const cqi_ring *r = &d->ring;
+    cqi_seams *s = d->seams;
+    const cq_index to_p = r->spoke[s->p], to_q = r->spoke[s->q], from_p = d->mesh.twin[to_p], from_q = d->mesh.twin[to_q];
+    const cq_index at_a = cqi_row_at(d, cq_next(from_q));
+    const int at_p = cqi_seam_class(cqi_row_at(d, to_p), cqi_row_at(d, cq_next(from_p)));
+    s->context = (3 * at_p + cqi_seam_class(at_a, cqi_row_at(d, to_q))) * 3 + cqi_rows_of_centre(d);
+    cqi_set_choice(s, CQI_LEFT_A, cqi_row_at(d, to_p), CQ_NONE);
+    cqi_set_choice(s, CQI_LEFT_B, s->run[s->p + 1], CQ_NONE);
+    cqi_set_choice(s, CQI_AT_P, cqi_row_at(d, cq_next(to_p)), cqi_row_at(d, from_p));
+    cqi_set_choice(s, CQI_RIGHT_A, at_a, CQ_NONE);
+    cqi_set_choice(s, CQI_RIGHT_B, s->run[s->q], CQ_NONE);
+    cqi_set_choice(s, CQI_AT_Q, cqi_row_at(d, from_q), cqi_row_at(d, cq_next(to_q)));
+}
+
+/* What was chosen before: a model of the corner. */
+static int cqi_corner_history(const cqi_seams *s, int corner)
+{
+    const cq_index *const row = s->row, *const usual = s->usual;
+    const int left_a = row[CQI_LEFT_A] == usual[CQI_LEFT_A], left_b = row[CQI_LEFT_B] == usual[CQI_LEFT_B];
+    const int right_a = row[CQI_RIGHT_A] == usual[CQI_RIGHT_A], right_b = row[CQI_RIGHT_B] == usual[CQI_RIGHT_B];
+    switch (corner) {
+    case CQI_LEFT_A: return 0;
+    case CQI_LEFT_B: return left_a;
+    case CQI_AT_P: return 2 * (s->other[corner] == CQ_NONE) + (left_a && left_b);
+    case CQI_RIGHT_A: return 2 * left_a + left_b;
+    case CQI_RIGHT_B: return 2 * left_b + right_a;
+    default: return 2 * (s->other[corner] == CQ_NONE) + (right_a && right_b);
+    }
+}
+
+static cq_index cqi_code_corner(cq_decoder *d, int corner)
+{
+    cqi_seams *s = d->seams;
+    cq_bit_model *const model = s->model[s->context];
+    const cq_index usual = s->usual[corner], other = s->other[corner], wedge = s->wanted[corner];
+    cq_index vertex = d->mesh.origin[d->ring.spoke[0]];
+    int history = cqi_corner_history(s, corner);
+    if (usual != CQ_NONE && cqi_code_with(d, &model[CQI_USUAL + 4 * corner + history], cqi_is_wanted(d, usual, wedge)))
+        return usual;
+    if (other != CQ_NONE && cqi_code_with(d, &model[CQI_SECOND_CHOICE + corner], cqi_is_wanted(d, other, wedge)))
+        return other;
+    if (corner % 3 == CQI_LEFT_B) vertex = d->mesh.num_vertices;
+    if (corner % 3 == CQI_AT_P) vertex = d->ring.vertex[corner == CQI_AT_P ? s->p : s->q];
+    return cqi_make_row(d, vertex, usual, corner, wedge);
+}
+
+/* All corners that there are have a usual row, and the encoder wants it. */
+static int cqi_may_be_usual(const cqi_seams *s, const int *present)
+{
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (present[k / 3] && s->usual[k] == CQ_NONE) return 0;
+    return 1;
+}
+
+static int cqi_plan_usual(const cq_decoder *d, const int *present)
+{
+    const cqi_seams *s = d->seams;
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (present[k / 3] && !cqi_is_wanted(d, s->usual[k], s->wanted[k])) return 0;
+    return 1;
+}
+
+static void cqi_code_corners(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    const int present[2] = { s->p != d->ring.boundary, s->q != d->ring.boundary };
+    int k, all = cqi_may_be_usual(s, present);
+    if (all) all = cqi_code_with(d, &s->model[s->context][CQI_ALL_USUAL], CQI_ENCODING(d) && cqi_plan_usual(d, present));
+    for (k = 0; k < CQI_CORNERS; k++) {
+        s->row[k] = CQ_NONE;
+        if (!present[k / 3]) continue;
+        if (all) {
+            s->row[k] = s->usual[k];
+            continue;
+        }
+        if ((k == CQI_RIGHT_A || k == CQI_RIGHT_B) && present[0])
+            cqi_set_choice(s, k, s->usual[k], s->row[k - CQI_RIGHT_A + CQI_LEFT_A]);
+        s->row[k] = cqi_code_corner(d, k);
+    }
+}
+
+/* -- Values of the rows that a split makes -- */
+
+/* The row beyond the edge of ring vertices k and k + 1, if the surface goes on there. */
+static cq_index cqi_row_beyond(const cq_decoder *d, cq_index spoke)
+{
+    const cq_index inner = cq_next(spoke), outer = d->mesh.twin[inner];
+    if (cqi_row_at(d, outer) != cqi_row_at(d, cq_next(inner)) || cqi_row_at(d, cq_next(outer)) != cqi_row_at(d, inner))
+        return CQ_NONE;
+    return cqi_row_at(d, cq_prev(outer));
+}
+
+/* -- Texture coordinates and other values of rows, by an affine fit --
+ *
+ * Values that are a linear function of the position, as most texture coordinates are nearly, are continued from B's
+ * neighbours: by least squares in the two coordinates along the surface. */
+
+/* Places of B's neighbours relative to B, along the surface, with 8 bits; and their mean. */
+static void cqi_locate_rows(cq_decoder *d)
+{
+    const cq_value *const at = d->located >= 0 ? d->channel[d->located] : NULL;
+    cqi_fan *f = &d->now.fan;
+    uint32_t all = 0;
+    int64_t sum_x = 0, sum_y = 0;
+    int k, shift;
+    for (k = 0; k < f->size && at; k++) {
+        const cq_value *const b = at + 3 * (size_t)d->mesh.num_vertices, *const v = at + 3 * (size_t)d->vertex[f->vertex[k]];
+        f->at[k].x = v[f->axis[0]] - b[f->axis[0]];
+        f->at[k].y = v[f->axis[1]] - b[f->axis[1]];
+        f->at[k].z = 0;
+        all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y);
+    }
+    shift = cqi_bit_length(all >> 8);
+    for (k = 0; k < f->size && at; k++) {
+        f->at[k] = cqi_shift(f->at[k], shift);
+        sum_x += f->at[k].x;
+        sum_y += f->at[k].y;
+    }
+    f->mean.x = (int32_t)(sum_x / f->size);
+    f->mean.y = (int32_t)(sum_y / f->size);
+}
+
+/* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is known. */
+static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
+{
+    const cqi_ring *r = &d->ring;
+    const cqi_seams *s = d->seams;
+    const cq_index to_p = r->spoke[s->p], from_q = d->mesh.twin[r->spoke[s->q]];
+    cqi_fan *f = &d->now.fan;
+    int k, n = 1, whole = 1;
+    f->vertex[0] = beside;
+    for (k = s->p; k <= s->q; k++) {
+        const int before = k > s->p && s->run[k] == row, after = k < s->q && s->run[k + 1] == row;
+        whole &= (before || k == s->p) && (after || k == s->q);
+        if (!before && !after) continue;
+        f->vertex[n] = cqi_row_at(d, before ? cq_next(r->spoke[k]) : d->mesh.twin[r->spoke[k]]);
+        f->beyond[n++] = after ? cqi_row_beyond(d, r->spoke[k + 1]) : CQ_NONE;
+    }
+    f->size = n;
+    f->boundary = !whole;
+    f->beyond[0] = f->beyond[n - 1] = CQ_NONE;
+    if (cqi_row_at(d, to_p) == beside && cqi_row_at(d, cq_next(to_p)) == f->vertex[1])
+        f->beyond[0] = cqi_row_at(d, cq_prev(to_p));
+    if (cqi_row_at(d, cq_next(from_q)) == beside && cqi_row_at(d, from_q) == f->vertex[n - 1])
+        f->beyond[n - 1] = cqi_row_at(d, cq_prev(from_q));
+    for (k = 0; k < n && !whole; k++) f->beyond[k] = CQ_NONE;
+    cqi_locate_rows(d);
+}
+
+/* -- Normals of rows, from geometry --
+ *
+ * The positions of a split are known when its rows are read, and so are the faces that have a row: their normals, each
+ * weighted by the sine of its angle, predict that of the row. An octahedral pair has a seam itself, the border of its
+ * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared, which
+ * takes the upper hemisphere out to the border instead. */
+
+/* The pair of a direction, from the middle of the square, which is `half` wide. */
+typedef struct cqi_pair_of_normal {
+    int32_t x, y;
+} cqi_pair_of_normal;
+
+/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
+static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
+{
+    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
+    a.x = a.x < 0 ? -x : x;
+    a.y = a.y < 0 ? -y : y;
+    return a;
+}
+
+typedef struct cqi_direction {
+    int64_t x, y, z;
+} cqi_direction;
+
+/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at most. */
+static int64_t cqi_angle(int64_t x, int64_t y)
+{
+    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
+    const int64_t t = high ? low * 65536 / high : 0;
+    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
+    if (size < y) angle = 102944 - angle;
+    return x < 0 ? 205887 - angle : angle;
+}
+
+/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits, and
+ * are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
+static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
+{
+    cqi_vector u, v;
+    int64_t x, y, z, length, weight;
+    u.x = a[0] - o[0];
+    u.y = a[1] - o[1];
+    u.z = a[2] - o[2];
+    v.x = b[0] - o[0];
+    v.y = b[1] - o[1];
+    v.z = b[2] - o[2];
+    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
+    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
+    x = (int64_t)u.y * v.z - (int64_t)u.z * v.y;
+    y = (int64_t)u.z * v.x - (int64_t)u.x * v.z;
+    z = (int64_t)u.x * v.y - (int64_t)u.y * v.x;
+    length = (int64_t)cqi_root((uint64_t)(x * x) + (uint64_t)(y * y) + (uint64_t)(z * z));
+    if (!length) return;
+    weight = (cqi_angle((int64_t)u.x * v.x + (int64_t)u.y * v.y + (int64_t)u.z * v.z, length) << 24) / length;
+    n->x += x * weight;
+    n->y += y * weight;
+    n->z += z * weight;
+}
+
+/* Sum of the normals of the faces that a new row has. */
+static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int corner)
+{
+    const cqi_ring *r = &d->ring;
+    const cqi_seams *s = d->seams;
+    const cq_value *const at = d->channel[d->located];
+    const cq_value *const a = at + 3 * (size_t)d->mesh.origin[r->spoke[0]], *const b = at + 3 * (size_t)d->mesh.num_vertices;
+    const cq_value *const p = at + 3 * (size_t)r->vertex[s->p], *const q = at + 3 * (size_t)r->vertex[s->q];
+    cqi_direction n = { 0, 0, 0 };
+    int k;
+    for (k = s->p + 1; k <= s->q && corner == CQI_CORNERS; k++)
+        if (s->run[k] == row) cqi_add_normal(&n, b, at + 3 * (size_t)r->vertex[k], at + 3 * (size_t)r->vertex[k - 1]);
+    if (s->row[CQI_LEFT_A] == row) cqi_add_normal(&n, a, b, p);
+    if (s->row[CQI_LEFT_B] == row) cqi_add_normal(&n, b, p, a);
+    if (s->row[CQI_AT_P] == row) cqi_add_normal(&n, p, a, b);
+    if (s->row[CQI_RIGHT_A] == row) cqi_add_normal(&n, a, q, b);
+    if (s->row[CQI_RIGHT_B] == row) cqi_add_normal(&n, b, a, q);
+    if (s->row[CQI_AT_Q] == row) cqi_add_normal(&n, q, b, a);
+    return n;
+}
+
+/* The octahedral pair of a direction, unless that has none. */
+static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
+{
+    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
+    int64_t sum = x + y + z;
+    int shift = 0;
+    while (sum >> shift >> 38) shift++;
+    sum >>= shift;
+    if (!sum) return 0;
+    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
+    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
+    if (n.x < 0) pair->x = -pair->x;
+    if (n.y < 0) pair->y = -pair->y;
+    if (n.z < 0) *pair = cqi_folded(*pair, half);
+    return 1;
+}
+
+static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int32_t half, int fold)
+{
+    cqi_pair_of_normal a;
+    a.x = values[2 * (size_t)row] - half;
+    a.y = values[2 * (size_t)row + 1] - half;
+    return fold ? cqi_folded(a, half) : a;
+}
+
+/* Is the channel one of octahedral pairs? */
+static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
+{
+    const cq_channel *c = &d->shape.channel[k];
+    return d->located >= 0 && c->kind == CQ_NORMAL && c->components == 2 && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
+}
+
+/* How far the pairs around are from what is expected, on the mean. */
+static uint32_t cqi_spread_of_pairs(const cq_value *values, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
+{
+    uint32_t sum = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        const cqi_pair_of_normal a = cqi_pair_at(values, around[k], half, fold);
+        sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
+    }
+    return sum / 2;
+}
+
+/* Codes a pair, given what is expected from geometry, and the rows around: those of the fan, or the one beside. */
+static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *const values = d->channel[k], *const to = values + 2 * (size_t)row;
+    const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
+    cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
+    const int set = n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
+    int fold, half_bits, odd = 0;
+    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, around[0], half, 0) : wanted;
+    fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
+    if (fold) expected = cqi_folded(expected, half);
+    p = expected;
+    half_bits = cqi_half_bits(cqi_spread_of_pairs(values, around, n, half, fold, p));
+    if (CQI_ENCODING(d)) {
+        wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        if (fold) {
+            const cqi_pair_of_normal in = cqi_folded(wanted, half), out = cqi_folded(in, half);
+            odd = out.x != wanted.x || out.y != wanted.y;
+            if (!odd) wanted = in;
+        }
+    }
+    if (fold) odd = cqi_code_with(d, &d->seams->equal[k][1], odd);
+    wanted.x = p.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - p.x);
+    wanted.y = p.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - p.y);
+    if (cqi_abs(wanted.x) >> 25 || cqi_abs(wanted.y) >> 25) return 0;
+    if (fold && !odd) wanted = cqi_folded(wanted, half);
+    if (!cqi_value_fits(channel, wanted.x + half) || !cqi_value_fits(channel, wanted.y + half)) return 0;
+    to[0] = (cq_value)(wanted.x + half);
+    to[1] = (cq_value)(wanted.y + half);
+    return 1;
+}
+
+static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
+{
+    const size_t n = d->shape.channel[k].components;
+    return !memcmp(d->channel[k] + a * n, d->channel[k] + b * n, n * sizeof(cq_value));
+}
+
+/* Is channel k of a row as that of another one? Then it is copied. */
+static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq_index other)
+{
+    const uint32_t n = d->shape.channel[k].components;
+    cq_value *const to = d->channel[k] + (size_t)row * n;
+    const cq_value *const from = d->channel[k] + (size_t)other * n;
+    uint32_t c;
+    int equal = CQI_ENCODING(d);
+    for (c = 0; c < n && equal; c++) equal = cqi_plan_bits(d, k, c, d->plan->wedge_of_row[row]) == from[c];
+    equal = cqi_code_with(d, &d->seams->equal[k][model], equal);
+    for (c = 0; c < n && equal; c++) to[c] = from[c];
+    return equal;
+}
+
+/* One component of a row, given the row that it is expected to be near, and perhaps another one. */
+static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_value *const values = d->channel[k] + c;
+    const uint32_t stride = channel->components;
+    const int32_t expected = near != CQ_NONE ? cqi_number(channel, values[(size_t)near * stride]) : 0;
+    int32_t x = 0, apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
+    int half_bits;
+    if (near != CQ_NONE && far != CQ_NONE && far != near)
+        apart = cqi_rough(channel, values[(size_t)far * stride]) - cqi_rough(channel, values[(size_t)near * stride]);
+    half_bits = cqi_half_bits(cqi_abs(apart)) + (cqi_is_exact(channel) ? 16 : 0);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), expected);
+    x = cqi_code_row_residual(d, CQI_ROW_AT_SEAM, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
+    x = cqi_number(channel, cqi_sum(expected, x));
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_value *const values = d->channel[k] + c;
+    int32_t beside[2], x = 0;
+    int n = 0;
+    if (near != CQ_NONE) beside[n++] = values[(size_t)near * channel->components];
+    if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
+    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
+    x = cqi_code_copy(d, k, beside, n, x);
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
+ * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ *
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them 37,
+ * numerators 61, of which 50 are looked at: times an offset 58. */
+static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
+{
+    int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
+    int k, bits = 0;
+    for (k = 0; k < f->size; k++) {
+        const int64_t dx = f->at[k].x - f->mean.x, dy = f->at[k].y - f->mean.y, u = cqi_floor_shift(x[k] - mean, 2);
+        xx += dx * dx;
+        yy += dy * dy;
+        xy += dx * dy;
+        ux += u * dx;
+        uy += u * dy;
+        limit = u > limit ? u : -u > limit ? -u : limit;
+    }
+    fit = (xx + yy) / 16 + 1;
+    xx += fit;
+    yy += fit;
+    along_x = yy * ux - xy * uy;
+    along_y = xx * uy - xy * ux;
+    while ((along_x < 0 ? -along_x : along_x) >> bits >> 50 || (along_y < 0 ? -along_y : along_y) >> bits >> 50) bits++;
+    det = (xx * yy - xy * xy) >> bits;
+    if (!det) return 0;
+    fit = -(cqi_floor_shift_wide(along_x, bits) * f->mean.x + cqi_floor_shift_wide(along_y, bits) * f->mean.y) / det;
+    return 4 * (int32_t)(fit < -2 * limit ? -2 * limit : fit > 2 * limit ? 2 * limit : fit);
+}
+
+/* One component of B's part of a row: by the linear prediction and the fit. */
+static int cqi_code_fitted(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    int32_t *const weight = d->model.plain[k], feature[4], p, x = 0;
+    uint32_t spread;
+    int n, half_bits;
+    p = cqi_predict_plain(d, k, c, feature, &spread);
+    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1]) : 0;
+    for (n = 0; n < 4; n++) p += cqi_product(feature[n], weight[n], 16);
+    p = cqi_unrough(channel, p);
+    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
+    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
+    for (n = 0; n < 4; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
+    x = cqi_number(channel, cqi_sum(p, x));
+    if (!cqi_value_fits(channel, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
+/* Channel k of a row that only one or both of the new faces have: as in the corner before of the same face, as beside
+ * it, or near that. */
+static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *to = d->channel[k] + (size_t)row * channel->components;
+    const cq_index beside = made->beside;
+    cq_index in_face = CQ_NONE;
+    const int face = made->corner / 3 * 3;
+    int j, ok = 1, swap;
+    uint32_t c;
+    for (j = face; j < face + 3; j++) {
+        const cq_index x = s->row[j];
+        if (x < row && (in_face == CQ_NONE || x > in_face)) in_face = x;
+    }
+    if (in_face != CQ_NONE) {
+        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
+        if (cqi_code_equal(d, k, 2 + as_beside, row, in_face)) return 1;
+    }
+    if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
+    if (cqi_has_pairs(d, k)) {
+        const cq_index *around = beside != CQ_NONE ? &made->beside : &in_face;
+        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, made->corner), around, *around != CQ_NONE, wedge);
+    }
+    swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
+    for (c = 0; c < channel->components && ok; c++) {
+        const cq_index near = swap ? in_face : beside, far = swap ? beside : in_face;
+        ok = channel->merge == CQ_COPY ? cqi_code_near_copy(d, k, c, wedge, near, far, to + c)
+                                       : cqi_code_near(d, k, c, wedge, near, far, to + c);
+    }
+    return ok;
+}
+
+/* Channel k of B's part of a row that was split: by B's neighbours, or as B's other one. */
+static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_value *to = d->channel[k] + (size_t)row * channel->components;
+    uint32_t c;
+    int ok = 1;
+    if (s->next && cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
+        return 1;
+    if (cqi_has_pairs(d, k)) {
+        const cqi_fan *f = &d->now.fan;
+        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, CQI_CORNERS), f->vertex, f->size, wedge);
+    }
+    for (c = 0; c < channel->components && ok; c++)
+        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_fitted(d, k, c, wedge, to + c);
+    return ok;
+}
+
+/* The next channel of the rows that the split makes; 0: there is none. */
+static int cqi_next_channel(const cq_decoder *d, uint32_t *k)
+{
+    while (*k < d->shape.num_channels && cqi_class(&d->shape, *k) != CQI_OF_ROW) ++*k;
+    return *k < d->shape.num_channels;
+}
+
+static void cqi_set_face_rows(cq_index *rows, cq_index a, cq_index b, cq_index c)
+{
+    rows[0] = a;
+    rows[1] = b;
+    rows[2] = c;
+}
+
+/* The split, with the rows of all its corners. */
+static cq_result cqi_apply_rows(cq_decoder *d)
+{
+    const cqi_seams *s = d->seams;
+    const cq_index b = d->mesh.num_vertices, *const row = s->row;
+    const cq_result result = cqi_apply_split(d, s->p, s->q);
+    cq_index f, g;
+    int k;
+    if (result != CQ_OK) return result;
+    for (k = s->p + 1; k <= s->q; k++) {
+        if (s->run[k] == CQ_NONE) continue;
+        d->index[d->ring.spoke[k]] = s->run[k];
+        d->vertex[s->run[k]] = b;
+    }
+    f = d->mesh.twin[d->ring.spoke[s->p]]; /* p -> A */
+    g = cq_prev(d->mesh.twin[d->ring.spoke[s->q]]); /* A -> q */
+    if (s->p != d->ring.boundary) cqi_set_face_rows(d->index + f, row[CQI_AT_P], row[CQI_LEFT_A], row[CQI_LEFT_B]);
+    if (s->q != d->ring.boundary) cqi_set_face_rows(d->index + g, row[CQI_RIGHT_A], row[CQI_AT_Q], row[CQI_RIGHT_B]);
+    d->num_rows = s->num_rows;
+    d->phase = CQI_PATCHES;
+    return CQ_OK;
+}
+
+static cq_result cqi_begin_corners(cq_decoder *d, int p, int q)
+{
+    d->seams->p = p;
+    d->seams->q = q;
+    d->phase = CQI_READ_CORNERS;
+    return CQ_OK;
+}
+
+static CQI_APART cq_result cqi_step_corners(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    s->num_new = s->next = 0;
+    s->channel = 0;
+    if (CQI_ENCODING(d)) cqi_removed_corners(d->plan, &d->plan->note[d->plan->next], s->wanted);
+    cqi_split_rows(d);
+    cqi_list_choices(d);
+    cqi_code_corners(d);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (s->full) return CQ_ERROR_CORRUPT;
+    d->phase = CQI_READ_ROWS;
+    return CQ_OK;
+}
+
+/* One channel of one new row; or the split, when all are there. */
+static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    while (s->next < s->num_new) {
+        const cqi_new_row *made = &s->made[s->next];
+        const cq_index row = (cq_index)(d->num_rows + (cq_index)s->next), wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+        if (!s->channel && made->corner == CQI_CORNERS) cqi_list_fan_of_row(d, row, made->beside);
+        if (cqi_next_channel(d, &s->channel)) {
+            const uint32_t k = s->channel++;
+            const int ok = made->corner == CQI_CORNERS ? cqi_code_split_row(d, k, row, wedge)
+                                                       : cqi_code_seam_row(d, k, row, made, wedge);
+            cqi_charge_channel(d, k);
+            if (cqi_starved(d)) return CQ_TRUNCATED;
+            return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+        }
+        s->channel = 0;
+        s->next++;
+    }
+    return cqi_apply_rows(d);
+}
+
+#endif /* CQ_NO_WEDGES */
+
+/* The split of the patch: both indices, then the values, then the mesh. */
+static cq_result cqi_code_split(cq_decoder *d)
+{
+    const cq_index b = d->mesh.num_vertices;
+    const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
+    int p = note ? note->p : 0, q = note ? note->q : 0;
+    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    cqi_code_pair(d, &p, &q);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return d->seams ? cqi_begin_corners(d, p, q) : cqi_apply_split(d, p, q);
 }
 
 /* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder does
@@ -3992,8 +5029,6 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-enum { CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_COMPLETE };
-
 /* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
@@ -4017,11 +5052,287 @@ static CQI_APART cq_result cqi_step_base(cq_decoder *d)
     return cqi_grow_base(d);
 }
 
+/* -- Rows of the base, and what is aside -- */
+
+static cq_result cqi_step_base_values(cq_decoder *d);
+
+#ifndef CQ_NO_WEDGES
+
+/* What is usual is so nine times in ten, to begin with. */
+static void cqi_init_seams(cqi_seams *s)
+{
+    int j, k;
+    memset(s, 0, sizeof *s);
+    for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
+        for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
+    for (j = 0; j < CQ_MAX_CHANNELS; j++) {
+        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+    }
+    memset(s->length, 0, sizeof s->length);
+    for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
+        (&s->length[0][0][0])[j].bit = CQ_BIT_MODEL_INIT;
+}
+
+static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
+{
+    const cq_shape *s = &d->shape;
+    const size_t of_row = cqi_all_components(s, CQI_OF_ROW), all = of_row + cqi_all_components(s, CQI_OF_VERTEX);
+    cq_value *values, *aside;
+    uint32_t k;
+    if (s->num_rows) {
+        d->index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_faces, sizeof(cq_index));
+        d->vertex = (cq_index *)cqi_take(arena, s->num_rows, sizeof(cq_index));
+        d->seams = (cqi_seams *)cqi_take(arena, 1, sizeof(cqi_seams));
+        cqi_init_seams(d->seams);
+    }
+    values = (cq_value *)cqi_take(arena, s->num_rows * of_row, sizeof(cq_value));
+    if (s->metadata_bytes) {
+        d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
+        d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
+        for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+    }
+    d->aside.index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_aside_faces, sizeof(cq_index));
+    aside = (cq_value *)cqi_take(arena, s->num_aside_rows * all, sizeof(cq_value));
+    for (k = 0; k < s->num_channels; k++) {
+        const int of = cqi_class(s, k);
+        if (of == CQI_OF_FACE) {
+            d->aside.channel[k] = (cq_value *)cqi_take(arena, s->num_aside_faces, sizeof(cq_value));
+            continue;
+        }
+        d->aside.channel[k] = aside;
+        aside += (size_t)s->num_aside_rows * s->channel[k].components;
+        if (of != CQI_OF_ROW) continue;
+        d->model.plain[k][3] = 0xc000;
+        d->channel[k] = values;
+        values += (size_t)s->num_rows * s->channel[k].components;
+    }
+}
+
+static cq_result cqi_begin_base_rows(cq_decoder *d)
+{
+    memset(d->base.size, 0, sizeof d->base.size);
+    d->seams->vertex = 0;
+    d->seams->corner = d->base.draft.out[0];
+    d->phase = CQI_BASE_ROWS;
+    return CQ_OK;
+}
+
+/* The row of a corner of the base, clockwise around its vertex: that of the corner before; or a new one; or any other
+ * one of the vertex. */
+static int cqi_code_base_corner(cq_decoder *d)
+{
+    const cq_mesh *m = &d->base.draft;
+    cqi_seams *s = d->seams;
+    const cq_index h = s->corner, known = (cq_index)(s->num_rows - s->first);
+    const cq_index before = h == m->out[s->vertex] ? CQ_NONE : cqi_row_at(d, cq_counterclockwise(m, h));
+    const cq_index others = (cq_index)(known - (before != CQ_NONE)), wedge = CQI_ENCODING(d) ? d->plan->index[cqi_plan_to_input(d->plan, h)] : 0;
+    const int rows = cqi_at_most((int)(known < 3 ? known : 3), 3) - 1;
+    cq_index row = CQI_ENCODING(d) ? d->plan->row_decoded[wedge] : CQ_NONE;
+    if (before != CQ_NONE && cqi_code_with(d, &s->model[0][CQI_BASE_SAME + rows], row == before)) {
+        d->index[h] = before;
+        return 1;
+    }
+    s->fresh = !others || cqi_code_with(d, &s->model[0][CQI_BASE_NEW + rows], row == CQ_NONE);
+    if (s->fresh) {
+        d->index[h] = cqi_add_row(d, s->vertex, wedge);
+        return !s->full;
+    }
+    row = (cq_index)(row - s->first - (before != CQ_NONE && row > before));
+    row = (cq_index)cqi_code_raw(d, row, cqi_bit_length((uint32_t)others - 1));
+    if (row >= others) return 0;
+    row = (cq_index)(row + s->first);
+    d->index[h] = (cq_index)(row + (before != CQ_NONE && row >= before));
+    return 1;
+}
+
+/* The rows of the two other corners of a base face that are known: those of vertices with lower numbers. */
+static int cqi_list_known(const cq_decoder *d, cq_index h, cq_index *known)
+{
+    const cq_mesh *m = &d->base.draft;
+    const cq_index v = m->origin[h];
+    int n = 0;
+    if (m->origin[cq_next(h)] < v) known[n++] = d->index[cq_next(h)];
+    if (m->origin[cq_prev(h)] < v) known[n++] = d->index[cq_prev(h)];
+    return n;
+}
+
+/* Channel k of the new row of a corner of the base. */
+static int cqi_code_base_row(cq_decoder *d, uint32_t k)
+{
+    const cqi_seams *s = d->seams;
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    const cq_index row = (cq_index)(s->num_rows - 1);
+    cq_index known[2];
+    int n = cqi_list_known(d, s->corner, known);
+    uint32_t c;
+    if (n && cqi_code_equal(d, k, 6, row, known[0])) return 1;
+    if (row > s->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
+    if (!n && row) known[n++] = (cq_index)(row - 1);
+    for (c = 0; c < stride; c++) {
+        const cq_value *const values = d->channel[k] + c;
+        int32_t *const size = &d->base.size[k * CQ_MAX_COMPONENTS + c];
+        int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
+        if (n == 1) p = cqi_number(channel, values[(size_t)known[0] * stride]);
+        if (n == 2) p = cqi_unrough(channel, (cqi_rough(channel, values[(size_t)known[0] * stride]) + cqi_rough(channel, values[(size_t)known[1] * stride])) / 2);
+        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->wedge_of_row[row]), p);
+        x = cqi_code_base_residual(d, channel, x, size);
+        x = cqi_number(channel, cqi_sum(p, x));
+        d->channel[k][(size_t)row * stride + c] = (cq_value)x;
+        if (!cqi_value_fits(channel, x)) return 0;
+    }
+    return 1;
+}
+
+static void cqi_next_base_corner(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    const cq_mesh *m = &d->base.draft;
+    s->corner = cq_clockwise(m, s->corner);
+    if (s->corner != m->out[s->vertex]) return;
+    s->first = s->num_rows;
+    s->vertex++;
+    if (s->vertex < m->num_vertices) s->corner = m->out[s->vertex];
+}
+
+/* One channel of the row of a corner; or which row the next corner has. */
+static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    int ok = 1;
+    if (s->vertex == d->base.draft.num_vertices) {
+        d->num_rows = s->num_rows;
+        return cqi_step_base_values(d);
+    }
+    if (s->fresh && cqi_next_channel(d, &s->channel)) {
+        const uint32_t k = s->channel++;
+        ok = cqi_code_base_row(d, k);
+        cqi_charge_channel(d, k);
+    } else if (s->fresh) {
+        s->fresh = 0;
+        s->channel = 0;
+        cqi_next_base_corner(d);
+    } else {
+        if (s->corner / 3 < d->mesh.first_virtual_face) ok = cqi_code_base_corner(d);
+        if (!s->fresh) cqi_next_base_corner(d);
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    }
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+/* Turns to what is aside, if that is not yet read. */
+static int cqi_has_aside(cq_decoder *d)
+{
+    if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
+        d->metadata_read == d->shape.metadata_bytes)
+        return 0;
+    memset(d->base.size, 0, sizeof d->base.size);
+    d->base.value = 0;
+    d->phase = CQI_READ_ASIDE;
+    return 1;
+}
+
+/* Channel k of the next row aside, given the one before. */
+static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t n = channel->components;
+    cq_value *to = d->aside.channel[k] + (size_t)d->aside.num_rows * n;
+    uint32_t c;
+    for (c = 0; c < n; c++) {
+        int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
+        if (d->aside.num_rows) p = cqi_number(channel, to[(int32_t)c - (int32_t)n]);
+        if (CQI_ENCODING(d)) {
+            const size_t row = d->plan->aside_row[d->aside.num_rows];
+            x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
+        }
+        x = cqi_code_base_residual(d, channel, x, &d->base.size[k * CQ_MAX_COMPONENTS + c]);
+        x = cqi_number(channel, cqi_sum(p, x));
+        if (!cqi_value_fits(channel, x)) return 0;
+        to[c] = (cq_value)x;
+    }
+    return 1;
+}
+
+/* Number of a row of the input in the stream. */
+static cq_index cqi_plan_row(const cqi_plan *p, cq_index row, cq_index num_rows)
+{
+    const cq_index t = p->target[row];
+    if (t >= p->num_wedges) return (cq_index)(num_rows + (t - p->num_wedges));
+    return p->index ? p->row_decoded[t] : p->decoded[t];
+}
+
+/* The next face aside: its rows, then its values, given those of the one before. */
+static int cqi_code_aside_face(cq_decoder *d)
+{
+    const cq_shape *s = &d->shape;
+    const cq_index num_rows = d->seams ? (cq_index)s->num_rows : (cq_index)s->num_vertices;
+    const uint32_t all = (uint32_t)num_rows + s->num_aside_rows;
+    cq_index *const to = d->aside.index + 3 * (size_t)d->aside.num_faces, face = 0;
+    uint32_t k;
+    if (CQI_ENCODING(d)) {
+        while (!(d->plan->face_state[d->plan->aside_face] & CQI_FACE_ASIDE)) d->plan->aside_face++;
+        face = d->plan->aside_face++;
+    }
+    for (k = 0; k < 3; k++) {
+        uint32_t row = CQI_ENCODING(d) ? cqi_plan_row(d->plan, d->plan->triangles[3 * (size_t)face + k], num_rows) : 0;
+        row = cqi_code_raw(d, row, all ? cqi_bit_length(all - 1) : 0);
+        if (row >= all) return 0;
+        to[k] = (cq_index)row;
+    }
+    for (k = 0; k < s->num_channels; k++) {
+        cq_value *value = d->aside.channel[k] + d->aside.num_faces;
+        int32_t before = 0, x = 0;
+        if (cqi_class(s, k) != CQI_OF_FACE) continue;
+        if (d->aside.num_faces) before = value[-1];
+        if (CQI_ENCODING(d) && s->channel[k].kind != CQ_TURNED) x = d->plan->input[k][face];
+        *value = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+    }
+    return 1;
+}
+
+/* A byte of the metadata. */
+static void cqi_code_letter(cq_decoder *d)
+{
+    const int letter = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
+    int node = 1, k;
+    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->letters[node], letter >> k & 1);
+    d->metadata[d->metadata_read++] = (uint8_t)node;
+}
+
+/* One channel of a row aside, or a face, or a byte of metadata. */
+static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
+{
+    int ok = 1;
+    if (d->aside.num_rows < d->shape.num_aside_rows) {
+        const uint32_t k = (uint32_t)d->base.value;
+        if (k < d->shape.num_channels && cqi_class(&d->shape, k) != CQI_OF_FACE) ok = cqi_code_aside_row(d, k);
+        if (++d->base.value >= d->shape.num_channels && ok && !cqi_starved(d)) {
+            d->base.value = 0;
+            d->aside.num_rows++;
+        }
+    } else if (d->aside.num_faces < d->shape.num_aside_faces) {
+        ok = cqi_code_aside_face(d);
+        if (ok && !cqi_starved(d)) d->aside.num_faces++;
+    } else if (d->metadata_read < d->shape.metadata_bytes) {
+        cqi_code_letter(d);
+    } else {
+        d->phase = CQI_LEVEL;
+    }
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->aside, NULL);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return ok ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+#endif /* CQ_NO_WEDGES */
+
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
-    cq_index faces = (cq_index)(cqi_all_components(&d->shape, 1) ? draft->num_faces : 0);
+    cq_index faces = (cq_index)(cqi_all_components(&d->shape, CQI_OF_FACE) ? draft->num_faces : 0);
     if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
+    if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = draft->num_vertices;
@@ -4088,6 +5399,8 @@ static cq_result cqi_step_level(cq_decoder *d)
 {
     int other;
     if (d->mesh.num_vertices == d->shape.num_vertices) {
+        if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
+        if (cqi_has_aside(d)) return CQ_OK;
         d->phase = CQI_COMPLETE;
         if (CQI_ENCODING(d)) return CQ_DONE;
         return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
@@ -4157,6 +5470,12 @@ static cq_result cqi_step(cq_decoder *d)
     switch (d->phase) {
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
+#ifndef CQ_NO_WEDGES
+    case CQI_BASE_ROWS: return cqi_step_base_rows(d);
+    case CQI_READ_CORNERS: return cqi_step_corners(d);
+    case CQI_READ_ROWS: return cqi_step_rows(d);
+    case CQI_READ_ASIDE: return cqi_step_aside(d);
+#endif
     case CQI_LEVEL: return cqi_step_level(d);
     case CQI_ACTIVE: return cqi_step_active(d);
     case CQI_CLEAR: return cqi_step_clear(d);
@@ -4178,21 +5497,27 @@ static void cqi_start(cq_decoder *d)
     cqi_mesh_carve(&d->mesh, &d->shape, &arena);
     d->walk.capacity = (cq_index)(cqi_all_faces(&d->shape) / 3 + 1);
     d->walk.queue = (cq_index *)cqi_take(&arena, d->walk.capacity, sizeof(cq_index));
-    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, 0), sizeof(cq_value));
+    values = (cq_value *)cqi_take(&arena, v * cqi_all_components(&d->shape, CQI_OF_VERTEX), sizeof(cq_value));
     for (k = 0; k < d->shape.num_channels; k++) {
-        if (d->shape.channel[k].merge == CQ_PER_FACE) {
-            d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
-            continue;
-        }
+        const int of = cqi_class(&d->shape, k);
+        if (of == CQI_OF_FACE) d->channel[k] = (cq_value *)cqi_take(&arena, d->shape.num_faces, sizeof(cq_value));
+        if (of != CQI_OF_VERTEX) continue;
         d->channel[k] = values;
         values += v * d->shape.channel[k].components;
     }
-    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, 0) + cqi_all_components(&d->shape, 1));
+    d->located = cqi_context_channel(&d->shape);
+    cqi_model_init(&d->model, &d->shape);
+    d->index = d->mesh.origin;
+#ifndef CQ_NO_WEDGES
+    cqi_start_rows(d, &arena);
+#endif
+    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
+                                         cqi_all_components(&d->shape, CQI_OF_FACE) +
+                                         cqi_all_components(&d->shape, CQI_OF_ROW));
+    if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    d->located = cqi_context_channel(&d->shape);
-    cqi_model_init(&d->model, &d->shape);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 }
 
@@ -4288,7 +5613,7 @@ static cq_result cqi_finish_stream(cq_decoder *d)
     d->error = 0;
     if (CQI_REPORTING(d)) {
         cq_report *r = d->report;
-        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
     }
     return CQ_DONE;
 }
@@ -4307,6 +5632,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         result = cqi_step(d);
         if (result != CQ_OK) break;
     }
+    if (!d->seams) d->num_rows = d->mesh.num_vertices;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
     d->status = result;
     return result;
@@ -4366,6 +5692,54 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
     return k;
 }
 
+/* -- Rows ---------------------------------------------------------------------------------------------------------- */
+
+void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to)
+{
+    CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
+    const size_t n = d->shape.channel[k].components;
+    const int follow = d->vertex && cqi_class(&d->shape, k) == CQI_OF_VERTEX;
+    cq_index r;
+    for (r = first; r < first + count; r++, to += n)
+        memcpy(to, d->channel[k] + (follow ? d->vertex[r] : r) * n, n * sizeof(cq_value));
+}
+
+/* Values of the channel of faces that are turned over; or NULL. */
+static const cq_value *cqi_turned(const cq_decoder *d)
+{
+    const uint32_t last = d->shape.num_channels - 1;
+    return d->shape.num_channels && d->shape.channel[last].kind == CQ_TURNED ? d->channel[last] : NULL;
+}
+
+void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to)
+{
+    CQ_ASSERT(first <= d->mesh.num_faces && count <= d->mesh.num_faces - first);
+    const cq_value *turned = cqi_turned(d);
+    cq_index f;
+    for (f = first; f < first + count; f++, to += 3) {
+        const cq_index *const from = d->index + 3 * (size_t)f;
+        const int over = turned && turned[f];
+        to[0] = from[0];
+        to[1] = from[over ? 2 : 1];
+        to[2] = from[over ? 1 : 2];
+    }
+}
+
+/* A row moves to a new vertex only, so those that have are around new vertices. */
+void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
+{
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    CQ_ASSERT(rows);
+    cq_index v, h;
+    for (v = since_vertices; d->vertex && v < d->mesh.num_vertices; v++) {
+        h = d->mesh.out[v];
+        do {
+            if (h / 3 < d->mesh.first_virtual_face && d->index[h] < since_rows) rows[d->index[h] >> shift] = 1;
+            h = cq_clockwise(&d->mesh, h);
+        } while (h != d->mesh.out[v]);
+    }
+}
+
 /* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
 
 #ifndef CQ_NO_ENCODER
@@ -4373,19 +5747,38 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
+    cq_input coded;           /* as the input, but what the mesh became */
 } cqi_encoder;
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
-size_t cq_encoder_bytes(const cq_shape *s)
+static uint64_t cqi_preparing_bytes(const cq_shape *s);
+static uint64_t cqi_prepared_bytes(const cq_shape *s);
+
+/* With num_rows, which a call has found, that many vertices are enough for the mesh. */
+size_t cq_encoder_bytes(const cq_shape *shape)
 {
+    cq_shape coded, *s = &coded;
     cqi_size v, f, plan;
-    if (!s || !cqi_countable(s)) return 0;
+    uint64_t all, preparing = 0, more = 0;
+    if (!shape || !cqi_countable(shape)) return 0;
+    coded = *shape;
+#ifndef CQ_NO_WEDGES
+    preparing = CQI_ENCODER_BYTES + cqi_preparing_bytes(shape);
+    if (s->num_rows) {
+        more = cqi_prepared_bytes(shape) + cqi_more_bytes(s) + CQ_FACE_BYTES(s->num_faces);
+        more += CQ_FACE_BYTES(s->num_aside_faces);
+        more += (uint64_t)s->num_boundary_loops * cqi_all_components(s, CQI_OF_ROW) * sizeof(cq_value); /* if it has no seams */
+        s->num_vertices = s->num_rows;
+    }
+#endif
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
-    return cqi_bytes(CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s));
+    if (!shape->num_rows) more = CQ_METADATA_BYTES(s->metadata_bytes) + 6 * 4;
+    all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
+    return cqi_sum_of_sizes(all + more > preparing ? all : preparing, all + more > preparing ? more : 0);
 }
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
@@ -4437,12 +5830,15 @@ typedef struct cqi_fan_of_input {
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
     int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
+    uint8_t seam[CQ_MAX_VALENCE];                /* the edge to the vertex is one */
 } cqi_fan_of_input;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 {
     return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
 }
+
+static int cqi_is_seam(const cqi_plan *p, cq_index h);
 
 static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
 {
@@ -4474,6 +5870,7 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
         cq_index w = m->origin[m->twin[h]];
         cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
         f->vertex[n] = w;
+        f->seam[n] = (uint8_t)cqi_is_seam(p, h);
         f->at[n++] = x;
         bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
         h = cq_clockwise(m, h);
@@ -4508,6 +5905,10 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
             sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
         } else if (f->norm[k]) {
             cqi_vector area = cqi_cross(f->area[k], x);
+            sum += (uint64_t)cqi_wide_dot(area, area);
+        }
+        if (f->seam[k]) {
+            cqi_vector area = cqi_cross(f->at[k], x);
             sum += (uint64_t)cqi_wide_dot(area, area);
         }
     }
@@ -4674,21 +6075,6 @@ static inline int64_t cqi_larger64(int64_t a, int64_t b) { return a > b ? a : b;
 static inline int64_t cqi_largest(cqi_vector64 a)
 {
     return cqi_larger64(cqi_larger64(cqi_abs64(a.x), cqi_abs64(a.y)), cqi_abs64(a.z));
-}
-
-static uint32_t cqi_root(uint64_t x)
-{
-    uint64_t root = 0, bit = (uint64_t)1 << 62;
-    while (bit > x) bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (x >= root + bit) {
-            x -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
-    }
-    return (uint32_t)root;
 }
 
 static uint32_t cqi_root_above(uint64_t x)
@@ -5033,6 +6419,167 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
 }
 
+/* -- Encoder: wedges of an edge that is collapsed --
+ *
+ * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one of
+ * A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only be
+ * collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
+
+#ifdef CQ_NO_WEDGES
+static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+#define cqi_collapse_wedges(p, h, c) ((void)0)
+#define cqi_undo_wedges(p, c, first, last) ((void)0)
+#define cqi_is_seam(p, h) 0
+#else
+
+static cq_index cqi_wedge_at(const cqi_plan *p, cq_index h)
+{
+    return h / 3 < p->mesh.first_virtual_face ? p->index[h] : CQ_NONE;
+}
+
+/* Is the edge a seam at the origin of h? */
+static int cqi_is_seam(const cqi_plan *p, cq_index h)
+{
+    return p->index && cqi_seam_class(cqi_wedge_at(p, h), cqi_wedge_at(p, cq_clockwise(&p->mesh, h))) == 1;
+}
+
+/* Is the wedge one of the corners of the spokes between two, clockwise? */
+static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_index wedge)
+{
+    cq_index s = cq_clockwise(&p->mesh, from);
+    while (s != to && cqi_wedge_at(p, s) != wedge) s = cq_clockwise(&p->mesh, s);
+    return s != to;
+}
+
+/* Corners of the two faces at h = A -> B. */
+static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
+{
+    const cq_index t = p->mesh.twin[h];
+    corner[CQI_LEFT_A] = cqi_wedge_at(p, h);
+    corner[CQI_LEFT_B] = cqi_wedge_at(p, cq_next(h));
+    corner[CQI_AT_P] = cqi_wedge_at(p, cq_prev(h));
+    corner[CQI_RIGHT_A] = cqi_wedge_at(p, cq_next(t));
+    corner[CQI_RIGHT_B] = cqi_wedge_at(p, t);
+    corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
+}
+
+/* Which wedges of B become one of A. The right one does not if both would become the same. */
+static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
+{
+    const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
+    const int left = corner[CQI_LEFT_B] != CQ_NONE && cqi_is_between(p, at_b, t, corner[CQI_LEFT_B]) &&
+                     cqi_is_between(p, at_a, h, corner[CQI_LEFT_A]);
+    int right = corner[CQI_RIGHT_B] != CQ_NONE && cqi_is_between(p, at_b, t, corner[CQI_RIGHT_B]) &&
+                cqi_is_between(p, at_a, h, corner[CQI_RIGHT_A]);
+    if (left && (corner[CQI_RIGHT_B] == corner[CQI_LEFT_B] || corner[CQI_RIGHT_A] == corner[CQI_LEFT_A])) right = 0;
+    return (left ? CQI_TIED_LEFT : 0) | (right ? CQI_TIED_RIGHT : 0);
+}
+
+/* Does each corner have what the split offers: one of two, or a wedge that is nowhere else? */
+static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corner)
+{
+    const cq_mesh *m = &p->mesh;
+    const cq_index t = m->twin[h], at_a = cq_next(t), at_b = cq_next(h);
+    const cq_index *c = corner;
+    const cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[at_b], from_q = m->twin[at_a], to_q = m->twin[cq_prev(t)];
+    if (c[CQI_LEFT_A] != CQ_NONE) {
+        if (c[CQI_LEFT_A] != cqi_wedge_at(p, to_p) && cqi_is_between(p, at_a, h, c[CQI_LEFT_A])) return 0;
+        if (c[CQI_LEFT_B] != cqi_wedge_at(p, cq_next(from_p)) && cqi_is_between(p, at_b, t, c[CQI_LEFT_B])) return 0;
+        if (c[CQI_AT_P] != cqi_wedge_at(p, cq_next(to_p)) && c[CQI_AT_P] != cqi_wedge_at(p, from_p) &&
+            p->uses[c[CQI_AT_P]] > 1)
+            return 0;
+    }
+    if (c[CQI_RIGHT_A] != CQ_NONE) {
+        if (c[CQI_RIGHT_A] != cqi_wedge_at(p, cq_next(from_q)) && c[CQI_RIGHT_A] != c[CQI_LEFT_A] &&
+            cqi_is_between(p, at_a, h, c[CQI_RIGHT_A]))
+            return 0;
+        if (c[CQI_RIGHT_B] != cqi_wedge_at(p, to_q) && c[CQI_RIGHT_B] != c[CQI_LEFT_B] &&
+            cqi_is_between(p, at_b, t, c[CQI_RIGHT_B]))
+            return 0;
+        if (c[CQI_AT_Q] != cqi_wedge_at(p, from_q) && c[CQI_AT_Q] != cqi_wedge_at(p, cq_next(to_q)) &&
+            p->uses[c[CQI_AT_Q]] > 1)
+            return 0;
+    }
+    return 1;
+}
+
+/* Would a wedge of B go along with it? */
+static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
+{
+    const cq_index t = p->mesh.twin[h];
+    cq_index s = cq_clockwise(&p->mesh, cq_next(h));
+    for (; s != t; s = cq_clockwise(&p->mesh, s)) {
+        const cq_index wedge = cqi_wedge_at(p, s);
+        if (wedge == CQ_NONE || (tied & CQI_TIED_LEFT && wedge == corner[CQI_LEFT_B])) continue;
+        if (!(tied & CQI_TIED_RIGHT) || wedge != corner[CQI_RIGHT_B]) return 1;
+    }
+    return 0;
+}
+
+/* May B go, for its wedges and what is locked? */
+static int cqi_goes(const cqi_plan *p, cq_index h)
+{
+    cq_index corner[CQI_CORNERS];
+    if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
+    if (!p->index) return 1;
+    cqi_list_corners(p, h, corner);
+    if (!cqi_can_be_named(p, h, corner)) return 0;
+    return !p->clean || !cqi_moves(p, h, corner, cqi_tied(p, h, corner));
+}
+
+static void cqi_rename(cqi_plan *p, cq_index h, cq_index from, cq_index to)
+{
+    if (cqi_wedge_at(p, h) != from) return;
+    p->index[h] = to;
+    p->uses[from]--;
+    p->uses[to]++;
+}
+
+static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change)
+{
+    int k;
+    for (k = 0; k < CQI_CORNERS; k++)
+        if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
+}
+
+/* The wedges for the collapse of h, which comes next, and what its note says of them. */
+static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
+{
+    cq_index corner[CQI_CORNERS], s;
+    const cq_index t = p->mesh.twin[h];
+    int tied;
+    if (!p->index) return;
+    cqi_list_corners(p, h, corner);
+    tied = cqi_tied(p, h, corner);
+    c->first = (uint8_t)(c->first | tied | (int)(h % 3) << CQI_CORNER_A | (int)(t % 3) << CQI_CORNER_B);
+    for (s = cq_clockwise(&p->mesh, cq_next(h)); s != t; s = cq_clockwise(&p->mesh, s)) {
+        if (tied & CQI_TIED_LEFT) cqi_rename(p, s, corner[CQI_LEFT_B], corner[CQI_LEFT_A]);
+        if (tied & CQI_TIED_RIGHT) cqi_rename(p, s, corner[CQI_RIGHT_B], corner[CQI_RIGHT_A]);
+    }
+    cqi_count_corners_of(p, corner, -1);
+}
+
+/* The same backwards, before the split that takes a collapse back: B's run, and the two faces, which the split makes
+ * in this order of corners. */
+static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
+{
+    cq_index s = first, corner[CQI_CORNERS];
+    if (!p->index) return;
+    cqi_removed_corners(p, c, corner);
+    while (s != last) {
+        s = cq_clockwise(&p->mesh, s);
+        if (c->first & CQI_TIED_LEFT) cqi_rename(p, s, corner[CQI_LEFT_A], corner[CQI_LEFT_B]);
+        if (c->first & CQI_TIED_RIGHT) cqi_rename(p, s, corner[CQI_RIGHT_A], corner[CQI_RIGHT_B]);
+    }
+    if (corner[CQI_LEFT_A] != CQ_NONE)
+        cqi_set_face_rows(p->index + 3 * (size_t)c->face[0], corner[CQI_AT_P], corner[CQI_LEFT_A], corner[CQI_LEFT_B]);
+    if (corner[CQI_RIGHT_A] != CQ_NONE)
+        cqi_set_face_rows(p->index + 3 * (size_t)c->face[1], corner[CQI_RIGHT_A], corner[CQI_AT_Q], corner[CQI_RIGHT_B]);
+    cqi_count_corners_of(p, corner, 1);
+}
+
+#endif
+
 /* -- Choosing collapses -- */
 
 /* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
@@ -5082,7 +6629,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
@@ -5118,6 +6665,7 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_index last = first;
     int k;
     for (k = c->p; k < c->q; k++) last = cq_clockwise(&p->mesh, last);
+    cqi_undo_wedges(p, c, first, last);
     cq_mesh_split(&p->mesh, first, last);
 }
 
@@ -5137,6 +6685,7 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
         const cq_index removed = cq_target(m, h);
         cq_index to_p, to_q;
         cqi_note_collapse(p, h, first);
+        cqi_collapse_wedges(p, h, c);
         cq_mesh_collapse(m, h, &to_p, &to_q);
         m->mark[removed] = CQI_TAKEN;
         c->p = cqi_spoke_number(m, spoke, to_p);
@@ -5262,12 +6811,766 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     }
 }
 
+/* -- Encoder: preparation --
+ *
+ * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs, and
+ * the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All is
+ * sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
+ *
+ * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in the
+ * mesh. */
+
+#ifndef CQ_NO_WEDGES
+
+enum { CQI_FACE_CUT_OFF = 4 }; /* bit of the state of a face, beside CQI_FACE_ASIDE and _TURNED */
+
+/* What ends of halfedges are compared by. */
+enum { CQI_BY_ROW, CQI_BY_VALUES, CQI_BY_PLACE, CQI_BY_FAN };
+
+typedef struct cqi_preparer {
+    const cq_input *in;
+    cq_preparation counts;
+    const cq_value *positions;         /* NULL: not to be had as integers */
+    int located;                       /* there are positions: equal ones are one place */
+    cq_index num_faces;                /* that stay */
+    uint8_t *state;                    /* of each face of the input */
+    uint8_t *locked;                   /* of each fan */
+    cq_index *same;                    /* of each row: the first one with the same values */
+    cq_index *place;                   /* number of its values of the mesh vertex */
+    cq_index *source;                  /* of each face that stays: its number in the input */
+    cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
+    cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
+    cq_index num_fans, num_wedges, num_aside;
+    cq_index num_glued;                /* pairs */
+    cq_index num_open, num_loops;      /* halfedges without a twin, and the loops that they form */
+} cqi_preparer;
+
+static int cqi_is_of_row(const cq_channel *c)
+{
+    return c->merge != CQ_PER_FACE && (c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR);
+}
+
+/* -- Rows with the same values -- */
+
+/* Compares two rows in the channels of the mesh vertex, or in those of rows. */
+static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
+{
+    uint32_t k, c;
+    for (k = 0; k < in->shape.num_channels; k++) {
+        const uint32_t n = in->shape.channel[k].components;
+        if (in->shape.channel[k].merge == CQ_PER_FACE || cqi_is_of_row(&in->shape.channel[k]) != of_row) continue;
+        for (c = 0; c < n; c++) {
+            const cq_value x = in->values[k][(size_t)a * n + c], y = in->values[k][(size_t)b * n + c];
+            if (x != y) return x < y ? -1 : 1;
+        }
+    }
+    return 0;
+}
+
+static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
+{
+    int order = cqi_compare_rows(in, a, b, 0);
+    if (!order) order = cqi_compare_rows(in, a, b, 1);
+    return order ? order < 0 : a < b;
+}
+
+/* Heapsort: sinks an element of the heap of n. */
+static void cqi_sink(const cq_input *in, cq_index *heap, size_t at, size_t n)
+{
+    const cq_index row = heap[at];
+    size_t child;
+    while ((child = 2 * at + 1) < n) {
+        if (child + 1 < n && cqi_row_is_less(in, heap[child], heap[child + 1])) child++;
+        if (!cqi_row_is_less(in, row, heap[child])) break;
+        heap[at] = heap[child];
+        at = child;
+    }
+    heap[at] = row;
+}
+
+static void cqi_sort_rows(const cq_input *in, cq_index *rows, size_t n)
+{
+    size_t k;
+    for (k = n / 2; k--;) cqi_sink(in, rows, k, n);
+    for (k = n; k > 1; k--) {
+        const cq_index last = rows[k - 1];
+        rows[k - 1] = rows[0];
+        rows[0] = last;
+        cqi_sink(in, rows, 0, k - 1);
+    }
+}
+
+static void cqi_find_places(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)p->in->shape.num_vertices;
+    cq_index *const rows = p->count, k, places = 0;
+    for (k = 0; k < n; k++) rows[k] = p->same[k] = p->place[k] = k;
+    if (!p->located) return;
+    cqi_sort_rows(p->in, rows, n);
+    for (k = 0; k < n; k++) {
+        const int here = k && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 0);
+        places = (cq_index)(places + !here);
+        p->place[rows[k]] = (cq_index)(places - 1);
+        if (here && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 1)) p->same[rows[k]] = p->same[rows[k - 1]];
+    }
+}
+
+/* -- Keys of halfedges, and sorting by them -- */
+
+static cq_index cqi_row_of_corner(const cqi_preparer *p, cq_index h)
+{
+    const size_t face = p->source[h / 3];
+    const cq_index corner = (cq_index)(h % 3 && p->state[face] & CQI_FACE_TURNED ? 3 - h % 3 : h % 3);
+    return p->in->indices[3 * face + corner];
+}
+
+static cq_index cqi_key(const cqi_preparer *p, int by, cq_index h)
+{
+    if (by == CQI_BY_FAN) return p->fan[h];
+    h = cqi_row_of_corner(p, h);
+    return by == CQI_BY_ROW ? h : by == CQI_BY_VALUES ? p->same[h] : p->place[h];
+}
+
+static cq_index cqi_edge_key(const cqi_preparer *p, int by, cq_index h, int larger)
+{
+    const cq_index a = cqi_key(p, by, h), b = cqi_key(p, by, cq_next(h));
+    return (a < b) == larger ? b : a;
+}
+
+static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
+{
+    return cqi_edge_key(p, by, g, 0) == cqi_edge_key(p, by, h, 0) && cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
+}
+
+/* Number of different keys, at most. */
+static cq_index cqi_num_keys(const cqi_preparer *p, int by)
+{
+    return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
+}
+
+/* Turns counts into where each key begins. */
+static void cqi_sum_counts(cq_index *count, cq_index n)
+{
+    cq_index k, sum = 0;
+    for (k = 0; k < n; k++) {
+        const cq_index here = count[k];
+        count[k] = sum;
+        sum = (cq_index)(sum + here);
+    }
+}
+
+/* Sorts a list of halfedges by one end of their edges, stable. */
+static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_index *from, cq_index *to, cq_index n)
+{
+    cq_index k;
+    memset(p->count, 0, cqi_num_keys(p, by) * sizeof(cq_index));
+    for (k = 0; k < n; k++) p->count[cqi_edge_key(p, by, from[k], larger)]++;
+    cqi_sum_counts(p->count, cqi_num_keys(p, by));
+    for (k = 0; k < n; k++) to[p->count[cqi_edge_key(p, by, from[k], larger)]++] = from[k];
+}
+
+/* Lists halfedges in the order of their edges: all, or those that are open, or one of each edge. Returns their number. */
+enum { CQI_ALL, CQI_OPEN, CQI_ONCE };
+static cq_index cqi_list_edges(const cqi_preparer *p, int by, int which)
+{
+    cq_index h, n = 0;
+    for (h = 0; h < 3 * p->num_faces; h++)
+        if (which == CQI_ALL || p->twin[h] == CQ_NONE || (which == CQI_ONCE && h < p->twin[h])) p->list[n++] = h;
+    cqi_sort_by_end(p, by, 1, p->list, p->sorted, n);
+    cqi_sort_by_end(p, by, 0, p->sorted, p->list, n);
+    return n;
+}
+
+/* The end of the group of halfedges of one edge, which begins there in the list. */
+static cq_index cqi_group_end(const cqi_preparer *p, int by, cq_index begin, cq_index n)
+{
+    cq_index end = (cq_index)(begin + 1);
+    while (end < n && cqi_same_keys(p, by, p->list[begin], p->list[end])) end++;
+    return end;
+}
+
+/* -- Faces that go aside -- */
+
+/* Key number k of a face's corners, in ascending order. */
+static cq_index cqi_face_key(const cqi_preparer *p, const cq_index *of, cq_index face, int k)
+{
+    const cq_index *const rows = p->in->indices + 3 * (size_t)face;
+    const cq_index a = of[rows[0]], b = of[rows[1]], c = of[rows[2]];
+    const cq_index low = a < b ? a : b, high = a < b ? b : a;
+    if (k == 0) return low < c ? low : c;
+    if (k == 2) return high > c ? high : c;
+    return c < low ? low : c > high ? high : c;
+}
+
+/* Sorts the faces in p->list by their keys, into p->twin; p->sorted is scratch. */
+static void cqi_sort_faces(const cqi_preparer *p, const cq_index *of, cq_index n)
+{
+    const cq_index keys = (cq_index)p->in->shape.num_vertices;
+    cq_index *from = p->list, *to = p->twin, j;
+    int k;
+    for (k = 2; k >= 0; k--) {
+        memset(p->count, 0, keys * sizeof(cq_index));
+        for (j = 0; j < n; j++) p->count[cqi_face_key(p, of, from[j], k)]++;
+        cqi_sum_counts(p->count, keys);
+        for (j = 0; j < n; j++) to[p->count[cqi_face_key(p, of, from[j], k)]++] = from[j];
+        from = to;
+        to = k == 2 ? p->sorted : p->twin;
+    }
+}
+
+static int cqi_same_face(const cqi_preparer *p, const cq_index *of, cq_index a, cq_index b)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (cqi_face_key(p, of, a, k) != cqi_face_key(p, of, b, k)) return 0;
+    return 1;
+}
+
+static void cqi_put_faces_aside(cqi_preparer *p)
+{
+    cq_index f, n = 0;
+    for (f = 0; f < p->in->shape.num_faces; f++) {
+        const cq_index a = cqi_face_key(p, p->place, f, 0), b = cqi_face_key(p, p->place, f, 1);
+        p->state[f] = a == b || b == cqi_face_key(p, p->place, f, 2) ? CQI_FACE_ASIDE : 0;
+        if (!p->state[f]) p->list[n++] = f;
+        else p->counts.degenerate_faces++;
+    }
+    cqi_sort_faces(p, p->same, n);
+    for (f = 1; f < n; f++) {
+        if (!cqi_same_face(p, p->same, p->twin[f - 1], p->twin[f])) continue;
+        p->state[p->twin[f]] = CQI_FACE_ASIDE;
+        p->counts.repeated_faces++;
+    }
+    for (f = 0; f < p->in->shape.num_faces; f++)
+        if (!p->state[f]) p->source[p->num_faces++] = f;
+}
+
+/* -- Faces that are turned over --
+ *
+ * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges are a
+ * patch; its smaller part is turned. */
+
+/* The root of a face, and whether it is to be turned against that: parent[f] is 2 * parent + turned. */
+static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
+{
+    cq_index root = f, sum = 0;
+    while (parent[root] / 2 != root) {
+        sum ^= parent[root] & 1;
+        root = (cq_index)(parent[root] / 2);
+    }
+    *turned = sum;
+    while (parent[f] / 2 != f) {
+        const cq_index next = (cq_index)(parent[f] / 2), rest = sum ^ (parent[f] & 1);
+        parent[f] = (cq_index)(2 * root + sum);
+        sum = rest;
+        f = next;
+    }
+    return root;
+}
+
+static void cqi_join_patches(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
+{
+    cq_index *const parent = p->fan, of_g, of_h;
+    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g), b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
+    const cq_index turned = (cq_index)(of_g ^ of_h ^ differ);
+    if (a < b) parent[b] = (cq_index)(2 * a + turned);
+    if (b < a) parent[a] = (cq_index)(2 * b + turned);
+}
+
+/* Joins the faces over edges of two, those that agree before the others. False if all agree. */
+static int cqi_find_patches(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
+    cq_index differ, begin, end;
+    int any = 0;
+    for (differ = 0; differ < 2; differ++) {
+        for (begin = 0; begin < n; begin = end) {
+            const cq_index g = p->list[begin], h = p->list[begin + 1 < n ? begin + 1 : begin];
+            end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+            if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ) continue;
+            cqi_join_patches(p, g, h, differ);
+            any |= (int)differ;
+        }
+    }
+    return any;
+}
+
+static void cqi_turn_faces(cqi_preparer *p)
+{
+    cq_index *const parent = p->fan, *const balance = p->count, f, turned, root;
+    if (p->in->shape.num_channels == CQ_MAX_CHANNELS) return;
+    for (f = 0; f < p->num_faces; f++) parent[f] = (cq_index)(2 * f);
+    if (!cqi_find_patches(p)) return;
+    memset(balance, 0, p->num_faces * sizeof(cq_index));
+    for (f = 0; f < p->num_faces; f++) {
+        root = cqi_find_patch(parent, f, &turned);
+        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do not */
+    }
+    for (f = 0; f < p->num_faces; f++) {
+        root = cqi_find_patch(parent, f, &turned);
+        if (balance[root] >> (CQ_INDEX_BITS - 1)) turned ^= 1;
+        if (!turned) continue;
+        p->state[p->source[f]] |= CQI_FACE_TURNED;
+        p->counts.turned_faces++;
+    }
+}
+
+/* -- Gluing -- */
+
+static void cqi_glue(cqi_preparer *p, cq_index g, cq_index h)
+{
+    const int from = cqi_key(p, CQI_BY_VALUES, g) == cqi_key(p, CQI_BY_VALUES, cq_next(h));
+    const int to = cqi_key(p, CQI_BY_VALUES, h) == cqi_key(p, CQI_BY_VALUES, cq_next(g));
+    p->twin[g] = h;
+    p->twin[h] = g;
+    p->num_glued++;
+    p->counts.seam_edges += !from || !to;
+}
+
+/* Glues edges of which there is just one halfedge in each direction. */
+static void cqi_glue_pairs(cqi_preparer *p, int by)
+{
+    const cq_index n = cqi_list_edges(p, by, CQI_OPEN);
+    cq_index begin, end;
+    for (begin = 0; begin < n; begin = end) {
+        const cq_index g = p->list[begin], h = p->list[begin + 1 < n ? begin + 1 : begin];
+        end = cqi_group_end(p, by, begin, n);
+        if (end - begin == 2 && cqi_key(p, by, g) != cqi_key(p, by, h)) cqi_glue(p, g, h);
+    }
+}
+
+static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_index to)
+{
+    return cqi_offset(p->positions, cqi_row_of_corner(p, from), cqi_row_of_corner(p, to));
+}
+
+/* Normal of a face, of length 2^14. Offsets have 25 bits, products of two 50. */
+static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
+{
+    const cqi_vector none = { 0, 0, 0 };
+    cqi_vector a, b, n;
+    int64_t x, y, z, length;
+    uint64_t all;
+    int shift = 0;
+    if (!p->positions) return none;
+    a = cqi_corner_offset(p, h, cq_next(h));
+    b = cqi_corner_offset(p, h, cq_prev(h));
+    x = (int64_t)a.y * b.z - (int64_t)a.z * b.y;
+    y = (int64_t)a.z * b.x - (int64_t)a.x * b.z;
+    z = (int64_t)a.x * b.y - (int64_t)a.y * b.x;
+    all = (uint64_t)(x < 0 ? -x : x) | (uint64_t)(y < 0 ? -y : y) | (uint64_t)(z < 0 ? -z : z);
+    while (all >> shift >> 16) shift++;
+    n.x = (int32_t)cqi_floor_shift_wide(x, shift);
+    n.y = (int32_t)cqi_floor_shift_wide(y, shift);
+    n.z = (int32_t)cqi_floor_shift_wide(z, shift);
+    length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(n, n)) + 1;
+    n.x = (int32_t)(n.x * ((int64_t)1 << 14) / length);
+    n.y = (int32_t)(n.y * ((int64_t)1 << 14) / length);
+    n.z = (int32_t)(n.z * ((int64_t)1 << 14) / length);
+    return n;
+}
+
+/* A face's copy lies on the same three places. */
+static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
+{
+    return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && g / 3 != h / 3 &&
+           cqi_key(p, CQI_BY_PLACE, g) != cqi_key(p, CQI_BY_PLACE, h) &&
+           cqi_key(p, CQI_BY_PLACE, cq_prev(g)) != cqi_key(p, CQI_BY_PLACE, cq_prev(h));
+}
+
+/* Glues halfedges of one place, the flattest pair first. Of more than that many halfedges none is. */
+#define CQI_MOST_AT_EDGE 32
+static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n)
+{
+    cqi_vector normal[CQI_MOST_AT_EDGE];
+    cq_index j, k, g = 0, h;
+    if (n < 2 || n > CQI_MOST_AT_EDGE) return;
+    for (k = 0; k < n; k++) normal[k] = cqi_face_normal(p, group[k]);
+    for (h = 0; h != CQ_NONE;) {
+        int64_t best = INT64_MIN;
+        h = CQ_NONE;
+        for (j = 0; j < n; j++) {
+            for (k = (cq_index)(j + 1); k < n; k++) {
+                const int64_t flat = cqi_wide_dot(normal[j], normal[k]);
+                if (flat <= best || !cqi_may_glue(p, group[j], group[k])) continue;
+                best = flat;
+                g = group[j];
+                h = group[k];
+            }
+        }
+        if (h == CQ_NONE) break;
+        cqi_glue(p, g, h);
+    }
+}
+
+static void cqi_glue_places(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_OPEN);
+    cq_index begin, end;
+    for (begin = 0; begin < n; begin = end) {
+        end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+        cqi_glue_flattest(p, p->list + begin, (cq_index)(end - begin));
+    }
+}
+
+/* -- Fans --
+ *
+ * No two edges may join the same two fans, and none a fan with itself. If there are two open ones that fit, they are
+ * glued; else faces are cut off all around, which leaves them fans of their own. Cutting off never makes a second edge,
+ * and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+
+static void cqi_union(cq_index *parent, cq_index a, cq_index b)
+{
+    a = cqi_find_root(parent, a);
+    b = cqi_find_root(parent, b);
+    parent[a < b ? b : a] = a < b ? a : b;
+}
+
+static void cqi_find_fans(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces);
+    cq_index h;
+    for (h = 0; h < n; h++) p->fan[h] = h;
+    for (h = 0; h < n; h++) {
+        const cq_index t = p->twin[h];
+        if (t == CQ_NONE || t < h) continue;
+        cqi_union(p->fan, h, cq_next(t));
+        cqi_union(p->fan, cq_next(h), t);
+    }
+    for (h = 0; h < n; h++) p->fan[h] = cqi_find_root(p->fan, h);
+}
+
+/* An edge that some halfedges are of, which should be one. */
+static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, int may_glue)
+{
+    const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
+    const int loops = p->fan[g] == p->fan[cq_next(g)];
+    cq_index k;
+    if (may_glue && n == 2 && !loops && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && p->fan[g] != p->fan[h] && g / 3 != h / 3) {
+        cqi_glue(p, g, h);
+        return;
+    }
+    for (k = loops ? 0 : 1; k < n; k++) p->state[p->source[group[k] / 3]] |= CQI_FACE_CUT_OFF;
+}
+
+static void cqi_cut_off(cqi_preparer *p)
+{
+    cq_index h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        uint8_t *const state = &p->state[p->source[h / 3]];
+        if (!(*state & CQI_FACE_CUT_OFF)) continue;
+        if (p->twin[h] != CQ_NONE) p->twin[p->twin[h]] = CQ_NONE;
+        p->twin[h] = CQ_NONE;
+        if (h % 3 < 2) continue;
+        *state = (uint8_t)(*state - CQI_FACE_CUT_OFF);
+        p->counts.detached_faces++;
+    }
+}
+
+static void cqi_mend_fans(cqi_preparer *p)
+{
+    cq_index begin, end, n;
+    int round = 0, bad = 1;
+    while (bad) {
+        bad = 0;
+        cqi_find_fans(p);
+        n = cqi_list_edges(p, CQI_BY_FAN, CQI_ONCE);
+        for (begin = 0; begin < n; begin = end) {
+            const cq_index g = p->list[begin];
+            end = cqi_group_end(p, CQI_BY_FAN, begin, n);
+            if (end - begin < 2 && p->fan[g] != p->fan[cq_next(g)]) continue;
+            cqi_mend_edge(p, p->list + begin, (cq_index)(end - begin), round < 3);
+            bad = 1;
+        }
+        cqi_cut_off(p);
+        round++;
+    }
+}
+
+/* Edges where faces meet that are not glued. */
+static void cqi_count_cuts(cqi_preparer *p)
+{
+    const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
+    cq_index begin, end, k;
+    for (begin = 0; begin < n; begin = end) {
+        int open = 0;
+        end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
+        for (k = begin; k < end; k++) open |= p->twin[p->list[k]] == CQ_NONE;
+        p->counts.cut_edges += open && end - begin > 1;
+    }
+}
+
+/* Numbers the fans in the order of their first corners. */
+static void cqi_number_fans(cqi_preparer *p)
+{
+    cq_index h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        if (p->fan[h] == h) p->count[h] = p->num_fans++;
+        p->fan[h] = p->count[p->fan[h]];
+    }
+}
+
+/* Boundary edges and loops: a fan has one open halfedge that leaves it, or none. */
+static void cqi_count_borders(cqi_preparer *p)
+{
+    cq_index *const leaving = p->count, h, next;
+    for (h = 0; h < 3 * p->num_faces; h++)
+        if (p->twin[h] == CQ_NONE) leaving[p->fan[h]] = h;
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        if (p->twin[h] != CQ_NONE) continue;
+        p->num_open++;
+        if (leaving[p->fan[h]] == CQ_NONE) continue;
+        p->num_loops++;
+        for (next = h; leaving[p->fan[next]] != CQ_NONE; ) {
+            const cq_index fan = p->fan[next];
+            next = cq_next(leaving[fan]);
+            leaving[fan] = CQ_NONE;
+        }
+    }
+}
+
+/* -- Locks --
+ *
+ * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet, whose
+ * faces are copies of each other, are none. */
+
+/* Joins the fans of faces that are copies of each other: of p->twin, sorted by places. */
+static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
+{
+    cq_index k, j, i;
+    for (k = 1; k < p->num_faces; k++) {
+        const cq_index g = (cq_index)(3 * p->twin[k - 1]), h = (cq_index)(3 * p->twin[k]);
+        if (!cqi_same_face(p, p->place, p->source[g / 3], p->source[h / 3])) continue;
+        for (j = 0; j < 3; j++)
+            for (i = 0; i < 3; i++)
+                if (cqi_key(p, CQI_BY_PLACE, (cq_index)(g + i)) == cqi_key(p, CQI_BY_PLACE, (cq_index)(h + j)))
+                    cqi_union(parent, p->fan[g + i], p->fan[h + j]);
+    }
+}
+
+/* Lists the faces that stay in the order of their places, by their numbers among these: source[] is ascending, so that
+ * one pass turns a sorted list of input faces into such numbers, given where each is. */
+static void cqi_sort_by_places(cqi_preparer *p)
+{
+    cq_index k;
+    for (k = 0; k < p->num_faces; k++) p->list[k] = p->source[k];
+    cqi_sort_faces(p, p->place, p->num_faces);
+    for (k = 0; k < p->num_faces; k++) {
+        cq_index low = 0, high = p->num_faces;
+        while (high - low > 1) {
+            const cq_index middle = (cq_index)(low + (high - low) / 2);
+            if (p->source[middle] <= p->twin[k]) low = middle;
+            else high = middle;
+        }
+        p->twin[k] = low;
+    }
+}
+
+static void cqi_lock(cqi_preparer *p, cq_index fan)
+{
+    p->counts.locked_vertices += !p->locked[fan];
+    p->locked[fan] = 1;
+}
+
+static void cqi_find_locks(cqi_preparer *p)
+{
+    cq_index *const parent = p->sorted, *const first = p->count, h;
+    memset(p->locked, 0, p->num_fans);
+    cqi_sort_by_places(p);
+    for (h = 0; h < p->num_fans; h++) parent[h] = h;
+    cqi_join_copies(p, parent);
+    memset(first, 0xff, p->in->shape.num_vertices * sizeof(cq_index));
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        cq_index *const other = &first[cqi_key(p, CQI_BY_PLACE, h)];
+        if (*other == CQ_NONE) *other = p->fan[h];
+        if (cqi_find_root(parent, *other) != cqi_find_root(parent, p->fan[h])) {
+            cqi_lock(p, *other);
+            cqi_lock(p, p->fan[h]);
+        }
+        if (p->in->locked && p->in->locked[cqi_row_of_corner(p, h)]) cqi_lock(p, p->fan[h]);
+    }
+}
+
+/* -- Wedges, and numbers of rows -- */
+
+/* Sorts the corners by their fans, and these by rows, into p->list. */
+static void cqi_sort_corners(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces), rows = (cq_index)p->in->shape.num_vertices;
+    cq_index h, k;
+    memset(p->count, 0, rows * sizeof(cq_index));
+    for (h = 0; h < n; h++) p->count[cqi_key(p, CQI_BY_VALUES, h)]++;
+    cqi_sum_counts(p->count, rows);
+    for (h = 0; h < n; h++) p->sorted[p->count[cqi_key(p, CQI_BY_VALUES, h)]++] = h;
+    memset(p->count, 0, p->num_fans * sizeof(cq_index));
+    for (h = 0; h < n; h++) p->count[p->fan[h]]++;
+    cqi_sum_counts(p->count, p->num_fans);
+    for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
+}
+
+/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then that of each wedge. These
+ * take the place of p->twin and, behind that, of the part of p->list that has been read. */
+static void cqi_number_wedges(cqi_preparer *p)
+{
+    const cq_index n = (cq_index)(3 * p->num_faces);
+    cq_index *const row_of_fan = p->twin, *const row_of_wedge = p->twin + p->num_fans, k, before = CQ_NONE, fan = CQ_NONE;
+    cqi_sort_corners(p);
+    for (k = 0; k < n; k++) {
+        const cq_index h = p->list[k], row = cqi_key(p, CQI_BY_VALUES, h);
+        if (p->fan[h] != fan || row != before) row_of_wedge[p->num_wedges++] = row;
+        fan = p->fan[h];
+        before = row;
+        row_of_fan[fan] = row;
+        p->sorted[h] = (cq_index)(p->num_wedges - 1);
+    }
+}
+
+/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh first, then those of
+ * faces aside, and those of none. */
+static void cqi_find_targets(cqi_preparer *p)
+{
+    const cq_index rows = (cq_index)p->in->shape.num_vertices, *const indices = p->in->indices;
+    cq_index *const of = p->place, *const used = p->count, h, k, different = 0;
+    memset(of, 0xff, rows * sizeof(cq_index));
+    memset(used, 0, rows * sizeof(cq_index));
+    for (h = 0; h < 3 * p->num_faces; h++) {
+        cq_index *const to = &of[cqi_key(p, CQI_BY_VALUES, h)];
+        different = (cq_index)(different + (*to == CQ_NONE));
+        *to = p->sorted[h];
+    }
+    p->counts.copied_rows = (uint32_t)(p->num_wedges - different);
+    for (k = 0; k < p->in->shape.num_faces; k++) {
+        for (h = 0; h < 3; h++) {
+            const cq_index row = indices[3 * (size_t)k + h];
+            used[row] = 1;
+            if (of[p->same[row]] == CQ_NONE) of[p->same[row]] = (cq_index)(p->num_wedges + p->num_aside++);
+        }
+    }
+    for (k = 0; k < rows; k++) {
+        p->counts.merged_rows += used[k] && p->same[k] != k;
+        p->counts.unused_rows += !used[k];
+        p->same[k] = used[k] ? of[p->same[k]] : (cq_index)(p->num_wedges + p->num_aside++);
+    }
+}
+
+/* -- The whole -- */
+
+/* Bytes for preparing, and of what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
+static uint64_t cqi_preparing_bytes(const cq_shape *s)
+{
+    const uint64_t v = s->num_vertices, f = s->num_faces;
+    return CQI_ROUND(4 * f) + (2 * v + 13 * f + (v > 3 * f ? v : 3 * f)) * sizeof(cq_index) + 8 * 4;
+}
+
+static uint64_t cqi_prepared_bytes(const cq_shape *s)
+{
+    const uint64_t v = s->num_vertices, f = s->num_faces, w = s->num_rows;
+    return CQI_ROUND(4 * f) + (v + 4 * f + 5 * w + s->num_aside_rows) * sizeof(cq_index) + 8 * 4;
+}
+
+static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
+{
+    const size_t v = p->in->shape.num_vertices, f = p->in->shape.num_faces;
+    p->state = (uint8_t *)cqi_take(arena, 4 * f, 1);
+    p->locked = p->state + f;
+    p->same = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->source = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
+    p->sorted = (cq_index *)cqi_take(arena, 9 * f, sizeof(cq_index));
+    p->twin = p->sorted + 3 * f;
+    p->list = p->twin + 3 * f;
+    p->fan = (cq_index *)cqi_take(arena, 3 * f, sizeof(cq_index));
+    p->place = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
+    p->count = (cq_index *)cqi_take(arena, v > 3 * f ? v : 3 * f, sizeof(cq_index));
+}
+
+/* Has the input vertex values that decide where it is? */
+static int cqi_has_places(const cq_shape *s)
+{
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++)
+        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge != CQ_PER_FACE) return 1;
+    return 0;
+}
+
+static void cqi_prepare(cqi_preparer *p)
+{
+    const int channel = cqi_context_channel(&p->in->shape);
+    p->positions = channel >= 0 ? p->in->values[channel] : NULL;
+    p->located = cqi_has_places(&p->in->shape);
+    cqi_find_places(p);
+    cqi_put_faces_aside(p);
+    memset(p->twin, 0xff, 3 * (size_t)p->num_faces * sizeof(cq_index));
+    cqi_turn_faces(p);
+    cqi_glue_pairs(p, CQI_BY_ROW);
+    p->num_glued = 0;
+    cqi_glue_pairs(p, CQI_BY_VALUES);
+    cqi_glue_places(p);
+    cqi_mend_fans(p);
+    cqi_count_cuts(p);
+    cqi_number_fans(p);
+    cqi_count_borders(p);
+    cqi_find_locks(p);
+    cqi_number_wedges(p);
+    cqi_find_targets(p);
+}
+
+/* Lays out what is kept, behind what is in its place already, and moves the faces of the mesh to the end of the memory,
+ * where they are until it is built; the shape becomes that of the mesh. */
+static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+{
+    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
+    cq_index *faces, *aside, k;
+    size_t j;
+    arena->left -= n * sizeof(cq_index) + arena->left % 4;
+    faces = (cq_index *)(arena->next + arena->left);
+    for (j = n; j--;) faces[j] = p->fan[j];
+    cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
+    cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));
+    cqi_take(arena, p->in->shape.num_faces, sizeof(cq_index));
+    plan->index = (cq_index *)cqi_take(arena, 3 * (size_t)p->in->shape.num_faces + p->num_fans + w, sizeof(cq_index));
+    plan->row_of_vertex = plan->index + 3 * (size_t)p->in->shape.num_faces;
+    plan->row_of_wedge = plan->row_of_vertex + p->num_fans;
+    plan->uses = (cq_index *)cqi_take(arena, 3 * w, sizeof(cq_index));
+    plan->wedge_of_row = plan->uses + w;
+    plan->row_decoded = plan->wedge_of_row + w;
+    aside = (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+    memset(plan->uses, 0, w * sizeof(cq_index));
+    memset(plan->row_decoded, 0xff, w * sizeof(cq_index));
+    for (j = 0; j < n; j++) plan->uses[plan->index[j]]++;
+    for (k = 0; k < p->in->shape.num_vertices; k++)
+        if (p->same[k] >= w) aside[p->same[k] - w] = k;
+    plan->aside_row = aside;
+    plan->target = p->same;
+    plan->num_wedges = p->num_wedges;
+    plan->face_of_input = p->source;
+    plan->face_state = p->state;
+    plan->triangles = p->in->indices;
+    plan->locked = p->locked;
+    if (p->num_wedges == p->num_fans) plan->index = NULL;
+    shape->num_vertices = p->num_fans;
+    shape->num_faces = p->num_faces;
+    shape->num_rows = plan->index ? p->num_wedges : 0;
+    shape->num_boundary_loops = shape->num_boundary_edges = 0;
+    shape->num_aside_rows = p->num_aside;
+    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
+    if (p->counts.turned_faces) {
+        cq_channel *c = &shape->channel[shape->num_channels++];
+        memset(c, 0, sizeof *c);
+        c->kind = CQ_TURNED;
+        c->components = c->bits = 1;
+        c->merge = CQ_PER_FACE;
+    }
+    return faces;
+}
+
+#endif /* CQ_NO_WEDGES */
+
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
     const cq_channel *channel = &in->shape.channel[k];
     const int per_face = channel->merge == CQ_PER_FACE;
     size_t i, c, n = per_face ? in->shape.num_faces : in->shape.num_vertices;
-    if (!cqi_channel_is_valid(channel) || !in->values[k]) return CQ_ERROR_ARGUMENT;
+    if (!cqi_channel_is_valid(channel) || !in->values[k] || channel->kind == CQ_TURNED) return CQ_ERROR_ARGUMENT;
     if (!cqi_fits_value(channel)) return CQ_ERROR_UNSUPPORTED;
     for (i = 0; i < n; i++)
         for (c = 0; c < channel->components; c++)
@@ -5304,7 +7607,9 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
-    p->follows_faces = in->face_map || cqi_all_components(s, 1);
+    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
+    p->clean = in->clean;
+    p->metadata = in->metadata;
     e->replay.shape = *s;
     e->replay.plan = p;
     e->replay.memory = arena->next;
@@ -5319,12 +7624,23 @@ static void cqi_progress(const cq_input *in, uint32_t done)
     if (in->progress) in->progress(in->user, done, 2 * in->shape.num_vertices);
 }
 
-static void cqi_set_goal(cqi_plan *p, const cq_input *in)
+/* Positions of the mesh vertices. */
+static const cq_value *cqi_gather_positions(const cqi_plan *p, const cq_input *in, int channel, cq_value *scratch)
+{
+    size_t v;
+    if (!p->row_of_vertex) return in->values[channel];
+    for (v = 0; v < in->shape.num_vertices; v++)
+        memcpy(scratch + 3 * v, in->values[channel] + 3 * (size_t)p->row_of_vertex[v], 3 * sizeof(cq_value));
+    return scratch;
+}
+
+/* scratch: room for the positions. */
+static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
 {
     const int channel = cqi_context_channel(&in->shape);
     p->most_loss = CQI_ANY_LOSS;
     if (channel < 0) return;
-    p->measured = in->values[channel];
+    p->measured = cqi_gather_positions(p, in, channel, scratch);
     if (in->goal == CQ_LEAST_CONNECTIVITY) return;
     p->positions = p->measured;
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
@@ -5378,7 +7694,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     cqi_plan *p = &e->plan;
     uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
-    cqi_set_goal(p, in);
+    cqi_set_goal(p, in, (cq_value *)(void *)(p->follower + cqi_all_vertices(&in->shape))); /* the replay's memory */
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
@@ -5431,13 +7747,19 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_varint(&to, s->num_boundary_loops);
     if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
     cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
-    cqi_write_uint(&to, s->num_channels, 1);
+    cqi_write_uint(&to, s->num_channels | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
+    }
+    if (cqi_is_extended(s)) {
+        cqi_write_varint(&to, s->num_rows);
+        cqi_write_varint(&to, s->num_aside_rows);
+        cqi_write_varint(&to, s->num_aside_faces);
+        cqi_write_varint(&to, s->metadata_bytes);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -5472,6 +7794,22 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
+/* The same for rows that were prepared. */
+static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded)
+{
+#ifndef CQ_NO_WEDGES
+    const cq_index rows = (cq_index)(coded->num_rows ? coded->num_rows : coded->num_vertices);
+    cq_index v, f, aside = (cq_index)coded->num_faces;
+    for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = cqi_plan_row(p, v, rows);
+    for (f = 0; in->face_map && f < in->shape.num_faces; f++)
+        if (p->face_state[f] & CQI_FACE_ASIDE) in->face_map[f] = aside++;
+    for (f = 0; in->face_map && f < coded->num_faces; f++)
+        in->face_map[p->face_of_input[f]] = (cq_index)(p->face_decoded[f] / 3);
+#else
+    (void)in, (void)p, (void)coded;
+#endif
+}
+
 static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
 {
     cq_index v, f;
@@ -5483,42 +7821,124 @@ static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
 {
     r->shape = *s;
     r->bytes = bytes;
-    r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels;
+    r->header = (uint64_t)bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
+}
+
+static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
+{
+    size_t h, n = 3 * (size_t)in->shape.num_faces;
+    for (h = 0; h < n; h++)
+        if (in->indices[h] >= in->shape.num_vertices)
+            return cqi_error(place, CQ_ERROR_INDEX, (cq_index)(h / 3), in->indices[h], CQ_NONE);
+    return CQ_OK;
+}
+
+#ifndef CQ_NO_WEDGES
+
+/* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
+ * meet, and more of these than faces go aside. CQ_DONE: they are fine. */
+static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
+                                    cq_preparation *counts)
+{
+    cqi_preparer p;
+    cqi_arena scratch = *arena;
+    cq_shape *s = &e->coded.shape;
+    const cq_index *faces;
+    cq_result result;
+    memset(&p, 0, sizeof p);
+    p.in = in;
+    cqi_preparer_carve(&p, &scratch);
+    cqi_prepare(&p);
+    if (is_manifold && p.num_glued <= in->shape.num_faces - p.num_faces) return CQ_DONE;
+    in->shape.num_rows = p.num_wedges ? p.num_wedges : 1;
+    in->shape.num_aside_rows = p.num_aside;
+    in->shape.num_aside_faces = (uint32_t)(in->shape.num_faces - p.num_faces);
+    in->shape.num_boundary_loops = p.num_loops;
+    in->shape.num_boundary_edges = p.num_open;
+    *counts = p.counts;
+    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
+    if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    faces = cqi_keep_prepared(&p, &e->plan, s, arena);
+    result = cq_mesh_build(&e->plan.mesh, s, faces, arena->next, arena->left, NULL);
+    arena->left += 3 * (size_t)p.num_faces * sizeof(cq_index); /* the faces are no more needed */
+    CQ_ASSERT(result == CQ_OK && s->num_boundary_loops == p.num_loops && s->num_boundary_edges == p.num_open);
+    return result;
+}
+
+#endif
+
+static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
+
+/* Builds the mesh that is coded. */
+static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
+                           cq_preparation *counts)
+{
+    cq_result result;
+    in->shape.num_rows = in->shape.num_aside_rows = in->shape.num_aside_faces = 0;
+    result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+    e->coded = *in;
+#ifndef CQ_NO_WEDGES
+    if (cqi_is_mesh_error(result) || (result == CQ_OK && in->shape.num_boundary_loops && cqi_has_places(&in->shape))) {
+        const int is_manifold = result == CQ_OK;
+        result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
+        if (result == CQ_DONE) result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+        else if (place) place->face = place->vertex = place->other = CQ_NONE;
+    }
+#else
+    (void)counts;
+    (void)memory_size;
+#endif
+    if (!e->plan.row_of_vertex) {
+        e->plan.locked = in->locked;
+        e->coded.shape = in->shape;
+    }
+    return result;
 }
 
 cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                     size_t *stream_size, cq_place *place, cq_report *report)
 {
     cqi_encoder *e = (cqi_encoder *)memory;
+    cq_preparation counts;
     cqi_arena arena;
     cq_result result;
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
-    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS)
+    const cq_input *coded;
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
+        (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
+    if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
+    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
     if (result != CQ_OK) return result;
     if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
     if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    result = cqi_check_indices(in, place);
+    if (result != CQ_OK) return result;
     memset(e, 0, sizeof *e);
+    memset(&counts, 0, sizeof counts);
+    coded = &e->coded;
     arena.next = (uint8_t *)memory + CQI_ENCODER_BYTES;
     arena.left = memory_size - CQI_ENCODER_BYTES;
-    result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena.next, arena.left, place);
+    result = cqi_build(e, in, &arena, memory_size, place, &counts);
     if (result != CQ_OK) return result;
     if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
-    arena.next += cq_mesh_bytes(&in->shape);
-    arena.left -= cq_mesh_bytes(&in->shape);
-    cqi_encoder_carve(e, in, &arena);
-    gap = cqi_write_header(header, &in->shape, 0, 0);
+    arena.next += cq_mesh_bytes(&coded->shape);
+    arena.left -= cq_mesh_bytes(&coded->shape);
+    cqi_encoder_carve(e, coded, &arena);
+    gap = cqi_write_header(header, &coded->shape, 0, 0);
     cq_range_encoder_init(&e->plan.range, out_size > gap ? out + gap : out, out_size > gap ? out_size - gap : 0);
     if (report) memset(report, 0, sizeof *report);
+    if (report) report->prepared = counts;
     e->replay.report = report;
-    cqi_simplify_all(e, in);
-    cqi_replay(e, in);
-    result = cqi_wrap(&in->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
-    if (report) cqi_report_encoding(report, &in->shape, *stream_size);
-    cqi_write_maps(in, &e->plan);
+    cqi_simplify_all(e, coded);
+    cqi_replay(e, coded);
+    result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
+    if (report) cqi_report_encoding(report, &coded->shape, *stream_size);
+    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &coded->shape);
+    else cqi_write_maps(in, &e->plan);
     return result;
 }
 

@@ -601,7 +601,7 @@ class Ring:
 class Pairs:
     """The weights of 8.2."""
 
-    NEAR, TRIES, NAT = 3072, 16, 4096
+    TRIES, LISTED, NAT = 16, 48, 4096
 
     def __init__(self, located):
         self.located = located
@@ -611,13 +611,14 @@ class Pairs:
         pairs, features = ring.features(self.ruled)
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
         everything = range(len(pairs))
-        low = max(scores) - (1 << 30 if self.ruled else self.NEAR)
-        listed = [k for k in everything if scores[k] >= low]
+        near = 12288 if self.ruled else 3072
+        low = max(scores) - near
+        listed = [k for k in everything if scores[k] >= low][:self.LISTED]
         rank = 0
         while rank < self.TRIES:
             while not listed and rank < self.TRIES:
-                listed = [k for k in everything if low - self.NEAR <= scores[k] < low]
-                low -= self.NEAR
+                listed = [k for k in everything if low - near <= scores[k] < low][:self.LISTED]
+                low -= near
                 rank += 1
             if not listed:
                 break

@@ -254,6 +254,8 @@ TEST(values_at_their_limits_come_back) {
         sample_channel(&s, CQ_POSITION, 3, CQ_MAX_BITS);
         sample_channel(&s, CQ_GENERIC, 4, CQ_MAX_BITS);
         sample_merged(&s, CQ_GENERIC, CQ_COPY, 2, CQ_MAX_BITS);
+        sample_channel(&s, CQ_NUMBER, 1, 12);
+        for (k = 0; k < s.mesh.num_vertices; ++k) s.values[3][k] = (cq_value)k; /* so that no two are in one place */
         for (k = 0; k < 3; ++k) {
             const uint32_t n = s.mesh.num_vertices * s.input.shape.channel[k].components;
             for (j = 0; j < n; ++j) s.values[k][j] = (cq_value)(next_random(&random) % 2 ? top : 0);

@@ -325,8 +325,9 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 
 /* The table of SPEC.md, by hand. */
 static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
-    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1"};
+    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1"};
     uint32_t kind = form % 16, merge = form / 16;
+    if (kind == 9) return merge == 2 && components == 1 && bits == 1;
     if (kind > 8 || merge > 2 || components < 1 || components > 4) return 0;
     if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
     return (bits >= 1 && bits <= 24) || bits == 32;
@@ -357,7 +358,7 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
             }
         }
     }
-    CHECK_EQ(count, (20 + 20 + 5) * 25);  /* 20 of all components and kinds, 5 have one component */
+    CHECK_EQ(count, (20 + 20 + 5) * 25 + 1);  /* 20 of all components and kinds, 5 have one component, 1 one bit */
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
@@ -383,12 +384,15 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
     for (n = 0; n < 256; ++n) {
         header h;
         cq_shape shape;
-        uint32_t k;
+        uint32_t k, m = n % 128;
         put_start(&h, 4, 0, 0, 1);
         put(&h, n, 1);
-        for (k = 0; k < n && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
+        for (k = 0; k < m && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
+        if (n >= 128) put(&h, 0x00010500, 4); /* no seams, five rows and a face aside, no metadata */
         put_end(&h, 10);
-        CHECK_EQ(peek(&h, &shape), n <= CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+        CHECK_EQ(peek(&h, &shape), m <= CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+        CHECK_EQ(shape.num_channels, m <= CQ_MAX_CHANNELS ? m : 0);
+        if (m <= CQ_MAX_CHANNELS) CHECK_EQ(shape.num_aside_rows, n >= 128 ? 5 : 0);
     }
 }
 

@@ -1,0 +1,176 @@
+/* What goes into cq_encode against what comes out of cq_decode: the triangles, each as three rows of values in their cyclic
+ * order, and the rows of no triangle, as multisets; the maps; and the rows of each mesh on the way. C99 and C++; include
+ * conquest.h first. */
+#ifndef CQ_TESTS_RECORDS_H
+#define CQ_TESTS_RECORDS_H
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROW_VALUES = CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS };
+
+/* All values of a row, and of a face. */
+typedef struct row_record {
+    int32_t value[ROW_VALUES];
+} row_record;
+
+typedef struct triangle_record {
+    row_record corner[3];
+    int32_t of_face[CQ_MAX_CHANNELS];
+} triangle_record;
+
+static inline int compare_row_records(const void *a, const void *b) { return memcmp(a, b, sizeof(row_record)); }
+static inline int compare_triangle_records(const void *a, const void *b) { return memcmp(a, b, sizeof(triangle_record)); }
+
+static inline row_record row_of_input(const cq_input *in, cq_index v) {
+    row_record r;
+    uint32_t k, c, n = 0;
+    memset(&r, 0, sizeof r);
+    for (k = 0; k < in->shape.num_channels; ++k)
+        for (c = 0; c < in->shape.channel[k].components && in->shape.channel[k].merge != CQ_PER_FACE; ++c)
+            r.value[n++] = (int32_t)in->values[k][(size_t)v * in->shape.channel[k].components + c];
+    return r;
+}
+
+static inline cq_index rows_of_mesh(const cq_decoder *d) {
+    return (cq_index)(d->vertex != NULL ? d->shape.num_rows : d->shape.num_vertices);
+}
+
+static inline row_record row_of_output(const cq_decoder *d, cq_index row) {
+    const cq_index rows = rows_of_mesh(d);
+    row_record r;
+    uint32_t k, c, n = 0;
+    memset(&r, 0, sizeof r);
+    for (k = 0; k < d->shape.num_channels; ++k) {
+        const cq_channel *channel = &d->shape.channel[k];
+        cq_value value[CQ_MAX_COMPONENTS];
+        if (channel->merge == CQ_PER_FACE) continue;
+        if (row < rows) cq_read_rows(d, k, row, 1, value);
+        else memcpy(value, d->aside.channel[k] + (size_t)(row - rows) * channel->components, channel->components * sizeof(cq_value));
+        for (c = 0; c < channel->components; ++c) r.value[n++] = (int32_t)value[c];
+    }
+    return r;
+}
+
+/* The corners from the least one on. */
+static inline void turn_record(triangle_record *t) {
+    int best = 0, k, j;
+    triangle_record turned[3];
+    for (k = 0; k < 3; ++k) {
+        turned[k] = *t;
+        for (j = 0; j < 3; ++j) turned[k].corner[j] = t->corner[(k + j) % 3];
+        if (memcmp(&turned[k], &turned[best], sizeof *t) < 0) best = k;
+    }
+    *t = turned[best];
+}
+
+static inline triangle_record *triangles_of_input(const cq_input *in) {
+    triangle_record *all = (triangle_record *)calloc(in->shape.num_faces + 1, sizeof *all);
+    uint32_t f, k;
+    for (f = 0; f < in->shape.num_faces; ++f) {
+        for (k = 0; k < 3; ++k) all[f].corner[k] = row_of_input(in, in->indices[3 * f + k]);
+        for (k = 0; k < in->shape.num_channels; ++k)
+            if (in->shape.channel[k].merge == CQ_PER_FACE) all[f].of_face[k] = (int32_t)in->values[k][f];
+        turn_record(&all[f]);
+    }
+    qsort(all, in->shape.num_faces, sizeof *all, compare_triangle_records);
+    return all;
+}
+
+/* Triangle f of a complete mesh; those aside follow the others. */
+static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f) {
+    const int aside = f >= d->mesh.num_faces;
+    const uint32_t g = aside ? f - d->mesh.num_faces : f;
+    triangle_record t;
+    cq_index rows[3];
+    uint32_t k;
+    memset(&t, 0, sizeof t);
+    if (aside) memcpy(rows, d->aside.index + 3 * (size_t)g, sizeof rows);
+    else cq_read_triangles(d, (cq_index)f, 1, rows);
+    for (k = 0; k < 3; ++k) t.corner[k] = row_of_output(d, rows[k]);
+    for (k = 0; k < d->shape.num_channels; ++k)
+        if (d->shape.channel[k].merge == CQ_PER_FACE && d->shape.channel[k].kind != CQ_TURNED)
+            t.of_face[k] = (int32_t)(aside ? d->aside.channel[k] : d->channel[k])[g];
+    turn_record(&t);
+    return t;
+}
+
+/* 1 if all triangles come out that went in, and no other ones. */
+static inline int same_triangles(const cq_input *in, const cq_decoder *d) {
+    const uint32_t n = in->shape.num_faces, m = d->mesh.num_faces + d->aside.num_faces;
+    triangle_record *a, *b;
+    uint32_t f;
+    int same;
+    if (n != m) return 0;
+    a = triangles_of_input(in);
+    b = (triangle_record *)calloc(m + 1, sizeof *b);
+    for (f = 0; f < m; ++f) b[f] = triangle_of_output(d, f);
+    qsort(b, m, sizeof *b, compare_triangle_records);
+    same = memcmp(a, b, n * sizeof *a) == 0;
+    free(a);
+    free(b);
+    return same;
+}
+
+/* The same for rows that no triangle has. */
+static inline int same_unused_rows(const cq_input *in, const cq_decoder *d) {
+    const uint32_t rows = rows_of_mesh(d), most = in->shape.num_vertices + d->aside.num_rows;
+    row_record *a = (row_record *)calloc(most + 1, sizeof *a), *b = (row_record *)calloc(most + 1, sizeof *b);
+    uint8_t *used = (uint8_t *)calloc(most + 1, 1);
+    uint32_t k, n = 0, m = 0;
+    int same;
+    for (k = 0; k < 3 * in->shape.num_faces; ++k) used[in->indices[k]] = 1;
+    for (k = 0; k < in->shape.num_vertices; ++k)
+        if (!used[k]) a[n++] = row_of_input(in, (cq_index)k);
+    memset(used, 0, most + 1);
+    for (k = 0; k < 3 * d->aside.num_faces; ++k)
+        if (d->aside.index[k] >= rows) used[d->aside.index[k] - rows] = 1;
+    for (k = 0; k < d->aside.num_rows; ++k)
+        if (!used[k]) b[m++] = row_of_output(d, (cq_index)(rows + k));
+    qsort(a, n, sizeof *a, compare_row_records);
+    qsort(b, m, sizeof *b, compare_row_records);
+    same = n == m && memcmp(a, b, n * sizeof *a) == 0;
+    free(a);
+    free(b);
+    free(used);
+    return same;
+}
+
+/* Maps lead to rows with the same values, and to the same triangles. */
+static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const cq_index *map, const cq_index *face_map) {
+    uint32_t k, j;
+    for (k = 0; k < in->shape.num_vertices; ++k) {
+        const row_record a = row_of_input(in, (cq_index)k), b = row_of_output(d, map[k]);
+        if (memcmp(&a, &b, sizeof a) != 0) return 0;
+    }
+    for (k = 0; k < in->shape.num_faces; ++k) {
+        triangle_record t, u;
+        memset(&t, 0, sizeof t);
+        for (j = 0; j < 3; ++j) t.corner[j] = row_of_input(in, in->indices[3 * k + j]);
+        for (j = 0; j < in->shape.num_channels; ++j)
+            if (in->shape.channel[j].merge == CQ_PER_FACE) t.of_face[j] = (int32_t)in->values[j][k];
+        turn_record(&t);
+        if (face_map[k] >= d->mesh.num_faces + d->aside.num_faces) return 0;
+        u = triangle_of_output(d, face_map[k]);
+        if (memcmp(&t, &u, sizeof t) != 0) return 0;
+    }
+    return 1;
+}
+
+/* Corners with one row have one vertex, which is the row's; and each row has a corner. */
+static inline int rows_are_valid(const cq_decoder *d) {
+    uint8_t *used;
+    uint32_t h, n = 0;
+    if (d->vertex == NULL) return d->index == d->mesh.origin;
+    used = (uint8_t *)calloc(d->num_rows + 1u, 1);
+    for (h = 0; h < 3 * (uint32_t)d->mesh.num_faces; ++h) {
+        const cq_index row = d->index[h];
+        if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) break;
+        n += !used[row];
+        used[row] = 1;
+    }
+    free(used);
+    return h == 3 * (uint32_t)d->mesh.num_faces && n == d->num_rows;
+}
+
+#endif
