@@ -128,11 +128,17 @@ build/web/%.wasm: examples/web/%.c examples/web/libc/string.h $(HEADER)
 	@mkdir -p $(@D)
 	$(WASM) $< -o $@
 
+# The decoder without seams is the small one; streams that have any load this one instead.
+build/web/decoder.wasm: WASM += -DCQ_NO_WEDGES
+build/web/seams.wasm: examples/web/decoder.c examples/web/libc/string.h $(HEADER)
+	@mkdir -p $(@D)
+	$(WASM) $< -o $@
+
 $(WEB)/%.wasm.js: build/web/%.wasm
 	@mkdir -p $(@D)
 	{ printf 'export default "'; base64 -w 0 $<; printf '";\n'; } >$@
 
-$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(WEB)/decoder.wasm.js $(WEB)/encoder.wasm.js build/web/npm/complete \
+$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder seams encoder) build/web/npm/complete \
     tests/web/tsconfig.json
 	cp $(WEB_SOURCES) LICENSE $(WEB)
 	@ln -sfn npm/node_modules build/web/node_modules
@@ -152,7 +158,7 @@ $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
 	@touch $@
 
-NODE_TEST = node --test --test-reporter=./reporter.js --test-concurrency=1
+NODE_TEST = timeout 300 node --test --test-reporter=./reporter.js --test-concurrency=1
 
 build/log/web-module.log: $(WEB_TEST)/complete build/cqm
 	@mkdir -p $(@D)

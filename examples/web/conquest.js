@@ -28,7 +28,7 @@ import decoderCode from "./decoder.wasm.js";
 /**
  * A mesh of some moment.
  * @typedef {object} State
- * @property {number} numVertices       vertices that are there
+ * @property {number} numVertices       vertices that are there, as a GPU counts them: several where a seam runs
  * @property {number} numFaces
  * @property {number} totalVertices     of the whole mesh
  * @property {number} totalFaces
@@ -42,6 +42,7 @@ import decoderCode from "./decoder.wasm.js";
  * @property {number} bytes             of the stream that were decoded
  * @property {number} totalBytes        of the whole stream
  * @property {boolean} complete         is it the mesh that was encoded?
+ * @property {Uint8Array} metadata      bytes that travel with the mesh, when it is complete
  */
 
 /**
@@ -55,10 +56,10 @@ import decoderCode from "./decoder.wasm.js";
  */
 
 /** Results of conquest.h. */
-export const OK = 0, NEED_INPUT = 1, DONE = 2, TRUNCATED = 3, ERROR_MEMORY = -2, ERROR_VALUE = -11;
+export const OK = 0, NEED_INPUT = 1, DONE = 2, TRUNCATED = 3, ERROR_MEMORY = -2, ERROR_UNSUPPORTED = -14;
 
 const COPY = 1, PER_FACE = 2, EXACT_BITS = 32, MAX_BITS = 24, MAX_HEADER_BYTES = 256, MAX_CHANNELS = 8;
-const PAGE = 65536, INPUT_BYTES = 65536, BLOCK = 3 * 64, NONE = 0xffffffff, NO_LIMIT = 0xffffffff;
+const PAGE = 65536, OWN_PAGES = 3, INPUT_BYTES = 65536, BLOCK = 64, NONE = 0xffffffff, NO_LIMIT = 0xffffffff;
 
 /** Steps between two looks at the clock: some tenths of a millisecond. */
 const STEPS = 64;
@@ -75,6 +76,7 @@ const KINDS = [
     { name: "numbers", kind: 7, merge: COPY, components: [1], bits: 0 },
     { name: "groups", kind: 8, merge: COPY, components: [1], bits: 0 },
     { name: "materials", kind: 8, merge: PER_FACE, components: [1], bits: 0 },
+    { name: "turned", kind: 9, merge: PER_FACE, components: [], bits: 0 },
 ];
 
 // -- Errors --
@@ -121,6 +123,9 @@ const compile = base64 => WebAssembly.compile(Uint8Array.from(atob(base64), c =>
 /** @type {Promise<WebAssembly.Module> | undefined} */
 let decoderModule;
 
+/** @type {Promise<WebAssembly.Module> | undefined} the same for streams with seams, or with what is no surface */
+let seamsModule;
+
 /** @param {WebAssembly.Memory} memory @param {number} at  of a string that ends in zero */
 function readString(memory, at) {
     const bytes = new Uint8Array(memory.buffer, at);
@@ -142,45 +147,48 @@ function nameChannels(channels) {
     });
 }
 
-const CHANNEL_WORDS = 14, STATE_WORDS = 14;
+/** Words of web_state and web_channel in decoder.c, in their order. */
+const [, USED, ROWS, FACES, TOTAL_ROWS, TOTAL_FACES, LEVEL, ERROR, , STREAM, CHANNELS, MEMORY, INDEX, FACE_BLOCKS,
+    ROW_BLOCKS, METADATA, METADATA_BYTES, STATE_WORDS] = Array(18).keys();
+const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] = Array(15).keys();
 
 /** Decodes one stream: feed() pieces, decode(), look at state(). */
 export class Decoder {
-    #memory; #wasm; #input; #result = NEED_INPUT;
+    #memory;
+    /** @type {any} */
+    #wasm;
+    #result = NEED_INPUT;
     /** @type {Uint8Array[]} */
     #pieces = [];
     #headerBytes = 0;
     #open = false;
-    #reported = 0;
-    #reportedFaces = 0;
+    #rows = 0;
+    #faces = 0;
     /** @type {(Attribute & { name: string })[]} */
     #attributes = [];
     /** @type {Uint32Array<ArrayBufferLike>} */
-    #words;
+    #words = new Uint32Array(0);
 
-    /** @param {WebAssembly.Memory} memory @param {any} wasm */
-    constructor(memory, wasm) {
-        this.#memory = memory;
-        this.#wasm = wasm;
-        this.#input = wasm.input();
-        this.#words = new Uint32Array(0);
-        this.#view();
-    }
+    /** @param {WebAssembly.Memory} memory */
+    constructor(memory) { this.#memory = memory; }
 
     /** @param {Options} [options] */
     static async create({ memory, maxMemory = 2 ** 30 } = {}) {
-        const maximum = Math.min(65536, Math.ceil(maxMemory / PAGE) + 3);
-        const own = memory ?? new WebAssembly.Memory({ initial: 3, maximum });
-        if (own.buffer.byteLength < 3 * PAGE)
-            own.grow(3 - own.buffer.byteLength / PAGE);
-        const module = await (decoderModule ??= compile(decoderCode));
-        return new Decoder(own, (await WebAssembly.instantiate(module, { env: { memory: own } })).exports);
+        const maximum = Math.min(65536, Math.ceil(maxMemory / PAGE) + OWN_PAGES);
+        const own = memory ?? new WebAssembly.Memory({ initial: OWN_PAGES, maximum });
+        if (own.buffer.byteLength < OWN_PAGES * PAGE)
+            own.grow(OWN_PAGES - own.buffer.byteLength / PAGE);
+        const decoder = new Decoder(own);
+        await decoder.#load(await (decoderModule ??= compile(decoderCode)));
+        return decoder;
     }
 
     /** One more piece of the stream, of any size. It is kept until it was decoded: do not change it. @param {Uint8Array} piece */
-    feed(piece) {
+    async feed(piece) {
         if (piece.length)
             this.#pieces.push(piece);
+        if (!this.#open && piece.length)
+            await this.#begin();
     }
 
     /**
@@ -190,7 +198,7 @@ export class Decoder {
      */
     decode(milliseconds = Infinity) {
         const end = performance.now() + milliseconds;
-        while (this.#result !== DONE) {
+        while (this.#open && this.#result !== DONE) {
             if (this.#result === NEED_INPUT && !this.#refill())
                 return false;
             this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
@@ -216,21 +224,29 @@ export class Decoder {
 
     /** The mesh of this moment; null until there is one. What is new is new since the last call. @returns {State | null} */
     state() {
-        const s = this.#words;
-        const [numVertices, numFaces] = [s[2], s[3]];
-        if (!this.#open || numVertices === 0)
+        if (!this.#open)
             return null;
-        const since = this.#reported;
-        this.#attributes.forEach((a, k) => this.#look(a, k, a.perFace ? this.#reportedFaces : since));
-        const index = new Uint32Array(this.#memory.buffer, s[11], 3 * s[5]);
-        const ranges = this.#changes(since, 3 * numFaces);
-        this.#reported = numVertices;
-        this.#reportedFaces = numFaces;
+        this.#wasm.update();
+        const s = this.#words, [numVertices, numFaces] = [s[ROWS], s[FACES]];
+        if (numVertices === 0 && !this.complete)
+            return null;
+        for (const [k, a] of this.#attributes.entries())
+            a.ranges = this.#news(a, this.#channel(k)[MOVES]);
+        const ranges = this.#blocks(s[FACE_BLOCKS], numFaces, 3);
+        [this.#rows, this.#faces] = [numVertices, numFaces];
         return {
-            numVertices, numFaces, totalVertices: s[4], totalFaces: s[5], index, ranges,
-            attributes: Object.fromEntries(this.#attributes.map(({ name, ...a }) => [name, a])),
-            level: s[6], error: this.#error(), bytes: s[1], totalBytes: s[9], complete: this.complete,
+            numVertices, numFaces, totalVertices: s[TOTAL_ROWS], totalFaces: s[TOTAL_FACES],
+            index: new Uint32Array(this.#memory.buffer, s[INDEX], 3 * s[TOTAL_FACES]), ranges,
+            attributes: Object.fromEntries(this.#attributes.filter(a => a.name !== "turned").map(({ name, ...a }) => [name, a])),
+            level: s[LEVEL], error: this.#error(), bytes: s[USED], totalBytes: s[STREAM], complete: this.complete,
+            metadata: this.complete ? new Uint8Array(this.#memory.buffer, s[METADATA], s[METADATA_BYTES]).slice() : new Uint8Array(0),
         };
+    }
+
+    /** @param {WebAssembly.Module} module */
+    async #load(module) {
+        this.#wasm = (await WebAssembly.instantiate(module, { env: { memory: this.#memory } })).exports;
+        this.#view();
     }
 
     #view() { this.#words = new Uint32Array(this.#memory.buffer, this.#wasm.state(), STATE_WORDS + MAX_CHANNELS * CHANNEL_WORDS); }
@@ -239,11 +255,11 @@ export class Decoder {
     #check(result) {
         this.#result = result;
         if (result < 0 || result === TRUNCATED) {
-            const byte = this.#open ? this.#words[1] : this.#headerBytes;
+            const byte = this.#open ? this.#words[USED] : this.#headerBytes;
             const message = readString(this.#memory, this.#wasm.message(result));
             if (result === TRUNCATED)
                 throw new TruncatedError(message, byte);
-            const asked = result === ERROR_MEMORY ? `: it asks for ${this.#words[13]} bytes` : "";
+            const asked = result === ERROR_MEMORY ? `: it asks for ${this.#words[MEMORY]} bytes` : "";
             throw new StreamError(message + asked, result, byte);
         }
     }
@@ -253,7 +269,7 @@ export class Decoder {
         let taken = 0;
         while (this.#pieces.length && taken < room) {
             const part = this.#pieces[0].subarray(0, room - taken);
-            new Uint8Array(this.#memory.buffer, this.#input + at + taken, part.length).set(part);
+            new Uint8Array(this.#memory.buffer, this.#wasm.input() + at + taken, part.length).set(part);
             taken += part.length;
             if (part.length === this.#pieces[0].length)
                 this.#pieces.shift();
@@ -264,66 +280,62 @@ export class Decoder {
     }
 
     #refill() {
-        if (!this.#open)
-            return this.#begin();
         const size = this.#take(0, INPUT_BYTES);
         this.#wasm.give(size);
         return size > 0;
     }
 
-    /** Reads the header, once there are enough bytes for that. @returns {boolean} */
-    #begin() {
-        const taken = this.#take(this.#headerBytes, MAX_HEADER_BYTES - this.#headerBytes);
-        this.#headerBytes += taken;
-        if (!taken)
-            return false;
-        const result = this.#wasm.begin(this.#headerBytes);
+    /** Reads the header, once there are enough bytes for that. A stream with seams needs the larger decoder. */
+    async #begin() {
+        this.#headerBytes += this.#take(this.#headerBytes, MAX_HEADER_BYTES - this.#headerBytes);
+        let result = this.#wasm.begin(this.#headerBytes);
+        if (result === ERROR_UNSUPPORTED) {
+            const header = new Uint8Array(this.#memory.buffer, this.#wasm.input(), this.#headerBytes).slice();
+            await this.#load(await (seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default))));
+            new Uint8Array(this.#memory.buffer, this.#wasm.input()).set(header);
+            result = this.#wasm.begin(this.#headerBytes);
+        }
         this.#view();
         this.#check(result);
         if (result === NEED_INPUT)
-            return this.#pieces.length > 0 && this.#begin();
+            return;
         this.#open = true;
         this.#wasm.give(this.#headerBytes);
+        this.#result = OK;
         this.#describe();
-        return true;
     }
 
     /** @param {number} k */
     #channel(k) { return this.#words.subarray(STATE_WORDS + k * CHANNEL_WORDS, STATE_WORDS + (k + 1) * CHANNEL_WORDS); }
 
     #describe() {
-        const count = this.#words[10];
-        const channels = Array.from({ length: count }, (_, k) => this.#channel(k));
-        const names = nameChannels(channels.map(c => ({ kind: c[0], merge: c[3] })));
+        const s = this.#words, channels = Array.from({ length: s[CHANNELS] }, (_, k) => this.#channel(k));
+        const names = nameChannels(channels.map(c => ({ kind: c[KIND], merge: c[MERGE] })));
         this.#attributes = channels.map((c, k) => {
-            const [origin] = [Array.from(new Float32Array(c.slice(5, 9).buffer))];
-            const perFace = c[3] === PER_FACE;
-            return {
-                name: names[k], perFace, itemSize: c[11], bits: c[2], ranges: [], array: new Uint32Array(0),
-                offset: origin.slice(0, c[11]).map(x => c[13] ? x : 0),
-            };
+            const origin = Array.from(new Float32Array(c.slice(ORIGIN, ORIGIN + 4).buffer)), perFace = c[MERGE] === PER_FACE;
+            const array = new (c[IS_INTEGER] ? Uint32Array : Float32Array)(
+                this.#memory.buffer, c[ARRAY], (perFace ? s[TOTAL_FACES] : s[TOTAL_ROWS]) * c[WIDTH]);
+            const offset = origin.slice(0, c[WIDTH]).map(x => c[IS_RELATIVE] ? x : 0);
+            return { name: names[k], array, itemSize: c[WIDTH], perFace, offset, bits: c[BITS], ranges: [] };
         });
     }
 
-    /** The view of channel k, and what is new of it. @param {Attribute} a @param {number} k @param {number} since */
-    #look(a, k, since) {
-        const [s, c] = [this.#words, this.#channel(k)];
-        const now = a.perFace ? s[3] : s[2];
-        if (!a.array.length)
-            a.array = new (c[12] ? Uint32Array : Float32Array)(this.#memory.buffer, c[10], (a.perFace ? s[5] : s[4]) * a.itemSize);
-        a.ranges = now > since ? [{ start: since * a.itemSize, count: (now - since) * a.itemSize }] : [];
+    /** What is new of an attribute: vertices or faces at the end, and those that have moved. @param {Attribute} a
+     *  @param {number} moves @returns {Range[]} */
+    #news({ itemSize, perFace }, moves) {
+        const [since, now] = perFace ? [this.#faces, this.#words[FACES]] : [this.#rows, this.#words[ROWS]];
+        const moved = moves ? this.#blocks(this.#words[ROW_BLOCKS], since, itemSize) : [];
+        return now > since ? [...moved, { start: since * itemSize, count: (now - since) * itemSize }] : moved;
     }
 
-    /** Runs of index blocks that have changed. @param {number} since @param {number} end */
-    #changes(since, end) {
-        const count = this.#wasm.changes(since);
-        const blocks = new Uint8Array(this.#memory.buffer, this.#words[12], count);
+    /** Runs of blocks that are marked. @param {number} at @param {number} end @param {number} itemSize */
+    #blocks(at, end, itemSize) {
+        const count = Math.ceil(end / BLOCK), blocks = new Uint8Array(this.#memory.buffer, at, count);
         /** @type {Range[]} */
         const ranges = [];
         for (let first = blocks.indexOf(1); first >= 0;) {
-            const after = blocks.indexOf(0, first);
-            const stop = after < 0 ? count : after;
-            ranges.push({ start: first * BLOCK, count: Math.min(stop * BLOCK, end) - first * BLOCK });
+            const after = blocks.indexOf(0, first), stop = after < 0 ? count : after;
+            ranges.push({ start: first * BLOCK * itemSize, count: (Math.min(stop * BLOCK, end) - first * BLOCK) * itemSize });
             first = after < 0 ? -1 : blocks.indexOf(1, after);
         }
         return ranges;
@@ -333,9 +345,9 @@ export class Decoder {
         const k = this.#attributes.findIndex(a => a.name === "positions");
         if (this.complete)
             return 0;
-        if (k < 0 || this.#attributes[k].bits === EXACT_BITS || this.#words[6] === 0)
+        if (k < 0 || this.#attributes[k].bits === EXACT_BITS || this.#words[LEVEL] === 0)
             return NaN;
-        return this.#words[7] / 16 * new Float32Array(this.#channel(k).slice(4, 5).buffer)[0];
+        return this.#words[ERROR] / 16 * new Float32Array(this.#channel(k).slice(STEP, STEP + 1).buffer)[0];
     }
 }
 
@@ -396,7 +408,7 @@ export async function* decode(source, options = {}) {
             const piece = await input.next().catch(error => { failure = error; return { done: true, value: undefined }; });
             ended = Boolean(piece.done);
             if (piece.value)
-                decoder.feed(piece.value);
+                await decoder.feed(piece.value);
             for (let more = true; more;) {
                 options.signal?.throwIfAborted();
                 more = await decoder.decode(options.budget);
@@ -500,15 +512,16 @@ export function serve(port) {
         const decoder = await decoders.get(id);
         if (!decoder)
             return undefined;
-        if (call === "feed")
-            return decoder.feed(value);
         let error, more = false;
         try {
-            more = call === "finish" ? (decoder.finish(), false) : decoder.decode(value);
+            if (call === "feed")
+                await decoder.feed(value);
+            else
+                more = call === "finish" ? (decoder.finish(), false) : decoder.decode(value);
         } catch (e) {
             error = e instanceof StreamError ? { message: e.message, result: e.result, byte: e.byte } : { message: String(e) };
         }
-        const state = decoder.state();
+        const state = call === "feed" ? null : decoder.state();
         const message = state && pack(state);
         return port.postMessage({ id, error, more, complete: decoder.complete, message },
             message ? message.parts.map(p => p.array.buffer) : []);
@@ -543,9 +556,9 @@ export class WorkerDecoder {
     }
 
     /** @param {Uint8Array} piece */
-    feed(piece) {
+    async feed(piece) {
         const own = piece.slice();
-        this.#send("feed", own, [own.buffer]);
+        await this.#ask("feed", own, [own.buffer]);
     }
 
     /** @param {number} [milliseconds] @returns {Promise<boolean>} */
@@ -565,11 +578,11 @@ export class WorkerDecoder {
     /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
     #send(call, value, transfer = []) { this.#port.postMessage({ id: this.#id, call, value }, transfer); }
 
-    /** @param {string} call @param {unknown} [value] */
-    async #ask(call, value) {
+    /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
+    async #ask(call, value, transfer) {
         const reply = await new Promise(resolve => {
             this.#resolve = resolve;
-            this.#send(call, value);
+            this.#send(call, value, transfer);
         });
         if (reply.message)
             this.#unpack(reply.message);
@@ -618,6 +631,7 @@ function rebuild({ message, result, byte = 0 }) {
  * @property {number | Record<string, number>} [bits]  of positions, or of attributes by name; 32: floats bit for bit
  * @property {"balanced" | "least-connectivity"} [goal]
  * @property {(done: number, total: number) => void} [progress]
+ * @property {Uint8Array} [metadata]  bytes that travel with the mesh
  */
 
 /** @typedef {{ data: Uint8Array, map: Uint32Array, faceMap: Uint32Array }} Encoded
@@ -640,7 +654,7 @@ function findKind(name) {
  * @param {EncodeOptions} [options]
  * @returns {Promise<Encoded>}
  */
-export async function encode(mesh, { bits = {}, goal = "balanced", progress } = {}) {
+export async function encode(mesh, { bits = {}, goal = "balanced", progress, metadata } = {}) {
     const { index, ...attributes } = mesh;
     const names = Object.keys(attributes).filter(name => attributes[name]).sort(byKind);
     const faces = index.length / 3;
@@ -665,6 +679,11 @@ export async function encode(mesh, { bits = {}, goal = "balanced", progress } = 
         }
     };
     wasm.mesh(vertices, faces, copy(index, Uint32Array), goal === "balanced" ? 0 : 1);
+    if (metadata?.length) {
+        const at = wasm.take(metadata.length);
+        new Uint8Array(memory.buffer, at, metadata.length).set(metadata);
+        wasm.metadata(at, metadata.length);
+    }
     for (const name of names) {
         const array = /** @type {ArrayLike<number>} */ (attributes[name]);
         const wanted = typeof bits === "number" ? (name === "positions" ? bits : undefined) : bits[name];

@@ -39,6 +39,12 @@ EXPORT("mesh") void set_mesh(uint32_t vertices, uint32_t faces, const cq_index *
     in.goal = (cq_goal)goal;
 }
 
+EXPORT("metadata") void set_metadata(const uint8_t *bytes, uint32_t size)
+{
+    in.metadata = bytes;
+    in.shape.metadata_bytes = size;
+}
+
 static cq_channel *next_channel(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge)
 {
     cq_channel *c = &in.shape.channel[in.shape.num_channels];

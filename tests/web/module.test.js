@@ -42,6 +42,44 @@ test("floats come back bit for bit", async () => {
     compare(await decodeAll(encoded.data), plain, encoded, { positions: 0 });
 });
 
+test("seams, faces turned over, a line, a vertex that no face uses and metadata come back", async () => {
+    const round = makeSphere(24, 12), index = Array.from(round.index), positions = [], texcoords = [], normals = [];
+    const seamed = { index: index.map((v, i) => {                          // a row for each corner
+        const at = round.positions.subarray(3 * v, 3 * v + 3), face = Math.floor(i / 3);
+        positions.push(...at);
+        texcoords.push(face < index.length / 6 ? at[0] : at[0] + 1, at[1]);
+        normals.push(...at);
+        return i;
+    }) };
+    for (const f of [7, 30, 31])                                           // turned over
+        [seamed.index[3 * f], seamed.index[3 * f + 1]] = [seamed.index[3 * f + 1], seamed.index[3 * f]];
+    positions.push(9, 9, 9);                                               // of no face
+    texcoords.push(0, 0);
+    normals.push(0, 0, 1);
+    seamed.index.push(0, 5, 5);                                            // a line
+    Object.assign(seamed, { positions: Float32Array.from(positions), texcoords: Float32Array.from(texcoords), normals: Float32Array.from(normals) });
+    const encoded = await encode(seamed, { bits: 14, metadata: new TextEncoder().encode("gold") });
+    const copies = {};
+    let state;
+    for await (state of decode(cut(encoded.data, 100)))
+        for (const [name, { array, ranges }] of Object.entries(state.attributes)) {
+            copies[name] ??= new Float32Array(array.length);
+            for (const { start, count } of ranges)
+                copies[name].set(array.subarray(start, start + count), start);
+            assert.deepEqual(copies[name].subarray(0, 2 * state.numVertices), array.subarray(0, 2 * state.numVertices));
+        }
+    assert.equal(new TextDecoder().decode(state.metadata), "gold");
+    assert.equal(state.numFaces, seamed.index.length / 3);
+    assert.ok(state.numVertices < positions.length / 6, `${state.numVertices} rows`);
+    assert.deepEqual(describe(state.index, state.numFaces, String), describe(seamed.index, state.numFaces, v => String(encoded.map[v])));
+    for (const [key, itemSize] of Object.entries({ positions: 3, texcoords: 2, normals: 3 }))
+        seamed[key].forEach((x, i) => {
+            const got = state.attributes[key].array[itemSize * encoded.map[Math.floor(i / itemSize)] + i % itemSize];
+            const expected = key === "normals" ? x / Math.hypot(...seamed[key].subarray(i - i % 3, i - i % 3 + 3)) : x;
+            assert.ok(Math.abs(got - expected) < 5e-3, `${key} ${i}: ${got}, expected ${expected}`);
+        });
+});
+
 test("all kinds of sources give the same mesh", async () => {
     const stream = () => new Blob([data]).stream();
     const buffer = data.buffer.slice(data.byteOffset, data.byteOffset + data.length);
@@ -84,7 +122,7 @@ test("views stay where they are, in memory that is handed in", async () => {
 
 test("a budget is kept", async () => {
     const large = await encode(makeSphere(300, 150)), decoder = await Decoder.create();
-    decoder.feed(large.data);
+    await decoder.feed(large.data);
     let steps = 1, longest = 0;
     for (let more = true; more; steps++) {
         const before = performance.now();
