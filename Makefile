@@ -104,16 +104,17 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 # build/web/package is what npm packs, build/web/site what `make serve` shows. Packages of npm are in build/web/npm.
 
 WEB = build/web/package
-WEB_PACKAGES = clang-19 lld-19 nodejs $(if $(shell command -v npm),,npm)
+WEB_PACKAGES = clang-19 lld-19 $(if $(shell command -v npm),,nodejs npm)
+WEB_TEST_PACKAGES = $(WEB_PACKAGES) chromium
 WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json examples/web/*.md)
 WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
     -Wno-unused-function -Iexamples/web/libc -Iinclude \
     -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
 
 .PHONY: web
-web: ## builds the package for npm in build/web/package, WebAssembly included
+web: ## builds the package for npm in build/web/package, and the page that shows it in build/web/site
 	$(call install,$(WEB_PACKAGES))
-	@$(MAKE) --no-print-directory build/web/complete
+	@$(MAKE) --no-print-directory build/web/complete $(SITE)/complete
 
 build/web/complete: $(WEB)/types/conquest.d.ts
 	@touch $@
@@ -145,6 +146,34 @@ $(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder
 	build/web/npm/node_modules/.bin/tsc -p tests/web/tsconfig.json
 	@touch $@
 
+# The page: static files, meshes of build/meshes encoded by cqm.
+SITE = build/web/site
+SITE_MESHES = bunny00 elephant fandisk camel lion
+SITE_LIBRARIES = three/build/three.module.js three/build/three.core.js three/examples/jsm/controls/OrbitControls.js \
+    three/examples/jsm/loaders/OBJLoader.js three/examples/jsm/loaders/PLYLoader.js three/examples/jsm/loaders/STLLoader.js \
+    three/examples/jsm/utils/BufferGeometryUtils.js meshoptimizer/meshopt_encoder.js meshoptimizer/meshopt_decoder.mjs \
+    draco3d/draco_encoder_nodejs.js draco3d/draco_decoder_nodejs.js draco3d/draco_encoder.wasm draco3d/draco_decoder.wasm
+PORT ?= 8000
+
+.PHONY: serve
+serve: web ## shows examples/web/viewer on a loopback port: PORT=8000
+	node examples/web/serve.js $(SITE) $(PORT)
+
+$(SITE)/complete: build/web/complete build/web/npm/complete $(wildcard examples/web/viewer/*) $(SITE_MESHES:%=$(SITE)/meshes/%.cqm)
+	@mkdir -p $(SITE)/conquest
+	cp examples/web/viewer/* $(SITE)
+	cp $(WEB)/*.js $(SITE)/conquest
+	cd build/web/npm/node_modules && cp --parents $(SITE_LIBRARIES) $(CURDIR)/$(SITE)
+	@cd $(SITE)/meshes && printf '["%s"]\n' "$$(echo $(SITE_MESHES:%=%.cqm) | sed 's/ /", "/g')" >list.json
+	@touch $@
+
+$(SITE)/meshes/%.cqm: build/meshes/%.off build/cqm
+	@mkdir -p $(@D)
+	build/cqm encode --bits 14 $< $@
+
+build/meshes/%.off: | build/meshes
+	@test -e $@
+
 # What npm packs, installed beside the tests, as a page or a program has it.
 WEB_TEST = build/web/test
 WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.html)
@@ -158,6 +187,12 @@ $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
 	@touch $@
 
+.PHONY: web-test
+web-test: ## tests the package in node, and it and the page in a browser
+	$(call install,$(WEB_TEST_PACKAGES))
+	@$(MAKE) --no-print-directory run LOGS='$(WEB_LOGS:%=build/log/%.log)'
+
+WEB_LOGS = web-module web-browser web-viewer
 NODE_TEST = timeout 300 node --test --test-reporter=./reporter.js --test-concurrency=1
 
 build/log/web-module.log: $(WEB_TEST)/complete build/cqm
@@ -166,9 +201,11 @@ build/log/web-module.log: $(WEB_TEST)/complete build/cqm
 	@echo "web-module: $$(tail -n 1 $@)"
 
 build/log/web-browser.log: $(WEB_TEST)/complete
+build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete
+build/log/web-browser.log build/log/web-viewer.log: build/log/web-%.log:
 	@mkdir -p $(@D)
-	@cd $(WEB_TEST) && $(NODE_TEST) browser.test.js >../../../$@ 2>&1 || true
-	@echo "web-browser: $$(tail -n 1 $@)"
+	@cd $(WEB_TEST) && $(NODE_TEST) $*.test.js >../../../$@ 2>&1 || true
+	@echo "web-$*: $$(tail -n 1 $@)"
 
 # -- Meshes --------------------------------------------------------------------------------------------------------
 
@@ -286,7 +323,7 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers vendor python engine ref_data examples channels inputs embedded meshes bases reference portability \
+TESTS = headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs embedded meshes bases reference portability \
     fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=)))
@@ -363,7 +400,7 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 
 PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
     python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils xvfb xauth libgl1-mesa-dri \
-    $(ENGINE_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
+    $(ENGINE_PACKAGES) $(WEB_TEST_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 
