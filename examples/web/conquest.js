@@ -413,7 +413,7 @@ export async function* decode(source, options = {}) {
                 options.signal?.throwIfAborted();
                 more = await decoder.decode(options.budget);
                 const state = decoder.state();
-                if (state && state.bytes !== bytes)
+                if (state && (state.bytes !== bytes || state.ranges.length))
                     yield state;
                 bytes = state?.bytes ?? -1;
             }

@@ -120,6 +120,15 @@ test("views stay where they are, in memory that is handed in", async () => {
     assert.equal(memory.buffer.byteLength, size);
 });
 
+test("a budget that ends inside the decoder's own buffer loses nothing", async () => {
+    const index = new Uint32Array(3 * faces);
+    for await (const state of decode(data, { budget: 0 })) {
+        for (const { start, count } of state.ranges)
+            index.set(state.index.subarray(start, start + count), start);
+        assert.deepEqual(index.subarray(0, 3 * state.numFaces), state.index.subarray(0, 3 * state.numFaces));
+    }
+});
+
 test("a budget is kept", async () => {
     const large = await encode(makeSphere(300, 150)), decoder = await Decoder.create();
     await decoder.feed(large.data);
