@@ -192,7 +192,7 @@ web-test: ## tests the package in node, and it and the page in a browser
 	$(call install,$(WEB_TEST_PACKAGES))
 	@$(MAKE) --no-print-directory run LOGS='$(WEB_LOGS:%=build/log/%.log)'
 
-WEB_LOGS = web-module web-browser web-viewer
+WEB_LOGS = web-module web-gltf web-browser web-viewer
 NODE_TEST = timeout 300 node --test --test-reporter=./reporter.js --test-concurrency=1
 
 build/log/web-module.log: $(WEB_TEST)/complete build/cqm
@@ -202,7 +202,8 @@ build/log/web-module.log: $(WEB_TEST)/complete build/cqm
 
 build/log/web-browser.log: $(WEB_TEST)/complete
 build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete
-build/log/web-browser.log build/log/web-viewer.log: build/log/web-%.log:
+build/log/web-gltf.log: $(WEB_TEST)/complete
+build/log/web-gltf.log build/log/web-browser.log build/log/web-viewer.log: build/log/web-%.log:
 	@mkdir -p $(@D)
 	@cd $(WEB_TEST) && $(NODE_TEST) $*.test.js >../../../$@ 2>&1 || true
 	@echo "web-$*: $$(tail -n 1 $@)"

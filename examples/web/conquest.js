@@ -125,6 +125,7 @@ let decoderModule;
 
 /** @type {Promise<WebAssembly.Module> | undefined} the same for streams with seams, or with what is no surface */
 let seamsModule;
+const openSeams = () => seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default));
 
 /** @param {WebAssembly.Memory} memory @param {number} at  of a string that ends in zero */
 function readString(memory, at) {
@@ -285,16 +286,34 @@ export class Decoder {
         return size > 0;
     }
 
+    /** Decodes all of a stream without waiting. @param {WebAssembly.Module} module  that knows seams @param {Uint8Array} data */
+    static decodeNow(module, data) {
+        const memory = new WebAssembly.Memory({ initial: OWN_PAGES, maximum: 65536 }), decoder = new Decoder(memory);
+        decoder.#wasm = new WebAssembly.Instance(module, { env: { memory } }).exports;
+        decoder.#view();
+        decoder.#pieces.push(data);
+        decoder.#take(0, MAX_HEADER_BYTES);
+        decoder.#headerBytes = Math.min(data.length, MAX_HEADER_BYTES);
+        decoder.#start(decoder.#wasm.begin(decoder.#headerBytes));
+        decoder.finish();
+        return /** @type {State} */ (decoder.state());
+    }
+
     /** Reads the header, once there are enough bytes for that. A stream with seams needs the larger decoder. */
     async #begin() {
         this.#headerBytes += this.#take(this.#headerBytes, MAX_HEADER_BYTES - this.#headerBytes);
         let result = this.#wasm.begin(this.#headerBytes);
         if (result === ERROR_UNSUPPORTED) {
             const header = new Uint8Array(this.#memory.buffer, this.#wasm.input(), this.#headerBytes).slice();
-            await this.#load(await (seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default))));
+            await this.#load(await openSeams());
             new Uint8Array(this.#memory.buffer, this.#wasm.input()).set(header);
             result = this.#wasm.begin(this.#headerBytes);
         }
+        this.#start(result);
+    }
+
+    /** @param {number} result  of the header */
+    #start(result) {
         this.#view();
         this.#check(result);
         if (result === NEED_INPUT)
@@ -639,6 +658,20 @@ function rebuild({ message, result, byte = 0 }) {
 
 /** @type {Promise<WebAssembly.Module> | undefined} */
 let encoderModule;
+const openEncoder = () => encoderModule ??= import("./encoder.wasm.js").then(m => compile(m.default));
+
+/** Both directions for those who cannot wait: each call blocks until it is done. */
+export async function openCodec() {
+    const [seams, encoder] = await Promise.all([openSeams(), openEncoder()]);
+    const start = (/** @type {any} */ imports) => new WebAssembly.Instance(encoder, imports);
+    return {
+        decode: (/** @type {Uint8Array} */ data) => Decoder.decodeNow(seams, data),
+        encode: (/** @type {Mesh} */ mesh, /** @type {EncodeOptions} */ options = {}) => {
+            const job = prepare(mesh, options);
+            return job.run(start(job.imports));
+        },
+    };
+}
 
 /** @param {string} name */
 function findKind(name) {
@@ -654,17 +687,26 @@ function findKind(name) {
  * @param {EncodeOptions} [options]
  * @returns {Promise<Encoded>}
  */
-export async function encode(mesh, { bits = {}, goal = "balanced", progress, metadata } = {}) {
+export async function encode(mesh, options = {}) {
+    const job = prepare(mesh, options);
+    return job.run(await WebAssembly.instantiate(await openEncoder(), job.imports));
+}
+
+/** What the encoder's instance needs, and what it then does. @param {Mesh} mesh @param {EncodeOptions} options */
+function prepare(mesh, options) {
+    const memory = new WebAssembly.Memory({ initial: 4, maximum: 65536 });
+    const imports = { env: { memory }, page: { progress: options.progress ?? (() => {}) } };
+    return { imports, run: (/** @type {WebAssembly.Instance} */ { exports }) => encodeIn(memory, exports, mesh, options) };
+}
+
+/** @param {WebAssembly.Memory} memory @param {any} wasm @param {Mesh} mesh @param {EncodeOptions} options @returns {Encoded} */
+function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }) {
     const { index, ...attributes } = mesh;
     const names = Object.keys(attributes).filter(name => attributes[name]).sort(byKind);
     const faces = index.length / 3;
     const vertices = countVertices(mesh, names);
     if (names.length > MAX_CHANNELS)
         throw new RangeError(`${names.length} attributes, of at most ${MAX_CHANNELS}`);
-    const memory = new WebAssembly.Memory({ initial: 3, maximum: 65536 });
-    const module = await (encoderModule ??= import("./encoder.wasm.js").then(m => compile(m.default)));
-    const imports = { env: { memory }, page: { progress: progress ?? (() => {}) } };
-    const wasm = /** @type {any} */ ((await WebAssembly.instantiate(module, imports)).exports);
     const copy = (/** @type {ArrayLike<number>} */ from, /** @type {any} */ Type) => {
         const at = wasm.take(4 * from.length) >>> 0;
         if (from.length && !at)

@@ -2,8 +2,11 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
+import { NodeIO } from "@gltf-transform/core";
 import { chromium } from "playwright-core";
-import { encode } from "conquest-mesh";
+import { encode, openCodec } from "conquest-mesh";
+import { ConquestMeshProgressive, NAME, progressive } from "conquest-mesh/gltf-transform";
+import { makeDocument } from "./documents.js";
 import { serveFolder } from "./serve.js";
 import { makeDressed, makeSphere } from "./meshes.js";
 
@@ -13,6 +16,14 @@ const vertices = mesh.positions.length / 3, faces = mesh.index.length / 3;
 const damaged = data.slice();
 damaged[data.length >> 1] ^= 16;
 
+// The same document, plain and progressive; how much of it comes before its first stream.
+const io = new NodeIO().registerExtensions([ConquestMeshProgressive]).registerDependencies({ conquest: await openCodec() });
+const document = makeDocument(), plainGlb = await io.writeBinary(document);
+await document.transform(progressive());
+const glb = await io.writeBinary(document), { json } = await io.binaryToJSON(glb);
+const streams = json.meshes.flatMap(m => m.primitives.flatMap(p => p.extensions?.[NAME]?.bufferView ?? []));
+const beforeStreams = glb.length - streams.reduce((sum, v) => sum + json.bufferViews[v].byteLength, 0);
+
 const waiting = [];
 const send = bytes => (_, response) => response.writeHead(200, { "content-length": bytes.length }).end(bytes);
 const server = await serveFolder("..", 0, {
@@ -20,6 +31,13 @@ const server = await serveFolder("..", 0, {
     "/dressed.cqm": send(dressedData),
     "/damaged.cqm": send(damaged),
     "/none.cqm": send(Buffer.from("solid of no mesh")),
+    "/plain.glb": send(plainGlb),
+    "/progressive.glb": send(glb),
+    "/slow.glb": (_, response) => {
+        response.writeHead(200, { "content-length": glb.length });
+        response.write(glb.subarray(0, beforeStreams + 700));
+        waiting.push(response);
+    },
     "/slow.cqm": (_, response) => {                          // its first kilobyte; the rest when a test says so
         response.writeHead(200, { "content-length": data.length });
         response.write(data.subarray(0, 1024));
@@ -142,6 +160,33 @@ test("encodes in the browser, the same bytes", async () => {
     const bytes = await page.evaluate(async mesh => Array.from((await conquest.encode(
         { index: mesh.index, positions: Float32Array.from(mesh.positions) }, { bits: 14 })).data), plainMesh);
     assert.deepEqual(Buffer.from(bytes), Buffer.from(data));
+});
+
+test("a glTF file is drawn while it arrives, and whole", async () => {
+    const early = await page.evaluate(async () => {
+        window.gltf = await loadProgressive("/slow.glb", new GLTFLoader());
+        await new Promise(resolve => setTimeout(resolve, 1000));
+        window.early = drawScene(gltf.scene);
+        let faces = 0;
+        gltf.scene.traverse(o => { if (o.isMesh) faces += o.geometry.drawRange.count / 3; });
+        return { faces, names: gltf.scene.children.map(c => c.name), shown: compare(early, new Uint8Array(early.length)).shown };
+    });
+    assert.ok(early.shown > 1000 && early.faces > 10, JSON.stringify(early));
+    assert.ok(early.names.includes("body"), JSON.stringify(early));
+    waiting.pop().end(glb.subarray(beforeStreams + 700));
+    const late = await page.evaluate(async () => {
+        await gltf.userData.loaded;
+        const load = async (url, loader) => {
+            const whole = await loader.loadAsync(url);
+            await whole.userData.loaded;
+            return drawScene(whole.scene);
+        };
+        const plain = await load("/plain.glb", new GLTFLoader());
+        const again = await load("/progressive.glb", new GLTFLoader().register(parser => new ConquestGLTFPlugin(parser)));
+        return { early: compare(early, plain), late: compare(drawScene(gltf.scene), plain), again: compare(again, plain) };
+    });
+    assert.ok(late.late.shown > 3000 && late.late.different < 0.01 && late.again.different < 0.01, JSON.stringify(late));
+    assert.ok(late.early.different > late.late.different, JSON.stringify(late));
 });
 
 test("100 loads do not take more memory than 20", async () => {
