@@ -187,6 +187,21 @@ $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
 	@touch $@
 
+FIRST_PICTURE_PACKAGES = $(WEB_PACKAGES) zstd
+
+.PHONY: first-picture
+first-picture: ## milliseconds until a mesh is seen and until it is exact, by ours and other codecs; plot in build/first-picture
+	$(call install,$(FIRST_PICTURE_PACKAGES))
+	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete build/meshes
+	@cp examples/web/viewer/codecs.js $(WEB_TEST)
+	@$(call KEEP,(cd $(WEB_TEST) && node first-picture.js ../../meshes ../../first-picture))
+
+.PHONY: readme-picture
+readme-picture: ## draws README's picture of a mesh at 1, 5, 20, 100 % of its bytes
+	$(call install,$(WEB_TEST_PACKAGES))
+	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete $(SITE)/meshes/bunny00.cqm
+	@cd $(WEB_TEST) && node strip.js ../site/meshes/bunny00.cqm ../../../examples/web/bunny.png
+
 .PHONY: web-test
 web-test: ## tests the package in node, and it and the page in a browser
 	$(call install,$(WEB_TEST_PACKAGES))

@@ -125,7 +125,7 @@ async function open(name, bytes) {
     current = {
         name, bytes, faces: state.numFaces,
         draco: { size: dracoBytes.length, decode: async () => drc.decode(dracoBytes) },
-        meshopt: { size: packed.length, decode: async () => meshoptDecode({ bytes: await gunzip(packed), step: meshopt.step }) },
+        meshopt: { size: packed.length, decode: async () => meshoptDecode({ ...meshopt, bytes: await gunzip(packed) }) },
     };
     slider.max = bytes.length;
     await play();
