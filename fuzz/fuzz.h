@@ -15,6 +15,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include "records.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -151,6 +152,15 @@ static inline void take_channels(input *in, cq_shape *shape) {
     }
 }
 
+/* Seams, things aside, metadata. */
+static inline void take_extension(input *in, cq_shape *shape) {
+    shape->num_rows = shape->num_vertices + take(in) % 64;
+    if (shape->num_rows == shape->num_vertices) shape->num_rows = 0;
+    shape->num_aside_rows = take(in) % 8;
+    shape->num_aside_faces = take(in) % 8;
+    shape->metadata_bytes = take(in) % 16;
+}
+
 /* Counts that a mesh may have: V, loops, edges and components minus genus decide the number of faces. */
 static inline stream take_headed_stream(input *in) {
     cq_shape shape;
@@ -164,6 +174,7 @@ static inline stream take_headed_stream(input *in) {
     faces -= 4 * ((int64_t)take_below(in, 32 + shape.num_vertices / 3) - 4);
     shape.num_faces = faces < 0 ? (uint32_t)(faces & 3) : (uint32_t)faces;
     take_channels(in, &shape);
+    if (loops % 16 == 9) take_extension(in, &shape);
     return frame(&shape, in->data, in->size);
 }
 
@@ -206,6 +217,11 @@ static inline void decoding_end(decoding *d) {
 
 static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_NEED_INPUT; }
 
+/* Channel k belongs to rows, of which there may be more than vertices. */
+static inline size_t num_owners(const cq_decoder *d, uint32_t k) {
+    return cqi_class(&d->shape, k) == CQI_OF_ROW ? d->num_rows : d->mesh.num_vertices;
+}
+
 /* Values of a channel, of all vertices or of all faces. */
 static inline size_t num_values(const cq_channel *c, size_t num_vertices, size_t num_faces) {
     return c->merge == CQ_PER_FACE ? num_faces : num_vertices * c->components;
@@ -217,7 +233,7 @@ static inline void check_values(const cq_decoder *d) {
     size_t j;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *c = &d->shape.channel[k];
-        for (j = 0; j < num_values(c, d->mesh.num_vertices, d->mesh.num_faces) && c->bits != CQ_EXACT_BITS; j++)
+        for (j = 0; j < num_values(c, num_owners(d, k), d->mesh.num_faces) && c->bits != CQ_EXACT_BITS; j++)
             REQUIRE(d->channel[k][j] >= 0 && (uint32_t)d->channel[k][j] < (uint32_t)1 << c->bits);
     }
 }
@@ -248,7 +264,8 @@ static inline void check_triangles(const cq_mesh *m, uint32_t num_loops) {
 static inline void check_report(const cq_report *r, const cq_decoder *d) {
     uint32_t k, splits = 0;
     uint64_t flags = 0, indices = 0;
-    REQUIRE(r->header + r->base + r->flags + r->indices + r->positions + r->channels == (uint64_t)r->bytes * 8 * 65536);
+    REQUIRE(r->header + r->base + r->flags + r->indices + r->positions + r->channels + r->aside ==
+            (uint64_t)r->bytes * 8 * 65536);
     REQUIRE(r->num_levels <= CQ_MAX_LEVELS);
     for (k = 0; k < r->num_levels; k++) {
         splits += r->level[k].num_splits;
@@ -276,6 +293,7 @@ static inline void check_decoder(const cq_decoder *d) {
             2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges);
     for (k = 0; k < 3 * (uint32_t)m->num_faces; k++) REQUIRE(m->origin[k] < m->num_vertices);
     for (k = 0; k < m->num_vertices; k++) REQUIRE(m->out[k] != CQ_NONE);
+    REQUIRE(rows_are_valid(d));
     check_values(d);
     check_triangles(m, s->num_boundary_loops);
 }
@@ -298,6 +316,8 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     d->faces = r->mesh.num_faces;
     if (d->result == CQ_DONE) {
         REQUIRE(r->mesh.num_vertices == r->shape.num_vertices && r->mesh.num_faces == r->shape.num_faces);
+        REQUIRE(r->num_rows == rows_of_mesh(r) && r->metadata_read == r->shape.metadata_bytes);
+        REQUIRE(r->aside.num_rows == r->shape.num_aside_rows && r->aside.num_faces == r->shape.num_aside_faces);
         REQUIRE(r->mesh.num_virtual == r->shape.num_boundary_loops);
         REQUIRE(r->mesh.num_virtual_faces == r->shape.num_boundary_edges);
         if (d->report != NULL) check_report(d->report, r);
@@ -306,9 +326,20 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     return d->result;
 }
 
+/* With seams a split takes three steps, each corner and row of the base two, and each channel of a row one; what is aside
+ * takes one for each channel of a row, each face and each byte. */
+static inline uint64_t most_calls_for_rows(const cq_shape *s) {
+    uint64_t n = s->num_aside_rows * (s->num_channels + (uint64_t)1) + s->num_aside_faces + s->metadata_bytes + 2;
+    if (s->num_rows) n += 3 * (uint64_t)s->num_vertices + 6 * (uint64_t)s->num_faces + 2 * (uint64_t)s->num_boundary_edges;
+    if (s->num_rows) n += s->num_rows * (s->num_channels + (uint64_t)2);
+    return n;
+}
+
 /* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a
  * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. */
-static inline uint64_t most_calls(const cq_decoder *d) { return 18 * (uint64_t)d->shape.num_vertices + 8; }
+static inline uint64_t most_calls(const cq_decoder *d) {
+    return 18 * (uint64_t)d->shape.num_vertices + 8 + most_calls_for_rows(&d->shape);
+}
 
 /* Work of a decoding apart from that of the splits themselves, and of one split: a centre of valence 24 has 276
  * candidates, and 32 values of each of its neighbours may be summed. */
@@ -335,6 +366,7 @@ static inline void decoding_run(decoding *d, const stream *s) {
     } while (!is_permanent(d->result));
     counts = s->size;
     if (d->decoder->phase != 0) counts += (uint64_t)d->decoder->shape.num_vertices + d->decoder->shape.num_faces;
+    if (d->decoder->phase != 0) counts += most_calls_for_rows(&d->decoder->shape);
     REQUIRE(d->calls <= most_calls(d->decoder));
     REQUIRE(spent <= WORK_PER_COUNT * counts + WORK_PER_CASE);
     REQUIRE(decoding_call(d, &in, 1, 0) == decoding_call(d, NULL, CQ_NO_LIMIT, 0));
@@ -357,7 +389,12 @@ static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
     }
     for (k = 0; k < a->shape.num_channels; k++)
         REQUIRE(memcmp(a->channel[k], b->channel[k],
-                       num_values(&a->shape.channel[k], m->num_vertices, m->num_faces) * sizeof(cq_value)) == 0);
+                       num_values(&a->shape.channel[k], num_owners(a, k), m->num_faces) * sizeof(cq_value)) == 0);
+    if (a->vertex != NULL) {
+        REQUIRE(a->num_rows == b->num_rows);
+        REQUIRE(memcmp(a->index, b->index, 3 * (size_t)m->num_faces * sizeof(cq_index)) == 0);
+        REQUIRE(memcmp(a->vertex, b->vertex, a->num_rows * sizeof(cq_index)) == 0);
+    }
 }
 
 #endif

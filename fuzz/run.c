@@ -11,7 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define TARGETS(x) x(decode) x(lean) x(chunks) x(truncate) x(flip) x(roundtrip) x(mesh_ops) x(range_coder) x(mesh_file)
+#define TARGETS(x) x(decode) x(lean) x(chunks) x(truncate) x(flip) x(roundtrip) x(triangles) x(mesh_ops) x(range_coder) x(mesh_file)
 
 #define DECLARE(name) int fuzz_##name(const uint8_t *data, size_t size);
 TARGETS(DECLARE)

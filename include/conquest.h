@@ -223,14 +223,8 @@ typedef struct cq_shape {
     cq_channel channel[CQ_MAX_CHANNELS];
     uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
-    uint32_t num_materials;          /* 0: faces have none */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
 } cq_shape;
-
-/* The faces of one material: a range of their numbers, which grows at its end. */
-typedef struct cq_material {
-    cq_index first, count;
-} cq_material;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
  *
@@ -289,6 +283,8 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
+    cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
+    cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
 } cq_mesh;
 
 /* A number of bytes, which may be more than a size_t of 16 bits can say. */
@@ -350,9 +346,12 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
  * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
  *
+ * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is marked.
+ *
  * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
  *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
- *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2].
+ *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2], and with wedges those of
+ *          cq_decoder.index; which rows moved is told by cq_moved_rows.
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
@@ -410,6 +409,7 @@ CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
  *
  * Encoder and decoder fill the same report, if given one. Costs are in 1/65536 bit; the parts add up to the stream. */
 typedef struct cq_level {
+    uint32_t regular;                /* 1: a regular level, which has no patches and no indices */
     uint32_t num_vertices;           /* real vertices after the level is refined */
     uint32_t num_patches;            /* patches conquered */
     uint32_t num_splits;             /* of these, split; the others are isolated */
@@ -577,7 +577,7 @@ enum {
 enum {
     CQI_COMPONENT = 0,                        /* base: another component follows */
     CQI_LOOP,                                 /* base: a new vertex is virtual */
-    CQI_OTHER_LEVEL,                          /* a level is not of the one known type */
+    CQI_OTHER_LEVEL,                          /* a level is regular */
     CQI_BEGINS,                               /* another component takes part from this level on */
     CQI_RULED,                                /* pairs of this level are scored by the rule, too */
     CQI_ERROR,                                /* [8] the error of the mesh, less than that before */
@@ -595,7 +595,17 @@ enum {
     CQI_AGREED = CQI_NORMAL + CQI_RESIDUAL_MODELS, /* [many] where predictions agree: along the surface, */
     CQI_AGREED_NORMAL = CQI_AGREED + 2 * CQI_RESIDUAL_MODELS, /* and above it */
     CQI_SIGN_SMALL = CQI_AGREED_NORMAL + CQI_RESIDUAL_MODELS, /* [bits][fraction of the prediction] sign */
-    CQI_PRIORS = CQI_SIGN_SMALL + 3 * 4,
+    CQI_MARK = CQI_SIGN_SMALL + 3 * 4,                /* [pair of pairs of states][length] a coarse edge gets a vertex */
+    CQI_DISSOLVED = CQI_MARK + 21 * 5,        /* [marks around][shape] a coarse edge is flipped */
+    CQI_AFTER = CQI_DISSOLVED + 6 * 5,        /* one at a flipped edge is flipped, too; */
+    CQI_WHICH = CQI_AFTER + 1,                /* [shape] is it this one */
+    CQI_TWO = CQI_WHICH + 5,                  /* [shape] the diagonal of a face with two marks is flipped */
+    CQI_CENTRAL = CQI_TWO + 5,                /* [before] a face with three marks has a triangle in the middle */
+    CQI_SHORTEST = CQI_CENTRAL + 3,           /* else a fan around the new vertex that is nearest to the opposite corner; */
+    CQI_SHORTER,                              /* or the next one */
+    CQI_NEW_ALONG,                            /* residuals of regular levels: along the surface, */
+    CQI_NEW_ABOVE = CQI_NEW_ALONG + CQI_RESIDUAL_MODELS, /* and above it */
+    CQI_PRIORS = CQI_NEW_ABOVE + CQI_RESIDUAL_MODELS,
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_MODELS = CQI_FACE + 12,
@@ -673,6 +683,23 @@ typedef struct cqi_model {
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
 } cqi_model;
 
+/* A regular level in progress: see there. */
+enum { CQI_FIXED = 3, CQI_FINE = 7 }; /* features of the two predictions */
+typedef struct cqi_regular {
+    cq_index vertices, faces;              /* of the mesh before the level */
+    cq_index count;                        /* marked edges: new vertices */
+    cq_index at;                           /* the face or vertex that a phase has come to */
+    cq_index record;                       /* face slot of its record; or how many buckets are filled */
+    cq_index own;                          /* first vertex that the face at hand has inserted, */
+    uint8_t side[3];                       /* and on which of its sides; */
+    int bucket;                            /* a bucket of edges has 2^bucket halfedges */
+    int axes;                              /* 0: the plane of each vertex; 1 .. 3: x, y, z is above */
+    int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
+    uint32_t length;                       /* of marked edges, 1/16: running mean */
+    uint32_t size;                         /* class of the residuals, 1/16: running mean */
+    int8_t fixed[2 * CQI_FIXED], fine[2 * CQI_FINE]; /* weights, along the surface and above it */
+} cqi_regular;
+
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
 /* A piece of input: cq_decode advances data and shrinks size by what it has used. */
@@ -703,7 +730,7 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
      + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
 #define CQ_ASIDE_BYTES(f, r, c, d) \
     (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
-     + CQI_ROUND((cqi_size)(f) * (d) * sizeof(cq_value)))
+     + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
 
 /* The same for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -720,7 +747,6 @@ typedef struct cq_decoder {
     cq_index *vertex;                      /* cq_index[num_rows], mesh vertices of the rows; NULL: of the same number */
     cq_index num_rows;                     /* of this moment; mesh.num_vertices if vertex is NULL */
     cq_aside aside;
-    cq_material *material;                 /* cq_material[shape.num_materials], of this moment: one draw call for each */
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
@@ -763,6 +789,7 @@ typedef struct cq_decoder {
     cq_index seed;                         /* base vertices before it: their components had their first patch */
     cq_index cleared;                      /* vertices that are ready for the level */
     cqi_walk walk;
+    cqi_regular regular;
     cqi_ring ring;
     union {
         cqi_choice choice;                 /* while the pair is coded; */
@@ -781,7 +808,8 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
  *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
- *          gets 1024 vertices ready for a level. Budget 1 stops after every split. A step takes bounded time, but for
+ *          gets 1024 vertices ready for a level; of a regular level it looks at one face or inserts one vertex. Budget 1
+ *          stops after every split. A step takes bounded time, but for
  *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
@@ -790,12 +818,25 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
+/* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
+ * the row: cq_value[count][components]. */
+CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
+
+/* The index buffer of faces first .. first + count - 1, with those that were turned over turned back: cq_index[3 *
+ * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
+CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
+
+/* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
+ * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
+CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
+
 /* -- Levels of detail -----------------------------------------------------------------------------------------------
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
- * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. */
+ * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. Rows
+ * that move are shown where they are by then; with cq_input.clean none does. */
 typedef struct cq_lod {
-    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices, and with */
+    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices (rows), and with */
     uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
@@ -813,18 +854,6 @@ typedef struct cq_lod {
  * a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
-/* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
- * the row: cq_value[count][components]. */
-CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
-
-/* The index buffer of faces first .. first + count - 1, with those that were turned over turned back: cq_index[3 *
- * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
-CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
-
-/* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
- * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
-CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
-
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
 /* What a collapse is chosen for; without positions, both are CQ_LEAST_CONNECTIVITY. */
@@ -840,7 +869,6 @@ typedef struct cq_input {
     const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
-    const cq_index *material;              /* with num_materials: cq_index[num_faces], 0 .. num_materials - 1 */
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
@@ -1141,6 +1169,7 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->max_virtual = (cq_index)s->num_boundary_loops;
     m->max_virtual_faces = (cq_index)s->num_boundary_edges;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
+    m->flipped_from = m->flipped_to = m->flipped_before = 0;
 }
 
 /* -- Mesh: building ------------------------------------------------------------------------------------------------ */
@@ -1379,6 +1408,9 @@ static int cqi_is_face(const cq_mesh *m, cq_index f)
     return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) &&
            m->origin[3 * f] != CQ_NONE;
 }
+
+/* Is h a halfedge of a real face? */
+static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
 
 /* Number of corners of a face that are virtual. */
 static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
@@ -1630,6 +1662,61 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     return b;
 }
 
+/* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
+
+/* Are two vertices joined? Walks around the one with fewer neighbours. */
+static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
+{
+    const cq_index around = m->valence[v] < m->valence[w] ? v : w, wanted = around == v ? w : v;
+    cq_index h = m->out[around];
+    do {
+        if (cq_target(m, h) == wanted) return 1;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[around]);
+    return 0;
+}
+
+/* 1 if the edge of h can be turned to join the two vertices opposite it: all four are real, and the mesh stays simple,
+ * with valences of 3 or more at the ends that lose the edge. */
+static int cqi_can_flip(const cq_mesh *m, cq_index h)
+{
+    const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g];
+    const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, x) || cq_is_virtual(m, y)) return 0;
+    return m->valence[a] > 3 && m->valence[b] > 3 && x != y && !cqi_joined(m, x, y);
+}
+
+/* Turns the edge a -> b of halfedge h.
+ *
+ *            x                      x          h must satisfy cqi_can_flip.
+ *          /   \                  / | \        Both faces keep their slots: that of h is now y, x, a, with h = y -> x,
+ *        a--h-->b      =>        a  h  b       that of its twin x, y, b.
+ *          \   /                  \ | /
+ *            y                      y                                                                         */
+static void cqi_flip(cq_mesh *m, cq_index h)
+{
+    CQ_ASSERT(cqi_can_flip(m, h));
+    const cq_index g = m->twin[h], hn = cq_next(h), hp = cq_prev(h), gn = cq_next(g), gp = cq_prev(g);
+    const cq_index a = m->origin[h], b = m->origin[g], x = m->origin[hp], y = m->origin[gp];
+    const cq_index a_to_x = m->twin[hp], x_to_b = m->twin[hn], b_to_y = m->twin[gp], y_to_a = m->twin[gn];
+    m->origin[h] = m->origin[gn] = y;
+    m->origin[g] = m->origin[hn] = x;
+    m->origin[hp] = a;
+    m->origin[gp] = b;
+    cqi_pair(m, hn, a_to_x);
+    cqi_pair(m, hp, y_to_a);
+    cqi_pair(m, gn, b_to_y);
+    cqi_pair(m, gp, x_to_b);
+    m->out[a] = hp;
+    m->out[b] = gp;
+    m->out[x] = hn;
+    m->out[y] = gn;
+    m->valence[a]--;
+    m->valence[b]--;
+    m->valence[x]++;
+    m->valence[y]++;
+}
+
 size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 {
     size_t n = 0;
@@ -1643,7 +1730,15 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 }
 
 /* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
- * those around new vertices. */
+ * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two faces
+ * then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just done, looks
+ * at all of it again; and before that, at an earlier one or at its end: at everything. */
+static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
+{
+    if (since <= m->flipped_before) return 0;
+    return since > m->flipped_from && since <= m->flipped_to ? m->flipped_from : since;
+}
+
 static void cqi_mark_changes(const cq_mesh *m, cq_index v, int shift, uint8_t *faces)
 {
     cq_index h = m->out[v];
@@ -1660,7 +1755,7 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
     CQ_ASSERT(faces);
     cq_index v;
-    for (v = since; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
+    for (v = cqi_changed_from(m, since); v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -2052,19 +2147,18 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES and CQ_METADATA_BYTES, in numbers that can't overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
-    uint64_t bytes = 0, words = 3 * (uint64_t)s->num_aside_faces;
+    const uint64_t all = of_row + cqi_all_components(s, CQI_OF_VERTEX), faces = s->num_aside_faces;
+    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes);
     if (s->num_rows) {
-        words += 3 * (uint64_t)s->num_faces + s->num_rows;
-        bytes = s->num_rows * of_row * sizeof(cq_value) + CQI_ROUND(sizeof(cqi_seams));
+        bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
+        bytes += CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
     }
-    bytes += s->num_aside_rows * (of_row + cqi_all_components(s, CQI_OF_VERTEX)) * sizeof(cq_value);
-    bytes += s->num_aside_faces * of_face * sizeof(cq_value) + words * sizeof(cq_index);
-    bytes += CQ_METADATA_BYTES(s->metadata_bytes);
-    return bytes ? bytes + (6 + of_face) * 4 : 0; /* roundings of blocks */
+    bytes += CQI_ROUND(3 * faces * sizeof(cq_index)) + of_face * CQI_ROUND(faces * sizeof(cq_value));
+    return bytes + CQI_ROUND(s->num_aside_rows * all * sizeof(cq_value));
 }
 
 static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b) { return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; }
@@ -2112,6 +2206,8 @@ typedef struct cqi_seed {
     cq_index l, r, notes;
 } cqi_seed;
 
+#define CQI_MAX_REGULAR 32
+
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
@@ -2141,6 +2237,11 @@ typedef struct cqi_plan {
                                              split makes may be turned */
     int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
     uint32_t num_levels;
+    uint32_t num_regular;               /* of these, regular levels: the finest ones */
+    uint32_t most_regular;              /* and how many there may be */
+    cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
+    uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
+    uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
     const uint8_t *locked;              /* of each vertex: it stays; or NULL */
@@ -2245,6 +2346,93 @@ static int cqi_plan_side(const cqi_plan *p)
     return c->level == p->level && c->first & CQI_SIDES ? (c->first & CQI_SIDES) - 1 : 0;
 }
 
+/* -- The plan of a regular level --
+ *
+ * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the
+ * coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for
+ * the base has been read: its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input
+ * vertex v. */
+
+enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
+
+/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum
+ * of these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms",
+ * 1985). */
+static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
+{
+    return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
+}
+
+/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh m. */
+static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
+{
+    cq_index k, h;
+    for (h = 0; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++) p->mesh.twin[h] = CQ_NONE;
+    for (k = first; k < first + count; k++) {
+        const cqi_collapse *c = &p->note[k];
+        h = cqi_find_edge(m, p->decoded[c->kept], p->decoded[c->face[0]]);
+        p->mesh.twin[h] = p->mesh.twin[m->twin[h]] = k;
+        p->mesh.origin[c->removed] = k;
+    }
+}
+
+/* The input vertex that goes into a decoded edge at this level, before any has; or CQ_NONE. */
+static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
+{
+    const cq_index k = p->mesh.twin[h];
+    return k == CQ_NONE ? k : p->note[k].removed;
+}
+
+/* The note of a decoded vertex that is new at this level. */
+static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
+{
+    return &p->note[p->mesh.origin[p->to_input[decoded]]];
+}
+
+/* What a note knows of the coarse face that a spoke of its vertex runs into. The spoke's end is no parent: of these,
+ * counter-clockwise, a comes first on the left of a -> b, b on the right. */
+static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_collapse *c, cq_index spoke)
+{
+    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
+    while (cq_target(m, spoke) != a && cq_target(m, spoke) != b) spoke = cq_counterclockwise(m, spoke);
+    return cq_target(m, spoke) == a ? c->p : c->q;
+}
+
+/* Is a new vertex the hub of the coarse face that its spoke runs into, which has two or three marks? */
+static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
+{
+    return cqi_plan_face_side(p, m, cqi_plan_odd(p, m->origin[spoke]), spoke) & CQI_SIDE_HUB;
+}
+
+/* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
+ * mark: then both parents are next to the spoke. */
+static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
+{
+    const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
+    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
+    const cq_index left = cq_target(m, cq_counterclockwise(m, spoke)), right = cq_target(m, cq_clockwise(m, spoke));
+    if (!((left == a && right == b) || (left == b && right == a))) return 0;
+    return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
+}
+
+/* Does the mark of halfedge `marked` say that a side of its face is dissolved? */
+static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
+{
+    const cq_index k = p->mesh.twin[marked];
+    if (k == CQ_NONE) return 0;
+    return ((p->decoded[p->note[k].kept] == m->origin[marked] ? p->note[k].p : p->note[k].q) & side) != 0;
+}
+
+/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces says it. */
+static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
+{
+    const cq_index g = m->twin[h];
+    return cqi_plan_mark_says(p, m, cq_prev(h), CQI_SIDE_NEXT) ||
+           cqi_plan_mark_says(p, m, cq_next(h), CQI_SIDE_PREVIOUS) ||
+           cqi_plan_mark_says(p, m, cq_prev(g), CQI_SIDE_NEXT) ||
+           cqi_plan_mark_says(p, m, cq_next(g), CQI_SIDE_PREVIOUS);
+}
+
 /* -- Symbols -- */
 
 /* Bit with model number `index`. */
@@ -2329,174 +2517,200 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_PRIORS] = {
-    110, 82, 0, 173, 58, 141, 193, 173, 169, 165, 159, 161, 128, 143, 112, 5, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 55, 111, 138, 88, 54, 45, 51, 128, 170, 119, 105,
-    77, 53, 90, 31, 128, 165, 85, 96, 69, 47, 55, 45, 128, 123, 94, 92, 53, 46, 37, 45, 128, 134,
-    87, 63, 24, 27, 78, 17, 128, 112, 59, 54, 46, 28, 22, 17, 128, 128, 155, 66, 116, 137, 142, 150,
-    128, 0, 74, 88, 107, 118, 121, 142, 128, 128, 128, 26, 17, 39, 100, 183, 212, 224, 197, 179, 128, 128,
-    128, 113, 55, 86, 150, 213, 238, 240, 234, 223, 128, 128, 128, 254, 111, 118, 168, 221, 242, 245, 241, 224,
-    128, 128, 128, 128, 255, 170, 193, 231, 247, 246, 249, 243, 112, 112, 134, 113, 117, 116, 109, 97, 83, 93,
-    51, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 130, 150, 113, 112, 174, 228, 246,
-    246, 153, 142, 145, 148, 150, 157, 144, 128, 111, 101, 95, 85, 79, 75, 77, 76, 67, 58, 28, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 75, 96, 163, 189, 205, 196, 109, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 122, 75, 50, 184, 176, 152, 86, 128, 128, 128, 128, 128, 128, 128, 128,
-    126, 80, 45, 87, 164, 109, 134, 140, 0, 128, 128, 128, 128, 128, 128, 128, 155, 100, 43, 37, 115, 145,
-    128, 110, 0, 128, 128, 128, 128, 128, 128, 128, 95, 80, 32, 98, 143, 83, 114, 128, 115, 0, 128, 128,
-    128, 128, 128, 128, 106, 95, 34, 71, 134, 118, 92, 108, 112, 0, 128, 128, 128, 128, 128, 128, 71, 47,
-    31, 81, 58, 109, 122, 126, 151, 94, 0, 128, 128, 128, 128, 128, 100, 67, 23, 40, 62, 107, 128, 145,
-    133, 88, 0, 128, 128, 128, 128, 128, 59, 40, 19, 40, 77, 118, 131, 140, 162, 130, 88, 0, 128, 128,
-    128, 128, 86, 65, 24, 31, 64, 67, 113, 122, 157, 133, 97, 0, 128, 128, 128, 128, 66, 48, 18, 26,
-    49, 81, 119, 115, 162, 143, 125, 101, 57, 51, 39, 128, 109, 87, 28, 20, 28, 54, 109, 126, 145, 131,
-    119, 102, 53, 46, 30, 128, 113, 107, 97, 88, 77, 77, 76, 73, 75, 55, 20, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 105, 52, 116, 154, 158, 163, 141, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 140, 73, 27, 123, 152, 152, 110, 128, 128, 128, 128, 128, 128, 128, 128, 175, 101, 35,
-    74, 165, 123, 104, 128, 0, 128, 128, 128, 128, 128, 128, 128, 176, 123, 54, 41, 151, 109, 133, 115, 0,
-    128, 128, 128, 128, 128, 128, 128, 109, 66, 33, 35, 177, 116, 94, 112, 99, 0, 128, 128, 128, 128, 128,
-    128, 152, 105, 39, 18, 99, 91, 85, 121, 94, 0, 128, 128, 128, 128, 128, 128, 85, 72, 29, 23, 55,
-    111, 130, 107, 150, 102, 0, 128, 128, 128, 128, 128, 121, 113, 51, 25, 27, 23, 103, 123, 133, 92, 0,
-    128, 128, 128, 128, 128, 99, 81, 30, 15, 42, 95, 147, 124, 145, 118, 89, 0, 128, 128, 128, 128, 138,
-    125, 54, 22, 14, 38, 120, 120, 135, 117, 88, 0, 128, 128, 128, 128, 117, 96, 37, 24, 21, 53, 94,
-    121, 137, 126, 117, 99, 51, 47, 30, 128, 156, 140, 65, 30, 22, 34, 57, 128, 132, 123, 115, 94, 49,
-    45, 33, 128, 88, 80, 79, 81, 85, 84, 87, 81, 60, 64, 73, 108, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 92, 39, 51, 78, 101, 142, 98, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 126, 51, 43, 50, 72, 122, 112, 128, 128, 128, 128, 128, 128, 128, 128, 138, 75, 75, 60, 56, 84,
-    99, 120, 0, 128, 128, 128, 128, 128, 128, 128, 149, 82, 68, 61, 58, 46, 87, 131, 0, 128, 128, 128,
-    128, 128, 128, 128, 73, 67, 55, 52, 54, 60, 107, 120, 127, 0, 128, 128, 128, 128, 128, 128, 90, 76,
-    61, 57, 59, 49, 85, 115, 120, 0, 128, 128, 128, 128, 128, 128, 53, 72, 62, 65, 54, 49, 110, 117,
-    185, 119, 0, 128, 128, 128, 128, 128, 63, 81, 69, 67, 61, 68, 72, 131, 179, 110, 0, 128, 128, 128,
-    128, 128, 39, 80, 68, 63, 77, 90, 78, 116, 204, 167, 105, 0, 128, 128, 128, 128, 52, 89, 70, 65,
-    85, 90, 86, 79, 194, 151, 96, 0, 128, 128, 128, 128, 41, 83, 65, 74, 88, 49, 48, 111, 200, 174,
-    139, 110, 59, 56, 43, 128, 62, 102, 73, 64, 76, 80, 37, 89, 183, 156, 129, 107, 58, 49, 43, 128,
-    97, 90, 74, 89, 64, 48, 113, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 106, 17,
-    103, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 105, 73, 19, 33, 128, 128, 128, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 140, 94, 57, 12, 65, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
-    128, 78, 89, 37, 11, 100, 128, 128, 128, 136, 0, 128, 128, 128, 128, 128, 128, 106, 126, 43, 59, 26,
-    75, 128, 128, 138, 0, 128, 128, 128, 128, 128, 128, 67, 78, 44, 48, 62, 107, 128, 128, 177, 133, 0,
-    128, 128, 128, 128, 128, 88, 100, 35, 28, 97, 100, 128, 128, 173, 132, 0, 128, 128, 128, 128, 128, 48,
-    63, 36, 16, 124, 127, 128, 128, 191, 170, 148, 0, 128, 128, 128, 128, 53, 98, 20, 28, 107, 128, 128,
-    128, 196, 176, 150, 0, 128, 128, 128, 128, 36, 65, 6, 88, 128, 128, 128, 128, 208, 180, 162, 160, 45,
-    37, 32, 128, 66, 88, 5, 103, 128, 128, 128, 128, 193, 190, 164, 169, 26, 32, 93, 128, 71, 73, 114,
-    145, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 120, 121, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 2, 52, 128, 128, 128, 128, 128, 128, 0, 128, 128, 128,
-    128, 128, 128, 128, 53, 8, 115, 128, 128, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 9, 7,
-    128, 128, 128, 128, 128, 128, 191, 0, 128, 128, 128, 128, 128, 128, 20, 128, 41, 122, 128, 128, 128, 128,
-    173, 0, 128, 128, 128, 128, 128, 128, 14, 86, 115, 128, 128, 128, 128, 128, 222, 157, 0, 128, 128, 128,
-    128, 128, 3, 103, 115, 128, 128, 128, 128, 128, 233, 145, 0, 128, 128, 128, 128, 128, 1, 136, 115, 128,
-    128, 128, 128, 128, 252, 244, 199, 0, 128, 128, 128, 128, 1, 128, 128, 128, 128, 128, 128, 128, 240, 234,
-    168, 11, 128, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 243, 226, 212, 86, 22, 115, 128, 128,
-    13, 105, 128, 128, 128, 128, 128, 128, 215, 216, 192, 172, 22, 128, 128, 128, 89, 90, 95, 124, 115, 69,
-    46, 24, 71, 126, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 124, 77,
-    67, 22, 95, 130, 125, 128, 128, 128, 128, 128, 128, 128, 128, 128, 155, 80, 57, 34, 69, 110, 133, 128,
-    128, 128, 128, 128, 128, 128, 128, 174, 119, 69, 47, 54, 90, 135, 127, 0, 128, 128, 128, 128, 128, 128,
-    128, 190, 133, 82, 61, 62, 120, 121, 111, 0, 128, 128, 128, 128, 128, 128, 128, 138, 124, 117, 165, 229,
-    199, 36, 92, 98, 0, 128, 128, 128, 128, 128, 128, 175, 163, 134, 163, 191, 194, 76, 30, 89, 0, 128,
-    128, 128, 128, 128, 128, 142, 160, 141, 205, 160, 67, 37, 92, 141, 86, 0, 128, 128, 128, 128, 128, 183,
-    182, 168, 183, 145, 87, 38, 82, 116, 85, 4, 128, 128, 128, 128, 128, 184, 206, 185, 125, 95, 29, 66,
-    118, 133, 112, 94, 30, 128, 128, 128, 128, 204, 224, 197, 141, 69, 24, 83, 126, 153, 146, 106, 31, 128,
-    128, 128, 128, 167, 170, 121, 68, 32, 78, 122, 128, 147, 140, 120, 134, 51, 95, 128, 128, 171, 166, 144,
-    90, 48, 67, 118, 128, 158, 128, 145, 83, 74, 115, 127, 128, 158, 140, 117, 97, 144, 132, 123, 108, 141,
-    132, 123, 118,
+    108, 78, 10, 178, 61, 128, 186, 174, 162, 189, 175, 198, 128, 139, 108, 9, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 65, 110, 129, 88, 63, 59, 77, 128, 173, 118, 126,
+    119, 57, 45, 51, 128, 141, 97, 76, 57, 59, 14, 32, 128, 134, 112, 75, 56, 42, 46, 17, 128, 130,
+    95, 55, 52, 76, 21, 32, 128, 129, 37, 50, 32, 12, 22, 15, 128, 128, 151, 64, 124, 128, 142, 150,
+    128, 0, 83, 104, 116, 118, 118, 149, 128, 128, 128, 26, 30, 50, 106, 165, 193, 220, 159, 130, 128, 128,
+    128, 122, 73, 93, 155, 196, 223, 220, 224, 119, 128, 128, 128, 251, 113, 116, 166, 211, 231, 239, 235, 173,
+    128, 128, 128, 128, 255, 151, 194, 222, 234, 238, 242, 242, 134, 116, 115, 116, 124, 110, 100, 100, 94, 87,
+    29, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 137, 148, 115, 104, 177, 228, 243,
+    251, 142, 146, 139, 147, 147, 156, 152, 128, 116, 114, 104, 91, 81, 75, 80, 85, 67, 49, 19, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 170, 153, 164, 195, 188, 141, 175, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 174, 122, 150, 157, 168, 173, 113, 128, 128, 128, 128, 128, 128, 128, 128,
+    184, 129, 52, 107, 121, 128, 122, 128, 10, 128, 128, 128, 128, 128, 128, 128, 227, 136, 56, 25, 121, 122,
+    128, 128, 6, 128, 128, 128, 128, 128, 128, 128, 153, 93, 18, 83, 112, 122, 128, 128, 81, 0, 128, 128,
+    128, 128, 128, 128, 136, 111, 46, 65, 106, 157, 105, 111, 86, 0, 128, 128, 128, 128, 128, 128, 72, 53,
+    23, 80, 150, 86, 128, 128, 150, 102, 0, 128, 128, 128, 128, 128, 125, 85, 24, 34, 74, 89, 128, 128,
+    131, 93, 0, 128, 128, 128, 128, 128, 79, 46, 18, 38, 85, 124, 115, 128, 142, 121, 84, 0, 128, 128,
+    128, 128, 119, 79, 23, 25, 30, 144, 103, 128, 134, 113, 87, 0, 128, 128, 128, 128, 89, 56, 20, 27,
+    57, 126, 129, 103, 140, 128, 116, 104, 59, 47, 43, 128, 128, 93, 37, 23, 18, 65, 123, 128, 133, 124,
+    118, 98, 55, 47, 37, 128, 116, 114, 105, 92, 78, 75, 80, 82, 72, 63, 41, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 155, 117, 135, 154, 160, 160, 160, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 183, 96, 68, 107, 131, 131, 131, 128, 128, 128, 128, 128, 128, 128, 128, 197, 151, 66,
+    41, 124, 128, 128, 128, 8, 128, 128, 128, 128, 128, 128, 128, 206, 143, 86, 50, 137, 145, 148, 127, 0,
+    128, 128, 128, 128, 128, 128, 128, 121, 87, 36, 33, 136, 158, 92, 128, 105, 0, 128, 128, 128, 128, 128,
+    128, 156, 115, 55, 23, 72, 99, 137, 110, 99, 0, 128, 128, 128, 128, 128, 128, 127, 95, 34, 11, 108,
+    134, 125, 111, 125, 89, 0, 128, 128, 128, 128, 128, 161, 136, 58, 20, 22, 89, 133, 140, 108, 86, 0,
+    128, 128, 128, 128, 128, 124, 88, 25, 14, 45, 96, 129, 126, 128, 109, 86, 0, 128, 128, 128, 128, 159,
+    129, 55, 22, 22, 59, 119, 126, 122, 111, 88, 0, 128, 128, 128, 128, 131, 102, 38, 23, 25, 50, 115,
+    128, 132, 124, 112, 100, 54, 43, 41, 128, 166, 142, 65, 25, 21, 31, 96, 128, 128, 124, 112, 99, 55,
+    46, 53, 128, 94, 88, 84, 85, 84, 86, 91, 88, 62, 78, 53, 115, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 99, 57, 80, 85, 99, 135, 115, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 138, 62, 72, 81, 83, 124, 110, 128, 128, 128, 128, 128, 128, 128, 128, 164, 105, 90, 87, 72, 68,
+    103, 128, 0, 128, 128, 128, 128, 128, 128, 128, 172, 118, 97, 95, 78, 63, 71, 120, 0, 128, 128, 128,
+    128, 128, 128, 128, 108, 105, 91, 69, 76, 54, 117, 113, 124, 0, 128, 128, 128, 128, 128, 128, 118, 103,
+    83, 76, 86, 33, 102, 105, 116, 0, 128, 128, 128, 128, 128, 128, 69, 82, 72, 69, 43, 69, 130, 99,
+    169, 107, 0, 128, 128, 128, 128, 128, 81, 94, 69, 67, 55, 78, 94, 98, 164, 107, 0, 128, 128, 128,
+    128, 128, 52, 83, 77, 68, 105, 88, 62, 116, 195, 157, 101, 0, 128, 128, 128, 128, 65, 93, 77, 71,
+    111, 91, 68, 67, 182, 142, 92, 0, 128, 128, 128, 128, 57, 92, 68, 88, 89, 58, 43, 101, 189, 161,
+    130, 105, 57, 58, 56, 128, 81, 107, 78, 82, 84, 49, 23, 111, 171, 145, 120, 102, 59, 54, 39, 128,
+    114, 103, 102, 90, 48, 56, 109, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 121, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 180, 123, 86, 89, 128, 128, 128, 128, 35,
+    128, 128, 128, 128, 128, 128, 128, 183, 121, 92, 46, 111, 128, 128, 128, 2, 128, 128, 128, 128, 128, 128,
+    128, 114, 109, 28, 84, 116, 128, 128, 128, 139, 0, 128, 128, 128, 128, 128, 128, 164, 138, 85, 79, 74,
+    106, 128, 128, 110, 1, 128, 128, 128, 128, 128, 128, 106, 142, 91, 49, 68, 128, 128, 128, 181, 130, 0,
+    128, 128, 128, 128, 128, 125, 145, 81, 38, 112, 109, 128, 128, 140, 124, 0, 128, 128, 128, 128, 128, 86,
+    103, 52, 53, 114, 128, 128, 128, 161, 125, 126, 1, 128, 128, 128, 128, 104, 101, 31, 56, 104, 128, 128,
+    128, 165, 139, 130, 0, 128, 128, 128, 128, 43, 59, 4, 106, 128, 128, 128, 128, 203, 175, 151, 135, 76,
+    64, 27, 128, 89, 88, 3, 114, 128, 128, 128, 128, 177, 160, 162, 153, 57, 59, 94, 128, 118, 134, 119,
+    134, 122, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 141, 112,
+    128, 128, 128, 128, 128, 128, 128, 127, 128, 128, 128, 128, 128, 128, 120, 127, 128, 128, 128, 128, 128, 128,
+    121, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 126, 128, 128, 128, 128, 128, 128, 128, 129, 127, 127, 128, 128, 128, 128, 128, 116, 140, 115, 128,
+    128, 128, 128, 128, 151, 151, 133, 112, 128, 128, 128, 128, 123, 128, 128, 128, 128, 128, 128, 128, 123, 128,
+    128, 128, 128, 128, 128, 128, 89, 128, 128, 128, 128, 128, 128, 128, 157, 146, 139, 138, 135, 115, 128, 128,
+    114, 126, 128, 128, 128, 128, 128, 128, 117, 125, 128, 128, 128, 128, 128, 128, 103, 125, 109, 116, 95, 85,
+    56, 39, 70, 122, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 107, 38,
+    109, 123, 133, 133, 133, 128, 128, 128, 128, 128, 128, 128, 128, 128, 106, 66, 48, 120, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 157, 97, 106, 133, 128, 140, 135, 140, 5, 128, 128, 128, 128, 128, 128,
+    128, 175, 90, 110, 133, 115, 127, 126, 133, 4, 128, 128, 128, 128, 128, 128, 128, 107, 144, 227, 154, 214,
+    179, 146, 101, 95, 5, 128, 128, 128, 128, 128, 128, 184, 210, 209, 195, 202, 186, 152, 72, 88, 28, 128,
+    128, 128, 128, 128, 128, 168, 236, 173, 187, 193, 108, 91, 105, 150, 137, 33, 128, 128, 128, 128, 128, 213,
+    231, 182, 173, 150, 94, 87, 103, 135, 63, 97, 128, 128, 128, 128, 128, 213, 211, 170, 174, 116, 63, 93,
+    123, 156, 112, 128, 86, 128, 128, 128, 128, 197, 221, 183, 181, 139, 68, 71, 107, 169, 106, 101, 94, 128,
+    128, 128, 128, 176, 169, 131, 103, 30, 92, 122, 128, 148, 141, 137, 139, 83, 94, 128, 128, 201, 185, 163,
+    108, 53, 57, 128, 128, 151, 138, 130, 137, 79, 132, 123, 128, 161, 160, 117, 103, 147, 134, 120, 112, 139,
+    135, 123, 116, 113, 19, 21, 84, 83, 128, 7, 17, 65, 71, 128, 7, 8, 19, 23, 124, 20, 28, 97,
+    109, 128, 11, 16, 51, 66, 128, 16, 30, 97, 113, 128, 104, 79, 187, 212, 128, 36, 54, 138, 171, 128,
+    89, 108, 209, 239, 128, 240, 218, 248, 254, 128, 64, 60, 152, 176, 128, 29, 31, 58, 67, 128, 46, 54,
+    130, 149, 128, 214, 187, 235, 249, 128, 160, 112, 173, 204, 71, 33, 38, 123, 142, 128, 16, 23, 54, 71,
+    68, 26, 38, 108, 126, 128, 153, 155, 226, 245, 128, 100, 84, 164, 192, 118, 61, 60, 144, 178, 210, 146,
+    50, 17, 128, 130, 101, 17, 2, 128, 247, 210, 109, 21, 128, 246, 228, 132, 53, 128, 219, 178, 61, 15,
+    128, 64, 62, 29, 0, 128, 2, 176, 150, 83, 7, 128, 233, 188, 77, 21, 128, 236, 250, 253, 229, 227,
+    110, 105, 92, 77, 76, 100, 78, 76, 59, 126, 99, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 43, 29, 178, 190, 190, 152, 185, 128, 128, 128, 128, 128, 128, 128, 128, 128, 71, 26,
+    134, 136, 169, 164, 124, 128, 128, 128, 128, 128, 128, 128, 128, 128, 112, 60, 112, 117, 157, 136, 115, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 144, 123, 111, 96, 120, 132, 124, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 173, 155, 125, 91, 83, 129, 140, 128, 128, 128, 128, 128, 128, 128, 128, 200, 175, 139, 101, 61,
+    95, 143, 141, 0, 128, 128, 128, 128, 128, 128, 128, 214, 195, 162, 111, 62, 69, 100, 126, 0, 128, 128,
+    128, 128, 128, 128, 128, 181, 176, 126, 74, 51, 92, 148, 121, 102, 0, 128, 128, 128, 128, 128, 128, 197,
+    195, 151, 96, 56, 79, 155, 147, 96, 0, 128, 128, 128, 128, 128, 128, 167, 170, 117, 64, 79, 146, 140,
+    16, 128, 99, 0, 128, 128, 128, 128, 128, 182, 186, 139, 80, 87, 137, 130, 10, 130, 105, 0, 128, 128,
+    128, 128, 128, 154, 178, 136, 112, 116, 88, 19, 10, 156, 147, 125, 70, 26, 0, 128, 128, 96, 87, 80,
+    92, 84, 120, 101, 54, 61, 136, 113, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 36, 7, 125, 149, 165, 86, 149, 128, 128, 128, 128, 128, 128, 128, 128, 128, 67, 16, 107, 159, 218,
+    37, 131, 128, 128, 128, 128, 128, 128, 128, 128, 128, 95, 57, 62, 173, 198, 84, 121, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 152, 93, 72, 176, 192, 83, 82, 128, 128, 128, 128, 128, 128, 128, 128, 128, 161,
+    105, 79, 135, 203, 117, 140, 128, 128, 128, 128, 128, 128, 128, 128, 170, 113, 72, 100, 165, 98, 113, 154,
+    0, 128, 128, 128, 128, 128, 128, 128, 191, 126, 75, 68, 105, 116, 162, 144, 0, 128, 128, 128, 128, 128,
+    128, 128, 113, 94, 66, 57, 119, 125, 125, 168, 108, 0, 128, 128, 128, 128, 128, 128, 138, 125, 83, 57,
+    90, 140, 144, 126, 105, 0, 128, 128, 128, 128, 128, 128, 97, 100, 72, 77, 123, 184, 116, 41, 153, 110,
+    0, 128, 128, 128, 128, 128, 125, 124, 99, 74, 120, 211, 134, 22, 136, 102, 0, 128, 128, 128, 128, 128,
+    110, 157, 137, 144, 155, 111, 39, 21, 165, 141, 124, 60, 4, 60, 128, 128,
 };
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
-    -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 6, 0, 1, 3, 5, 7, 3, 1, 3, -1, 1,
-    -2, -3, -4, 3, -2, -1, -3, 4, -3, -4, -5, 3, -3, -4, -5, 5, -1, -2, -3, 0, 12, 14,
-    0, 1, 4, 5, 1, 5, 1, 1, 1, 5, -2, -3, -5, -2, -2, -3, -4, 3, -5, -5, -5, 2,
-    -4, -4, -5, 3, -3, -3, -3, 1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 3, 0, 0, -6, 0, -2, 0, -7, 0, -1, 0, -3, 1, 1, 2, -2, 1, 1, 1, -1,
-    3, 2, 3, -5, 3, 2, 2, 0, 2, 1, 0, -2, 0, 25, 34, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 19, 32, 26, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 22, 25, 11, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 12, 18,
-    15, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17,
-    2, 13, 14, 8, -25, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -35, -1, 8, 16, 11, 0, -15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -35, -5, 6, 10, 13, 5, 2, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -36, -12, 2, 8, 9, 8, 8, -3, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -36, -24, -6, 3, -1, 2, 10, -1, -2, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -26, -10, -3, -5, -6, -3, -4, -4, -5, -4, -4, -4,
-    -3, -2, -2, -1, 0, 0, 0, 0, 0, 0, -16, -11, -8, -4, 0, 5, 6, 6, 4, 3, 1, 1,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -27, -17,
-    -14, -12, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -26, -18, -15, -12, -5, -1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 17, -24, -15, -8, 1,
-    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 2, -23, -8, 16, 22, 18, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, -20, -10, 1, 4, 1, 1,
+    -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 7, 0, -1, 3, 5, 7, 6, 0, 1, 0, 0,
+    -2, -2, -4, 4, -3, -3, -4, 4, -3, -4, -4, 3, -5, -4, -5, 1, -2, -3, -3, 1, 11, 14,
+    0, -3, 3, 4, 4, 4, -1, -1, -1, 4, -2, -3, -5, 3, -3, -4, -4, 6, -4, -5, -5, 5,
+    -5, -5, -5, 1, -3, -2, -3, 2, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 6, 0, 0, -3, 1, -1, 0, -2, 1, -1, 1, -3, 0, 0, 1, -2, 1, 1, 1, -4,
+    1, 1, 1, -1, 2, 1, 1, -3, 3, 1, 0, -2, 0, 27, 32, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, 29, 27, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9, 19, 22, 13, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 10, 17,
+    15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -10,
+    1, 11, 12, 7, -17, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -20, -4, 6, 10, 8, -1, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -27, -7, 3, 7, 9, 4, 0, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -32, -13, -1, 4, 6, 5, 5, -3, -4, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -22, -7, -1, -3, -2, 5, -2, -2, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -38, -28, -11, -7, -7, -5, -2, -4, -4, -4, -2, -1, -1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -11, -8, -5, -4, -3, -3, -2, -1, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -19, -13,
+    -10, -8, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -18, -12, -8, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, -17, -10, -3, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 17, -17, -5, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, -12, 7, 29, 41, 42, 22, 5, 1,
+    0, 0, 0, 0, 0, 0, -15, 2, 12, 9, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -14, -3, 6, 2, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 43, -14, -8, -4, -3, 0, 2, 1, 3, 3, 2, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 27, -11, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, 14, 28, 22, 6, 1, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 47, -9, -6, -3, -2, -3, -6, -7, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -2, -1, -3, -4,
-    -13, -20, -18, -14, 1, 8, 6, 5, 5, 5, 4, 7, 3, 4, -1, 0, 0, 0, 0, -2, -2, -2,
-    -2, -5, -7, -8, 10, 13, 8, 9, 6, 6, 7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, -1, -1, -2, -2, -2, -3, -3, -4, -5, -8, -17, -25, -28, 4, 9, 7, 6, 5, 6, 7,
-    8, 5, 3, 2, -1, 1, 0, 1, 0, -1, -1, -2, -1, -4, -6, -7, 11, 11, 9, 6, 6, 6,
-    8, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -6,
+    -13, -15, -14, -15, -1, 6, 5, 4, 4, 4, 6, 6, -1, 3, 1, 1, 0, 0, 0, 0, 0, -1,
+    -1, -6, -7, -8, 10, 11, 6, 6, 5, 4, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -1, -1, -3, -5, -8, -18, -21, -26, -1, 8, 5, 4, 4, 4, 4,
+    6, 7, 7, 2, 3, 0, 1, -1, 3, 0, 0, 0, 0, -3, -6, -7, 8, 8, 7, 5, 4, 4,
+    5, 0,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    -4, -2, -1, 0, 0, -1, -1, -2, -2, -2, -3, -3, -3, -3, -2, 1, -3, -2, -1, 0, 0, -1,
-    -1, -2, -2, -2, -2, -2, -2, -3, -2, -2, 0, 1, 0, -3, 0, 0, 1, -4, 0, 1, -2, -5,
-    -2, -1, -2, -3, -1, 0, 1, -2, -2, 0, 0, -3, -3, 0, 1, -1, -2, 0, 2, -1, 0, 2,
-    0, -2, -1, 0, 1, 0, -1, 0, -3, 0, -2, -2, -3, -2, -2, -1, -1, -1, -3, -1, -1, 0,
-    -3, -1, 0, 1, -3, -1, 1, 2, -10, -8, -7, -6, -3, -1, 1, 1, 1, 1, 1, 1, 1, 1,
-    1, -6, -7, 0, 0, -2, -2, -4, 0, -2, -1, -1, 0, -1, 1, 1, 0, 1, 0, 0, -1, -2,
-    0, 0, 0, -1, 0, 0, -1, 2, -1, -2, -2, -1, 0, 25, 35, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 30, 29, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 22, 27, 21, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -8, 16, 22,
-    23, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -23,
-    6, 17, 19, 16, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -35, -1, 10, 16, 12, 9, -13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -37, -7, 4, 8, 9, 8, -1, -9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -36, -14, -2, 3, 2, 6, 2, -9, -5, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -37, -24, -7, -4, -3, 0, 3, -1, -5, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -44, -27, -15, -10, -11, -12, -10, -4, -6, -5, -5, -2, -1,
-    -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -7, 0, 4, 4, 7, 7, 3, 2, 1, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, -16, -7,
-    1, 0, 3, 4, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -3, -16, -8, -2, 0, 4, 1, 1, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, -15, -6, -2, 3,
-    2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -6, -14, -4, 5, 5, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -13, -1, 6, 5, 2, 0,
+    -3, -2, -2, -1, -1, -1, -2, -2, -2, -2, -2, -3, -3, -3, -3, 0, -3, -2, -1, -1, -1, -2,
+    -2, -2, -2, -3, -3, -3, -3, -3, -3, 0, -2, 4, 0, -4, -1, 0, 0, -2, -2, -1, 0, 0,
+    -2, -2, -2, 3, -2, -2, -1, 2, -2, -1, -1, -3, -3, -1, -1, -2, -2, 0, 1, -3, -2, 4,
+    0, -5, -1, 0, 5, 2, -2, -2, -3, 0, -3, -3, -3, 3, -2, -2, -2, 3, -3, -2, -2, 1,
+    -3, -2, -1, 0, -3, -1, -1, -4, -9, -8, -6, -5, -2, -2, -1, 0, 1, 1, 1, 1, 1, 1,
+    1, -4, -3, 0, 0, 0, -1, -2, 0, 0, -1, -1, 0, 0, 0, -1, -1, 0, -1, -1, -1, 0,
+    -1, -1, -1, 0, 0, -1, -1, -1, -1, -2, -2, -4, 0, 27, 36, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 26, 28, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 19, 24, 20, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, 13, 21,
+    20, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -14,
+    4, 14, 16, 14, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -27, -2, 7, 11, 10, 8, -10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -31, -7, 2, 5, 6, 7, -3, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -33, -14, -5, 0, 0, 3, -1, -4, -4, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -34, -20, -10, -6, -5, -2, 0, -3, -4, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -31, -17, -11, -10, -10, -9, -4, -6, -3, -2, -1, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, -5, 1, 3, 3, 2, 2, 1, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -13, -5,
+    1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -2, -13, -5, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, -12, -4, 2, 4,
+    0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -3, -11, -1, 3, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, -10, 0, 4, 1, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -6, -11, 0, 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, -7, 7, 20, 19, 9, 2, 1, 0,
+    0, 0, 0, -3, -9, 2, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -5, 8, 15, 6, 2, 1, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 2, -7, -2, 1, 4, 5, 1, 0, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, -7, -6, -6, -6, -6, -5, -4, -3, -3, -2,
-    -2, -1, -1, -1, -1, -2, 3, 2, 1, 1, 1, 1, 0, -2, -3, -3, -4, -5, -5, -5, -5, -5,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
-    -6, -15, -20, -20, -3, 3, 2, 1, 1, 0, 0, 2, 1, 1, -1, 0, 0, 0, 0, -1, 0, 0,
-    0, -1, -1, 2, 6, 5, 4, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -2, -9, -18, -25, -2, 4, 2, 1, 1, 0, -1,
-    1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 4, 7, 3, 2, 1, 0, 0,
-    -1, 0,
+    0, 3, -7, -3, 1, 5, 3, -1, -1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, -7, -6, -6, -6, -6, -5, -5, -4, -4, -4,
+    -3, -2, -2, -2, -2, -3, 3, 2, 1, 1, 1, 0, -1, -2, -3, -3, -4, -4, -5, -5, -5, -6,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2,
+    -4, -11, -17, -17, -3, 4, 3, 2, 1, 1, 1, 1, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0,
+    0, -1, -1, 5, 9, 6, 5, 3, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -6, -14, -20, -3, 5, 2, 1, 1, 1, 0,
+    1, 2, 2, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 5, 8, 5, 3, 2, 0, 0,
+    0, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
-    68, 70, 30, 8, 3, 0, 78, 78, 123, 99, 49, 27, 15, 8, 78, 78, 151, 121, 73, 41, 21, 12,
-    78, 78, 203, 164, 118, 87, 71, 7, 78, 78, 235, 200, 184, 154, 124, 42, 78, 78, 253, 241, 226, 200,
-    119, 66, 78, 78, 255, 252, 250, 222, 143, 103, 78, 78, 255, 254, 253, 187, 34, 78, 78, 78, 78, 21,
-    62, 72, 163, 103, 80, 69, 78, 22, 60, 80, 204, 140, 167, 125, 78, 28, 68, 135, 207, 224, 241, 235,
-    78, 22, 84, 169, 245, 254, 254, 253,
+    64, 56, 19, 9, 2, 0, 78, 78, 94, 75, 32, 23, 14, 3, 78, 78, 110, 81, 46, 30, 42, 6,
+    78, 78, 145, 122, 90, 94, 70, 19, 78, 78, 201, 191, 177, 199, 148, 37, 78, 78, 247, 242, 244, 243,
+    211, 51, 78, 78, 255, 255, 255, 243, 240, 78, 78, 78, 241, 145, 161, 93, 78, 78, 78, 78, 78, 10,
+    23, 134, 163, 151, 159, 77, 78, 11, 27, 123, 149, 116, 152, 136, 78, 13, 28, 117, 174, 190, 193, 216,
+    78, 29, 20, 176, 209, 218, 216, 198,
 };
 static const int8_t cqi_prior_gain[CQI_QUESTIONS] = {
-    -62, -47, -26, -14, -15, -9, 0, 0, -67, -41, -18, -8, -1, -15, 0, 0, -54, -24, 3, 17, 15, -9,
-    0, 0, -19, 3, 43, 77, 84, -4, 0, 0, 12, 79, 127, 127, 127, 41, 0, 0, 53, 127, 127, 127,
-    127, 58, 0, 0, 94, 127, 127, 127, 127, 29, 0, 0, 52, 127, 127, 127, 18, 0, 0, 0, 0, -2,
-    66, 113, 127, 127, 56, 11, 0, 2, 68, 118, 127, 127, 127, 34, 0, -8, 35, 127, 127, 127, 127, 127,
-    0, -12, 62, 127, 127, 127, 127, 127,
+    -55, -45, -22, -13, -13, -16, 0, 0, -65, -47, -17, -8, 2, -7, 0, 0, -53, -28, -3, 17, 59, -10,
+    0, 0, -42, -12, 41, 96, 99, 8, 0, 0, 0, 85, 127, 127, 127, 18, 0, 0, 127, 127, 127, 127,
+    127, 18, 0, 0, 127, 127, 127, 127, 127, 0, 0, 0, 2, 28, 67, 13, 0, 0, 0, 0, 0, -10,
+    29, 127, 127, 127, 127, 34, 0, -9, 29, 127, 127, 127, 122, 59, 0, -13, 9, 127, 127, 127, 127, 127,
+    0, -5, 10, 127, 127, 127, 114, 127,
 };
 static const int8_t cqi_prior_linear[2 * CQI_FAN_CLASSES * CQI_FEATURES] = {
-    0, 17, 0, -127, 0, 0, -4, 60, -2, 0, -20, -17, -13, 7, -15, 1, -15, 13, -20, 10, -11, 22,
-    -22, 0, -7, 30, -18, 7, -13, 39, -17, 10, 0, 20, 0, 127, -36, -1, -27, -127, -29, 8, -6, 120,
-    -24, 5, -14, 127, -23, 10, -17, 105, -19, 19, -16, 104, -15, 33, -18, 53, -10, 47, -16, 19,
+    0, 9, 0, -66, -4, 2, -2, 50, -3, 2, -15, -1, -11, 10, -14, 21, -11, 16, -16, 8, -10, 25,
+    -20, 0, -10, 33, -21, -2, -12, 38, -18, 30, 0, 26, 0, 127, -27, 28, -1, -44, -24, 8, -6, 127,
+    -22, 6, -12, 127, -20, 16, -11, 120, -19, 24, -9, 88, -18, 30, -10, 87, -19, 35, -12, 23,
 };
 /* priors end */
 
@@ -4175,13 +4389,17 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
-/* -- Patches -- */
-
-/* What a step does. */
+/* What the next step does. */
 enum {
-    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES, CQI_READ_CORNERS,
-    CQI_READ_ROWS, CQI_READ_ASIDE, CQI_COMPLETE
+    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
+    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
+    CQI_READ_ASIDE, CQI_COMPLETE
 };
+
+/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
+#define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
+
+/* -- Patches -- */
 
 #define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
 
@@ -4263,13 +4481,13 @@ static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
     return bit;
 }
 
-/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 6. */
+/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
     const int rate = 1 + (model->used + 1) / 2;
     if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
     else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
-    model->used = (uint8_t)(model->used + (model->used < 9));
+    model->used = (uint8_t)(model->used + (model->used < 7));
     return bit;
 }
 
@@ -4719,7 +4937,10 @@ static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
 {
     const size_t n = d->shape.channel[k].components;
-    return !memcmp(d->channel[k] + a * n, d->channel[k] + b * n, n * sizeof(cq_value));
+    const cq_value *const of_a = d->channel[k] + a * n, *const of_b = d->channel[k] + b * n;
+    size_t c = 0;
+    while (c < n && of_a[c] == of_b[c]) c++;
+    return c == n;
 }
 
 /* Is channel k of a row as that of another one? Then it is copied. */
@@ -4771,12 +4992,15 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
+static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
+
 /* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
- * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too. *off
+ * becomes the sum of how far the fit is from each neighbour, if there is one.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them 37,
  * numerators 61, of which 50 are looked at: times an offset 58. */
-static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
+static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
     int k, bits = 0;
@@ -4789,7 +5013,7 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
         uy += u * dy;
         limit = u > limit ? u : -u > limit ? -u : limit;
     }
-    fit = (xx + yy) / 16 + 1;
+    fit = (xx + yy) / 64 + 1;
     xx += fit;
     yy += fit;
     along_x = yy * ux - xy * uy;
@@ -4797,8 +5021,15 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean)
     while ((along_x < 0 ? -along_x : along_x) >> bits >> 50 || (along_y < 0 ? -along_y : along_y) >> bits >> 50) bits++;
     det = (xx * yy - xy * xy) >> bits;
     if (!det) return 0;
-    fit = -(cqi_floor_shift_wide(along_x, bits) * f->mean.x + cqi_floor_shift_wide(along_y, bits) * f->mean.y) / det;
-    return 4 * (int32_t)(fit < -2 * limit ? -2 * limit : fit > 2 * limit ? 2 * limit : fit);
+    along_x = cqi_floor_shift_wide(along_x, bits);
+    along_y = cqi_floor_shift_wide(along_y, bits);
+    for (k = 0, *off = 0; k < f->size; k++) {
+        fit = (along_x * (f->at[k].x - f->mean.x) + along_y * (f->at[k].y - f->mean.y)) / det;
+        fit -= cqi_floor_shift(x[k] - mean, 2);
+        *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * limit)));
+    }
+    fit = -(along_x * f->mean.x + along_y * f->mean.y) / det;
+    return 4 * (int32_t)cqi_clamp_wide(fit, 2 * limit);
 }
 
 /* One component of B's part of a row: by the linear prediction and the fit. */
@@ -4806,13 +5037,15 @@ static int cqi_code_fitted(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge
 {
     const cq_channel *channel = &d->shape.channel[k];
     int32_t *const weight = d->model.plain[k], feature[4], p, x = 0;
-    uint32_t spread;
+    uint32_t spread, off;
     int n, half_bits;
     p = cqi_predict_plain(d, k, c, feature, &spread);
-    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1]) : 0;
+    off = spread;
+    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1], &off) : 0;
     for (n = 0; n < 4; n++) p += cqi_product(feature[n], weight[n], 16);
     p = cqi_unrough(channel, p);
-    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + cqi_half_bits(off / (uint32_t)d->now.fan.size);
+    half_bits = half_bits / 2 + (cqi_is_exact(channel) ? 16 : 0);
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
     x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
     for (n = 0; n < 4; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
@@ -5027,10 +5260,1045 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
     return cqi_code_patch(d, cqi_first_spoke(&d->mesh, gate, side));
 }
 
-/* -- Steps --------------------------------------------------------------------------------------------------------- */
+/* -- Regular levels --------------------------------------------------------------------------------------------------
+ *
+ * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse edges.
+ *
+ *     marks        for each coarse edge: does it get a vertex? New vertices have the order of the edges
+ *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
+ *                  is not part of the mesh yet
+ *     dissolves    for some edges without a vertex: is the edge flipped, when its faces have got theirs?
+ *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
+ *                  with its final position; then flips that turn what they made of the face into the triangles wanted,
+ *                  and flips of dissolved edges that it shares with earlier faces
+ *
+ * So the mesh is valid after each insertion and each flip, and what has arrived is final. The first vertex that is
+ * inserted into a face is its hub: two or three of them make a fan around it.
+ *
+ *            c                c                   c                    c
+ *          /   \            / | \               / | \                / | \        the edge from the hub to the opposite
+ *         /     \          /  |  \             /  |  m1             m2 |  m1      corner may be flipped; with three
+ *        /       \        /   |   \           /   | /  \           /  \|/   \     new vertices that gives a triangle
+ *       a---------b      a---hub---b         a---hub----b         a---hub----b    in the middle, and another flip a fan
+ *                                                                                 around m1 or m2
+ *
+ * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face,
+ * and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the coarse faces are in
+ * the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
 
-/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
-#define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
+/* -- Regular levels: bits of the coarse faces --
+ *
+ * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not marked,
+ * its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there already.
+ * That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 is
+ * not above 2 k + 2. */
+
+static int cqi_has_mark(const cq_decoder *d, cq_index h)
+{
+    return ((const uint8_t *)d->walk.queue)[h >> 3] >> (h & 7) & 1;
+}
+
+static void cqi_set_mark(cq_decoder *d, cq_index h)
+{
+    uint8_t *byte = (uint8_t *)d->walk.queue + (h >> 3);
+    *byte = (uint8_t)(*byte | 1 << (h & 7));
+}
+
+static uint8_t *cqi_side_byte(const cq_decoder *d, cq_index f)
+{
+    return (uint8_t *)d->walk.queue + (3 * d->regular.faces + 7) / 8 + (f >> 2);
+}
+
+static int cqi_dissolved_side(const cq_decoder *d, cq_index f) { return *cqi_side_byte(d, f) >> 2 * (f & 3) & 3; }
+
+static void cqi_set_dissolved_side(const cq_decoder *d, cq_index f, int side)
+{
+    uint8_t *byte = cqi_side_byte(d, f);
+    *byte = (uint8_t)(*byte | side << 2 * (f & 3));
+}
+
+/* Marked sides of a face, as bits. */
+static int cqi_marks_of(const cq_decoder *d, cq_index f)
+{
+    return cqi_has_mark(d, (cq_index)(3 * f)) | cqi_has_mark(d, (cq_index)(3 * f + 1)) << 1 |
+           cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
+}
+
+static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
+
+/* -- Regular levels: marks -- */
+
+/* Position of a vertex, and what one is from another. */
+static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+{
+    const cq_value *p = d->channel[d->located] + 3 * (size_t)v;
+    cqi_vector x;
+    x.x = p[0];
+    x.y = p[1];
+    x.z = p[2];
+    return x;
+}
+
+static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b) { return cqi_minus(cqi_at(d, b), cqi_at(d, a)); }
+
+static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
+{
+    return (uint32_t)cqi_norm(cqi_from(d, a, b));
+}
+
+/* 0: not marked, 1: marked, 2: not known when halfedge `now` has its turn. */
+static int cqi_mark_state(const cq_decoder *d, cq_index h, cq_index now)
+{
+    return h < now || d->mesh.twin[h] < now ? cqi_has_mark(d, h) : 2;
+}
+
+/* States of the two other edges of the halfedge's face, in either order. */
+static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
+{
+    static const uint8_t pair[9] = { 0, 1, 2, 1, 3, 4, 2, 4, 5 };
+    if (!cqi_is_real_face(&d->mesh, h)) return 0;
+    return pair[3 * cqi_mark_state(d, cq_next(h), now) + cqi_mark_state(d, cq_prev(h), now)];
+}
+
+/* Class of a ratio of lengths. */
+static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high)
+{
+    const int x = cqi_logarithm(a + 1) - cqi_logarithm(b + 1);
+    return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
+}
+
+/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which are. */
+static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
+{
+    cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], v = (cq_index)(r->vertices + r->count);
+    int a = cqi_mark_pair(d, h, h), b = cqi_mark_pair(d, g, h), row = 0;
+    uint32_t length = 0;
+    if (a > b) {
+        const int larger = a;
+        a = b;
+        b = larger;
+    }
+    if (d->located >= 0) {
+        length = 16 * cqi_distance(d, m->origin[h], m->origin[g]);
+        if (r->count) row = 1 + cqi_ratio_class(length, r->length, -10, -4, 4);
+    }
+    if (!cqi_code_bit(d, CQI_MARK + 5 * (b * (b + 1) / 2 + a) + row,
+                      CQI_ENCODING(d) && cqi_plan_mark(d->plan, h) != CQ_NONE))
+        return CQ_OK;
+    if (v >= m->first_virtual) return CQ_ERROR_CORRUPT;
+    r->length = r->count ? r->length - (r->length >> 5) + (length >> 5) : length;
+    r->count++;
+    d->mesh.out[v] = h;
+    d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
+    cqi_set_mark(d, h);
+    if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
+    return CQ_OK;
+}
+
+/* Enough new vertices for linear time: one for 16 of the old ones, and for 32 faces. */
+static int cqi_is_worth_it(const cqi_regular *r)
+{
+    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->faces / 32;
+}
+
+/* The marks of one face. */
+static cq_result cqi_step_marks(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    cq_index h = (cq_index)(3 * r->at);
+    cq_result result = CQ_OK;
+    if (r->at == r->faces) {
+        if (!cqi_is_worth_it(r)) return CQ_ERROR_CORRUPT;
+        for (r->bucket = 0; (3 * r->faces - 1) >> r->bucket >= r->count;) r->bucket++;
+        r->at = r->record = 0;
+        d->phase = CQI_TABLE;
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
+        return CQ_OK;
+    }
+    r->at++;
+    for (; h < 3 * r->at && result == CQ_OK; h++)
+        if (d->mesh.twin[h] > h) result = cqi_code_mark(d, h);
+    return cqi_starved(d) ? CQ_TRUNCATED : result;
+}
+
+/* -- Regular levels: the new vertices by their edges --
+ *
+ * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new vertices;
+ * valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192 halfedges. */
+
+static cq_result cqi_step_table(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index *out = d->mesh.out + r->vertices;
+    cq_index *first = d->mesh.valence + r->vertices;
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && r->at < r->count; k++) {
+        if (r->record <= out[r->at] >> r->bucket) first[r->record++] = r->at;
+        else r->at++;
+    }
+    if (r->at < r->count) return CQ_OK;
+    r->at = d->located < 0 ? r->count : 0;
+    r->record = r->faces;
+    d->phase = CQI_EXPECT;
+    return CQ_OK;
+}
+
+/* The new vertex on a coarse edge, or CQ_NONE. */
+static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
+{
+    const cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    cq_index v;
+    if (m->twin[h] < h) h = m->twin[h];
+    if (!cqi_has_mark(d, h)) return CQ_NONE;
+    v = (cq_index)(r->vertices + m->valence[r->vertices + (h >> r->bucket)]);
+    while (m->out[v] != h) v++;
+    return v;
+}
+
+/* -- Regular levels: predictions --
+ *
+ * Along the surface and above it, the weights are not the same: x and y of the tilt are two components, z is the third
+ * one above a plane through a point, which rises by the slopes. */
+
+typedef struct cqi_tilt {
+    int axis[3];                 /* components that are x, y, z here */
+    int32_t slope_x, slope_y;    /* in 1/256 */
+} cqi_tilt;
+
+static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+
+/* The plane of a normal below 2^30. */
+static void cqi_set_tilt(cqi_tilt *t, cqi_vector normal, int axes)
+{
+    const int shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
+    int k = axes - 1;
+    int32_t nearest = 0;
+    if (!axes) {
+        normal = cqi_shift(normal, shift);
+        k = cqi_abs(normal.y) > cqi_abs(normal.x);
+        if (cqi_abs(normal.z) > cqi_abs(cqi_component(normal, k))) k = 2;
+        nearest = cqi_component(normal, k);
+    }
+    t->axis[2] = k;
+    t->axis[0] = k < 2 ? k + 1 : 0;
+    t->axis[1] = 3 - k - t->axis[0];
+    t->slope_x = nearest ? -(cqi_component(normal, t->axis[0]) * 256 / nearest) : 0;
+    t->slope_y = nearest ? -(cqi_component(normal, t->axis[1]) * 256 / nearest) : 0;
+}
+
+static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a)
+{
+    cqi_vector x;
+    x.x = cqi_component(a, t->axis[0]);
+    x.y = cqi_component(a, t->axis[1]);
+    x.z = cqi_component(a, t->axis[2]);
+    return x;
+}
+
+/* The same with z as the height above the plane. */
+static cqi_vector cqi_above(const cqi_tilt *t, cqi_vector a)
+{
+    cqi_vector x = cqi_tilted(t, a);
+    x.z -= cqi_product(t->slope_x, x.x, 8) + cqi_product(t->slope_y, x.y, 8);
+    return x;
+}
+
+/* Normal of one or two triangles at the edge a -> b: to c on its left, and to e on its right. */
+static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vector *e)
+{
+    cqi_vector sum = { 0, 0, 0 };
+    uint32_t bits = cqi_abs(b.x) | cqi_abs(b.y) | cqi_abs(b.z);
+    int shift;
+    if (c) bits |= cqi_abs(c->x) | cqi_abs(c->y) | cqi_abs(c->z);
+    if (e) bits |= cqi_abs(e->x) | cqi_abs(e->y) | cqi_abs(e->z);
+    shift = cqi_bit_length(bits >> 13);
+    b = cqi_shift(b, shift);
+    if (c) sum = cqi_cross(b, cqi_shift(*c, shift));
+    if (e) sum = cqi_plus(sum, cqi_cross(cqi_shift(*e, shift), b));
+    return sum;
+}
+
+/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. CQ_NONE:
+ * there is none. */
+static cq_index cqi_straight(const cq_mesh *m, cq_index h)
+{
+    const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
+    cq_index s = h, k, end = CQ_NONE;
+    if (n > CQ_MAX_VALENCE) return CQ_NONE;
+    if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
+    if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
+    for (k = 0; k < n; k++, s = cq_clockwise(m, s)) {
+        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
+        if (2 * k == n) end = s;
+    }
+    return end;
+}
+
+/* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond the
+ * other edges of the two faces; straight on from a and b is the four-point rule. */
+static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
+    const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
+    cqi_vector tip[2], wings = none, ahead = none;
+    int inner[2], num_wings = 0, num_ahead = 0, i;
+    for (i = 0; i < 2; i++) {
+        const cq_index s = side[i], on = cqi_straight(m, s), next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
+        inner[i] = cqi_is_real_face(m, s);
+        tip[i] = none;
+        if (on != CQ_NONE) {
+            const cqi_vector end = cqi_from(d, a, cq_target(m, on));
+            num_ahead += 1 + i;
+            ahead = cqi_plus(ahead, end);
+        }
+        if (!inner[i]) continue;
+        tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
+        if (!cqi_is_real_face(m, next) || !cqi_is_real_face(m, prev)) continue;
+        wings = cqi_plus(wings, cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
+        num_wings += 2;
+    }
+    cqi_set_tilt(t, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
+    feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
+    feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
+    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 2));        /* beyond a: b + (b - a) instead of what is beyond b */
+    feature[2] = num_ahead ? cqi_scale(cqi_minus(ahead, num_ahead == 2 ? cqi_scale(b, 2) : b), 2) : none;
+}
+
+/* Weighted sums of n features, in 1/256. */
+static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
+{
+    int k;
+    sum[0] = sum[1] = sum[2] = 0;
+    for (k = 0; k < n; k++) {
+        const cqi_vector x = cqi_above(t, feature[k]);
+        sum[0] += (int64_t)weight[k] * x.x;
+        sum[1] += (int64_t)weight[k] * x.y;
+        sum[2] += (int64_t)weight[n + k] * x.z;
+    }
+}
+
+static int32_t cqi_rounded(int64_t x) { return (int32_t)cqi_floor_shift_wide(x + 128, 8); }
+
+/* Puts the vertex of the edge where it is expected. */
+static void cqi_expect(cq_decoder *d, cq_index v)
+{
+    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    const int32_t most = (int32_t)(((uint32_t)1 << d->shape.channel[d->located].bits) - 1);
+    cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
+    const cq_value *const from = d->channel[d->located] + 3 * (size_t)a;
+    cqi_vector feature[CQI_FIXED], b;
+    cqi_tilt t;
+    int64_t sum[3];
+    int32_t x[3];
+    int c;
+    cqi_find_fixed(d, h, feature, &t);
+    cqi_weigh(&t, feature, d->regular.fixed, CQI_FIXED, sum);
+    b = cqi_tilted(&t, cqi_from(d, a, cq_target(&d->mesh, h)));
+    x[0] = cqi_rounded(sum[0] + 128 * (int64_t)b.x);
+    x[1] = cqi_rounded(sum[1] + 128 * (int64_t)b.y);
+    sum[2] += t.slope_x * (int64_t)(x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
+    x[2] = cqi_rounded(sum[2] + 128 * (int64_t)b.z);
+    for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
+}
+
+/* -- Regular levels: records --
+ *
+ * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill. In
+ * it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite; the new
+ * vertex straight on from the edge's start, and those on the edges of the faces beyond that begin and end where this
+ * edge does. */
+
+static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
+{
+    const cq_index g = d->mesh.twin[h];
+    return cqi_is_real_face(&d->mesh, g) ? cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g)) : CQ_NONE;
+}
+
+static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index on = cqi_straight(m, s);
+    cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
+    origin[0] = cqi_vertex_on(d, cq_next(s));
+    origin[1] = cqi_vertex_on(d, cq_prev(s));
+    origin[2] = m->origin[cq_prev(s)];
+    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
+    twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
+    twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
+}
+
+/* Writes the record of a vertex; false if there is no room for its faces. */
+static int cqi_write_record(cq_decoder *d, cq_index v)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index h = m->out[v], g = m->twin[h];
+    const cq_index n = (cq_index)(cqi_is_real_face(m, g) ? 2 : 1);
+    if (m->first_virtual_face - d->regular.record < n) return 0;
+    cqi_write_side(d, h, d->regular.record);
+    if (n == 2) cqi_write_side(d, g, (cq_index)(d->regular.record + 1));
+    d->regular.record = (cq_index)(d->regular.record + n);
+    return 1;
+}
+
+/* Adds where w is, from the place that v is expected at. */
+static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
+{
+    if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
+}
+
+/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only expected
+ * have weights of their own. And the plane of its faces. */
+static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature, cqi_tilt *t)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index a = m->origin[h], b = cq_target(m, h), n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
+    cqi_vector tip[2];
+    cq_index i;
+    int k;
+    memset(feature, 0, CQI_FINE * sizeof *feature);
+    for (i = 0; i < n; i++) {
+        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i);
+        tip[i] = cqi_from(d, a, origin[2]);
+        for (k = 0; k < 2; k++) {
+            cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
+            cqi_add_offset(d, &feature[twin[k + 1] < v ? 3 : 4], v, twin[k + 1]);
+        }
+        cqi_add_offset(d, &feature[2], v, origin[2]);
+        cqi_add_offset(d, &feature[5], v, twin[0]);
+    }
+    feature[2] = cqi_scale(feature[2], 2);
+    feature[5] = cqi_scale(feature[5], 2);
+    feature[6] = cqi_scale(cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b)), 2);
+    cqi_set_tilt(t, cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL), d->regular.axes);
+}
+
+/* -- Regular levels: weights -- */
+
+static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
+{
+    for (; n--; weight++) {
+        const int x = (int)cqi_code_raw(d, (uint32_t)*weight & 255, 8);
+        *weight = (int8_t)(x < 128 ? x : x - 256);
+    }
+}
+
+/* -- Regular levels: weights of an encoder --
+ *
+ * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left has
+ * short codes. Normal equations of at most CQI_ROWS vertices; all in integers.
+ *
+ * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
+enum { CQI_ROWS = 4096, CQI_PASSES = 12 };
+
+typedef struct cqi_equations {
+    int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
+    uint32_t least;              /* cost of the best weights so far, */
+    int8_t best[CQI_FINE];       /* and these */
+    uint32_t cost;               /* about, in half bits */
+    int power;                   /* of the error that rows count by, -1/2 */
+} cqi_equations;
+
+/* A row: features x, and what their weighted sum in 1/16 should be. */
+static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int32_t *x, int n, int32_t y)
+{
+    static const uint16_t root[4] = { 4096, 3444, 2896, 2435 }; /* 2^(12 - k / 4) */
+    int32_t error = 16 * y;
+    int64_t share;
+    int i, j, half_bits;
+    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    half_bits = cqi_half_bits((cqi_abs(error) >> 7) + 1);
+    share = root[fit->power * half_bits % 4] >> cqi_at_most(fit->power * half_bits / 4, 15);
+    fit->cost += (uint32_t)half_bits;
+    for (i = 0; i < n; i++) {
+        for (j = 0; j <= i; j++) fit->a[i][j] += share * x[i] * x[j];
+        fit->b[i] += share * x[i] * y;
+    }
+}
+
+/* Scales the equations to 28 bits, and lets no feature be without weight of its own. */
+static void cqi_scale_fit(cqi_equations *fit, int n)
+{
+    int64_t most = 0;
+    int i, j, shift = 0;
+    for (i = 0; i < n; i++) most = fit->a[i][i] > most ? fit->a[i][i] : most;
+    while (most >> shift >> 28) shift++;
+    for (i = 0; i < n; i++) {
+        for (j = 0; j <= i; j++) fit->a[i][j] = fit->a[j][i] = cqi_floor_shift_wide(fit->a[i][j], shift);
+        fit->b[i] = cqi_floor_shift_wide(fit->b[i], shift);
+        fit->a[i][i] += (fit->a[i][i] >> 16) + 1;
+    }
+}
+
+/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
+static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+{
+    int64_t x[CQI_FINE];
+    int i, j, k;
+    cqi_scale_fit(fit, n);
+    for (i = 0; i < n; i++) {
+        if (fit->a[i][i] < 1) fit->a[i][i] = 1;
+        for (j = i + 1; j < n; j++) {
+            const int64_t factor = fit->a[j][i] * ((int64_t)1 << 24) / fit->a[i][i];
+            for (k = i; k < n; k++) fit->a[j][k] -= cqi_floor_shift_wide(factor * fit->a[i][k], 24);
+            fit->b[j] -= cqi_floor_shift_wide(factor * fit->b[i], 24);
+        }
+    }
+    for (i = n; i--;) {
+        x[i] = 4096 * fit->b[i];
+        for (k = i + 1; k < n; k++) x[i] -= fit->a[i][k] * x[k];
+        x[i] /= fit->a[i][i];
+        x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
+        weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
+    }
+}
+
+/* Begins a pass: sums are empty. */
+static void cqi_begin_fit(cqi_equations *fit, int pass)
+{
+    memset(fit->a, 0, sizeof fit->a);
+    memset(fit->b, 0, sizeof fit->b);
+    if (!pass) fit->least = UINT32_MAX;
+    fit->cost = 0;
+    fit->power = pass < CQI_PASSES / 2 ? 2 : 3;
+}
+
+/* Ends one: keeps the weights that it has measured if they are the best ones so far, and improves them. */
+static void cqi_end_fit(cqi_equations *fit, int8_t *weight, int n, int last)
+{
+    if (fit->cost < fit->least) {
+        fit->least = fit->cost;
+        memcpy(fit->best, weight, (size_t)n);
+    }
+    if (last) memcpy(weight, fit->best, (size_t)n);
+    else cqi_solve(fit, weight, n);
+}
+
+/* Adds the three rows of a vertex: n features, and the offset that they should give. */
+static void cqi_add_equations(cqi_equations *along, cqi_equations *above, const int8_t *weight, const cqi_tilt *t, const cqi_vector *feature,
+                         int n, cqi_vector offset, int shift)
+{
+    const int32_t most = 8191, far = 65535;
+    int32_t x[CQI_FINE], y[CQI_FINE], z[CQI_FINE];
+    int k;
+    for (k = 0; k < n; k++) {
+        const cqi_vector f = cqi_above(t, feature[k]);
+        x[k] = cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
+        y[k] = cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
+        z[k] = cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
+    }
+    offset = cqi_above(t, offset);
+    cqi_add_equation(along, weight, x, n, cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far));
+    cqi_add_equation(along, weight, y, n, cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far));
+    cqi_add_equation(above, weight + n, z, n, cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far));
+}
+
+static int cqi_fit_shift(const cqi_regular *r) { return cqi_at_most(cqi_bit_length(r->length >> 14), 12); }
+
+/* Final position of a new vertex. */
+static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
+{
+    const cq_index input = cqi_plan_mark(d->plan, d->mesh.out[v]);
+    cqi_vector x;
+    x.x = cqi_plan_value(d, (uint32_t)d->located, 0, input);
+    x.y = cqi_plan_value(d, (uint32_t)d->located, 1, input);
+    x.z = cqi_plan_value(d, (uint32_t)d->located, 2, input);
+    return x;
+}
+
+/* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
+static uint32_t cqi_fit_fixed(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
+    const int shift = cqi_fit_shift(r);
+    cqi_equations along, above;
+    cq_index v;
+    int pass;
+    memset(r->fixed, 0, sizeof r->fixed);
+    for (pass = 0; pass <= CQI_PASSES; pass++) {
+        cqi_begin_fit(&along, pass);
+        cqi_begin_fit(&above, pass);
+        for (v = r->vertices; v < end; v = (cq_index)(v + step)) {
+            const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+            cqi_vector feature[CQI_FIXED], offset;
+            cqi_tilt t;
+            cqi_find_fixed(d, h, feature, &t);
+            offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
+            offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
+            cqi_add_equations(&along, &above, r->fixed, &t, feature, CQI_FIXED, offset, shift);
+        }
+        cqi_end_fit(&along, r->fixed, CQI_FIXED, pass == CQI_PASSES);
+        cqi_end_fit(&above, r->fixed + CQI_FIXED, CQI_FIXED, pass == CQI_PASSES);
+    }
+    return along.least + above.least;
+}
+
+/* Chooses the axes, and the weights of the fixed prediction. */
+static CQI_APART void cqi_plan_fixed(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    uint32_t least = UINT32_MAX;
+    int axes, best = 0;
+    for (axes = 0; axes < 4; axes++) {
+        uint32_t cost;
+        r->axes = axes;
+        cost = cqi_fit_fixed(d);
+        if (cost >= least) continue;
+        least = cost;
+        best = axes;
+    }
+    r->axes = best;
+    cqi_fit_fixed(d);
+}
+
+/* Chooses the weights of the fine prediction. Rows of the channel are final for vertices before the one at hand. */
+static CQI_APART void cqi_plan_fine(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
+    const int shift = cqi_fit_shift(r);
+    cqi_equations along, above;
+    int pass;
+    memset(r->fine, 0, sizeof r->fine);
+    for (pass = 0; pass <= CQI_PASSES; pass++) {
+        cq_index v, record = r->faces;
+        cqi_begin_fit(&along, pass);
+        cqi_begin_fit(&above, pass);
+        for (v = r->vertices; v < end; v++) {
+            const cq_index h = d->mesh.out[v];
+            const cqi_vector at = cqi_plan_position(d, v);
+            cq_value *to = d->channel[d->located] + 3 * (size_t)v;
+            cqi_vector feature[CQI_FINE];
+            cqi_tilt t;
+            if ((v - r->vertices) % step == 0) {
+                cqi_find_fine(d, v, h, record, feature, &t);
+                cqi_add_equations(&along, &above, r->fine, &t, feature, CQI_FINE, cqi_scale(cqi_minus(at, cqi_at(d, v)), 16), shift);
+            }
+            record = (cq_index)(record + (cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1));
+            to[0] = (cq_value)at.x;
+            to[1] = (cq_value)at.y;
+            to[2] = (cq_value)at.z;
+        }
+        cqi_end_fit(&along, r->fine, CQI_FINE, pass == CQI_PASSES);
+        cqi_end_fit(&above, r->fine + CQI_FINE, CQI_FINE, pass == CQI_PASSES);
+        for (v = r->vertices; v < end; v++) cqi_expect(d, v);
+    }
+}
+
+/* Next new vertex: where it is expected, and its record. */
+static cq_result cqi_step_expect(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index v = (cq_index)(r->vertices + r->at);
+    if (r->at == r->count) {
+        r->at = 0;
+        d->phase = CQI_DISSOLVES;
+        return CQ_OK;
+    }
+    if (!r->at) {
+        if (CQI_ENCODING(d)) cqi_plan_fixed(d);
+        r->axes = (int)cqi_code_raw(d, (uint32_t)r->axes, 2);
+        cqi_code_weights(d, r->fixed, 2 * CQI_FIXED);
+        if (cqi_starved(d)) return CQ_TRUNCATED;
+        cqi_charge_channel(d, (uint32_t)d->located);
+    }
+    cqi_expect(d, v);
+    r->at++;
+    return cqi_write_record(d, v) ? CQ_OK : CQ_ERROR_CORRUPT;
+}
+
+/* -- Regular levels: dissolved edges -- */
+
+/* Class of the length of an edge's flip beside its own; 4: unknown. */
+static int cqi_shape_class(const cq_decoder *d, cq_index a, cq_index b, cq_index x, cq_index y)
+{
+    if (d->located < 0) return 4;
+    return cqi_ratio_class(cqi_distance(d, x, y), cqi_distance(d, a, b), -4, 0, 4);
+}
+
+/* The vertex that will be opposite to an edge that is not marked. */
+static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
+{
+    const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
+    return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
+}
+
+/* Marks around an edge: of one face and of the other, fewer first; with one each, whether they meet. */
+static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
+{
+    const int of_h = cqi_ones[cqi_marks_of(d, (cq_index)(h / 3))], of_g = cqi_ones[cqi_marks_of(d, (cq_index)(g / 3))];
+    if (of_h + of_g < 3) return of_h + of_g < 2 ? 0 : of_h != of_g ? 1 : 2 + (cqi_has_mark(d, cq_next(h)) != cqi_has_mark(d, cq_next(g)));
+    return of_h + of_g + 1;
+}
+
+/* Codes whether the edge is dissolved. */
+static void cqi_code_dissolve(cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], f = (cq_index)(h / 3), e = (cq_index)(g / 3);
+    const int marks = cqi_marks_of(d, f);
+    int shape;
+    if (!cqi_is_real_face(m, g) || cqi_has_mark(d, h) || !(marks | cqi_marks_of(d, e))) return;
+    if (cqi_dissolved_side(d, f) || cqi_dissolved_side(d, e)) return;
+    shape = cqi_shape_class(d, m->origin[h], m->origin[g], cqi_expected_tip(d, h), cqi_expected_tip(d, g));
+    if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
+                      CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
+        return;
+    cqi_set_dissolved_side(d, e, 1 + (int)(g % 3));
+    if (marks) cqi_set_dissolved_side(d, f, marks & 1 ? 1 : marks & 2 ? 2 : 3);
+}
+
+/* The edges of one face that it shares with a later one. */
+static cq_result cqi_step_dissolves(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    cq_index h = (cq_index)(3 * r->at);
+    if (r->at == r->faces) {
+        if (d->located >= 0) {
+            if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+            if (CQI_ENCODING(d)) cqi_plan_fine(d);
+            cqi_code_weights(d, r->fine, 2 * CQI_FINE);
+            if (cqi_starved(d)) return CQ_TRUNCATED;
+        }
+        r->at = 0;
+        r->own = r->vertices;
+        d->mesh.flipped_before = d->mesh.flipped_to;
+        d->mesh.flipped_from = r->vertices;
+        d->mesh.flipped_to = (cq_index)(r->vertices + r->count);
+        d->phase = CQI_SWEEP;
+        return CQ_OK;
+    }
+    r->at++;
+    for (; h < 3 * r->at; h++)
+        if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
+    return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* -- Regular levels: residuals -- */
+
+/* Class of the size of residuals: half bits of their sum, as four bits of mark[] of the vertex. */
+static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size), 15); }
+
+static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
+
+/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running mean
+ * once. */
+static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, cq_index n)
+{
+    const cq_mesh *m = &d->mesh;
+    int sum = 0, weight = 1;
+    cq_index i;
+    int k;
+    for (i = 0; i < n; i++) {
+        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i) + 1;
+        for (k = 0; k < 2; k++) {
+            if (origin[k] < v) {
+                sum += 2 * cqi_size_of(m, origin[k]);
+                weight += 2;
+            }
+            if (twin[k] < v) {
+                sum += cqi_size_of(m, twin[k]);
+                weight++;
+            }
+        }
+    }
+    return (int)((uint32_t)(64 * sum) + d->regular.size) / (16 * weight);
+}
+
+/* The residual of an offset that is predicted in 1/256. */
+static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predicted, int32_t value)
+{
+    const int32_t p = cqi_rounded(predicted);
+    const int fraction = (int)cqi_floor_shift_wide(predicted + 128, 6) & 3, row = (size + 2) / 4;
+    const int expected = row < 4 ? 0 : (row - 3) / 2;
+    return p + cqi_code_residual(d, kind, cqi_at_most(row, CQI_EXPECTED - 1), expected, 26, fraction, value - p);
+}
+
+/* Codes the position of v, on the edge h; false if it is none. */
+static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index input)
+{
+    const cq_channel *const channel = &d->shape.channel[d->located];
+    cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
+    const cq_index record = d->mesh.num_faces, n = (cq_index)(cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1);
+    int32_t value[3] = { 0, 0, 0 }, x[3], size[3];
+    cqi_vector feature[CQI_FINE];
+    cqi_tilt t;
+    int64_t sum[3];
+    int expected, c;
+    expected = cqi_expected_size(d, v, record, n);
+    cqi_find_fine(d, v, h, record, feature, &t);
+    cqi_weigh(&t, feature, d->regular.fine, CQI_FINE, sum);
+    for (c = 0; c < 3; c++) {
+        if (CQI_ENCODING(d)) value[c] = cqi_plan_value(d, (uint32_t)d->located, (uint32_t)t.axis[c], input) - to[t.axis[c]];
+    }
+    x[0] = cqi_code_offset(d, CQI_NEW_ALONG, expected, sum[0], value[0]);
+    size[0] = (int32_t)cqi_abs(x[0] - cqi_rounded(sum[0]));
+    x[1] = cqi_code_offset(d, CQI_NEW_ALONG, (3 * expected + 4 * cqi_size_class((uint32_t)size[0] * 3)) / 4, sum[1], value[1]);
+    size[1] = (int32_t)cqi_abs(x[1] - cqi_rounded(sum[1]));
+    sum[2] += (int64_t)t.slope_x * x[0] + (int64_t)t.slope_y * x[1];
+    x[2] = cqi_code_offset(d, CQI_NEW_ABOVE, (3 * expected + 4 * cqi_size_class((uint32_t)(size[0] + size[1]) * 3 / 2)) / 4, sum[2], value[2]);
+    size[2] = (int32_t)cqi_abs(x[2] - cqi_rounded(sum[2]));
+    for (c = 0; c < 3; c++) {
+        const int32_t p = to[t.axis[c]] + x[c];
+        if (!cqi_value_fits(channel, p)) return 0;
+        to[t.axis[c]] = (cq_value)p;
+    }
+    c = cqi_size_class((uint32_t)(size[0] + size[1] + size[2]));
+    d->mesh.mark[v] = (uint8_t)(d->mesh.mark[v] | c);
+    d->regular.size = d->regular.size - (d->regular.size >> 5) + 2 * (uint32_t)c;
+    return 1;
+}
+
+/* -- Regular levels: insertions and flips -- */
+
+/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge of
+ * its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of its ends.
+ *
+ *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
+ *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
+ *       a-----b          a--v--b        later of two insertions is taken back first. */
+static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    for (;;) {
+        const cq_index from = m->origin[h], to = cq_target(m, h);
+        if (from < d->regular.vertices && to < d->regular.vertices) return h;
+        h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
+    }
+}
+
+/* Inserts the next new vertex into its edge: a split of the edge's start. */
+static cq_result cqi_code_insertion(cq_decoder *d)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
+    const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
+    const int ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
+    if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
+    if (CQI_REPORTING(d) && d->located >= 0) cqi_charge_channel(d, (uint32_t)d->located);
+    return CQ_OK;
+}
+
+/* Is the flip of this edge possible, and does it make an edge with a new vertex? */
+static int cqi_is_flippable(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(m->twin[h])];
+    return (x >= d->regular.vertices || y >= d->regular.vertices) && cqi_can_flip(m, h);
+}
+
+static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
+{
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
+    cqi_flip(&d->mesh, h);
+    return CQ_OK;
+}
+
+static int cqi_shape_of(const cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h];
+    return cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], m->origin[cq_prev(g)]);
+}
+
+/* Side of the face at hand that a new vertex is on. */
+static int cqi_side_here(const cq_decoder *d, cq_index v)
+{
+    return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
+}
+
+/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
+ * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
+ * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
+ * after that, the start of the side. */
+static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index old = d->regular.vertices;
+    cq_index h = CQ_NONE, k, p, q;
+    int next;
+    for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
+        if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
+    next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
+    p = cq_target(m, h);
+    q = m->origin[cq_prev(h)];
+    if (p >= old) return cqi_side_here(d, p) == next ? cq_counterclockwise(m, h) : cq_clockwise(m, h);
+    if (q < old) return marks >> next & 1 ? h : cq_counterclockwise(m, h);
+    return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
+}
+
+/* Two new vertices: which of them the opposite corner is joined to. */
+static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
+{
+    const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
+    return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
+}
+
+/* Which new vertex of three has a fan, by the length of the edges to the opposite corners. */
+static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
+{
+    int order[3] = { 0, 1, 2 }, k, j;
+    for (k = 1; k < 3; k++) {
+        for (j = k; j && length[order[j - 1]] > length[k]; j--) order[j] = order[j - 1];
+        order[j] = k;
+    }
+    if (cqi_code_bit(d, CQI_SHORTEST, fan == order[0])) return order[0];
+    return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
+}
+
+/* Three: a triangle in the middle, or a fan around one of them. */
+static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
+{
+    cq_mesh *m = &d->mesh;
+    const cq_index right = cq_clockwise(m, hub), left = cq_counterclockwise(m, hub); /* to the next side, to the one before */
+    uint32_t length[3] = { 0, 0, 0 };
+    cq_result result;
+    int fan = 0, central = 0;
+    if (CQI_ENCODING(d)) {
+        fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
+        central = !fan && !cqi_plan_hub(d->plan, m, hub);
+    }
+    d->regular.central = central = cqi_code_bit(d, CQI_CENTRAL + d->regular.central, central);
+    if (!central) {
+        if (d->located >= 0) {
+            length[0] = cqi_distance(d, m->origin[hub], cq_target(m, hub));
+            length[1] = cqi_distance(d, cq_target(m, right), cq_target(m, cq_counterclockwise(m, left)));
+            length[2] = cqi_distance(d, cq_target(m, left), cq_target(m, cq_clockwise(m, right)));
+        }
+        fan = cqi_code_fan(d, length, fan);
+        if (!fan) return CQ_OK;
+    }
+    result = cqi_flip_checked(d, hub);
+    if (result != CQ_OK || central) return result;
+    return cqi_flip_checked(d, fan == 1 ? cq_next(hub) : cq_prev(hub));
+}
+
+/* One of the four edges of a quadrangle whose diagonal was flipped: from a new vertex, if it is one, to an end that the
+ * diagonal had. Is it flipped too? */
+static cq_result cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int flip)
+{
+    cq_index h;
+    if (v < d->regular.vertices) return CQ_OK;
+    h = cqi_find_spoke(&d->mesh, v, end);
+    if (!cqi_is_flippable(d, h) || !cqi_code_bit(d, CQI_WHICH + cqi_shape_of(d, h), flip)) return CQ_OK;
+    return cqi_flip_checked(d, h);
+}
+
+/* The flip of a dissolved edge, and those of edges around. */
+static cq_result cqi_code_dissolved(cq_decoder *d, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    int flip[4] = { 0, 0, 0, 0 };
+    cq_result result;
+    if (CQI_ENCODING(d)) {
+        flip[0] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(h));
+        flip[1] = x >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
+        flip[2] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
+        flip[3] = y >= d->regular.vertices && cqi_plan_second(d->plan, m, cq_prev(g));
+    }
+    result = cqi_flip_checked(d, h);
+    if (result != CQ_OK || !cqi_code_bit(d, CQI_AFTER, flip[0] | flip[1] | flip[2] | flip[3])) return result;
+    result = cqi_code_second(d, x, a, flip[0]);
+    if (result == CQ_OK) result = cqi_code_second(d, x, b, flip[1]);
+    if (result == CQ_OK) result = cqi_code_second(d, y, a, flip[2]);
+    return result == CQ_OK ? cqi_code_second(d, y, b, flip[3]) : result;
+}
+
+/* The flips of a face that has got its new vertices. */
+static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
+{
+    const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
+    cq_result result = CQ_OK;
+    cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
+    if (side && !(marks >> (side - 1) & 1)) beyond = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
+    if (cqi_ones[marks] > 1) {
+        const cq_index hub = cqi_find_hub(d, f, marks);
+        result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
+    }
+    if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    return result;
+}
+
+/* Turns to the plan of the regular level that begins; notes the bytes of one that ends. */
+static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
+{
+    cq_index first = 0, count = 0;
+    const uint32_t bytes = (uint32_t)(p->range.count + p->range.pending);
+    p->bytes_of[p->level] = bytes - (end ? p->bytes_of[p->level] : 0);
+    if (end) return;
+    while (p->note[first].level != p->level) first++;
+    while (p->note[first + count].level == p->level) count++;
+    cqi_plan_regular(p, m, first, count);
+}
+
+static cq_result cqi_end_regular(cq_decoder *d)
+{
+    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 1);
+    if (CQI_REPORTING(d)) {
+        cq_level *level = cqi_level_report(d);
+        d->report->num_levels = d->level;
+        level->num_splits = d->regular.count;
+        level->num_vertices = (uint32_t)d->mesh.num_vertices;
+    }
+    d->phase = CQI_LEVEL;
+    return CQ_OK;
+}
+
+/* The next new vertex of the face at hand, or its flips. */
+static cq_result cqi_step_sweep(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    const cq_index v = d->mesh.num_vertices;
+    cq_result result;
+    if (r->at == r->faces) return cqi_end_regular(d);
+    if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
+    result = cqi_code_flips(d, r->at);
+    if (result == CQ_OK && cqi_starved(d)) return CQ_TRUNCATED;
+    r->at++;
+    r->own = v;
+    return result;
+}
+
+/* Begins a level: takes the bits of the one before. */
+static cq_result cqi_step_wipe(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    uint8_t *const bits = (uint8_t *)d->walk.queue;
+    const cq_index n = (cq_index)((3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
+    int k;
+    for (k = 0; k < CQI_AT_ONCE && r->at < n; k++) bits[r->at++] = 0;
+    if (r->at < n) return CQ_OK;
+    r->at = 0;
+    d->phase = CQI_MARKS;
+    return CQ_OK;
+}
+
+static cq_result cqi_begin_regular(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    if (d->shape.num_rows || d->shape.num_channels > 1 || (d->shape.num_channels && d->located < 0)) return CQ_ERROR_UNSUPPORTED;
+    memset(r, 0, sizeof *r);
+    r->vertices = d->mesh.num_vertices;
+    r->faces = d->mesh.num_faces;
+    r->central = 2;
+    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 0);
+    if (CQI_REPORTING(d)) cqi_level_report(d)->regular = 1;
+    d->phase = CQI_WIPE;
+    return CQ_OK;
+}
+
+/* -- Steps --------------------------------------------------------------------------------------------------------- */
 
 static cq_result cqi_end_component(cq_decoder *d)
 {
@@ -5102,7 +6370,8 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->aside.channel[k] = aside;
         aside += (size_t)s->num_aside_rows * s->channel[k].components;
         if (of != CQI_OF_ROW) continue;
-        d->model.plain[k][3] = 0xc000;
+        memset(d->model.plain[k], 0, sizeof d->model.plain[k]);
+        d->model.plain[k][3] = 0x10000;
         d->channel[k] = values;
         values += (size_t)s->num_rows * s->channel[k].components;
     }
@@ -5394,10 +6663,17 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
+/* Turns to the level behind `level` others. */
+static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
+{
+    p->level = p->num_levels - level;
+    p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
+}
+
 /* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
-    int other;
+    int regular;
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
         if (cqi_has_aside(d)) return CQ_OK;
@@ -5406,11 +6682,11 @@ static cq_result cqi_step_level(cq_decoder *d)
         return d->range.count < d->range.size || d->input.payload_left ? CQ_ERROR_CORRUPT : CQ_DONE;
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
-    other = cqi_code_bit(d, CQI_OTHER_LEVEL, 0);
+    if (CQI_ENCODING(d)) cqi_plan_next_level(d->plan, d->level);
+    regular = d->regular.count || /* the first gates are no edges any more */
+              cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (other) return CQ_ERROR_UNSUPPORTED;
     d->level++;
-    if (CQI_ENCODING(d)) d->plan->level = d->plan->num_levels + 1 - d->level;
     cqi_code_error(d);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (CQI_REPORTING(d)) {
@@ -5418,6 +6694,7 @@ static cq_result cqi_step_level(cq_decoder *d)
         cqi_level_report(d)->error = d->error;
     }
     d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
+    if (regular) return cqi_begin_regular(d);
     d->splits = 0;
     d->seed = d->cleared = 0;
     d->walk.head = d->walk.count = 0;
@@ -5479,6 +6756,12 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_LEVEL: return cqi_step_level(d);
     case CQI_ACTIVE: return cqi_step_active(d);
     case CQI_CLEAR: return cqi_step_clear(d);
+    case CQI_WIPE: return cqi_step_wipe(d);
+    case CQI_MARKS: return cqi_step_marks(d);
+    case CQI_TABLE: return cqi_step_table(d);
+    case CQI_EXPECT: return cqi_step_expect(d);
+    case CQI_DISSOLVES: return cqi_step_dissolves(d);
+    case CQI_SWEEP: return cqi_step_sweep(d);
     default: return cqi_step_patch(d);
     }
 }
@@ -5654,46 +6937,6 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
     return cqi_run(d, in, budget);
 }
 
-/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
-
-/* The first level says its error when it begins, so that 0 is no error yet. */
-static int cqi_knows_error(const cq_decoder *d)
-{
-    return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
-}
-
-static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
-{
-    return d->mesh.num_vertices && d->mesh.num_vertices >= lod->min_vertices &&
-           (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
-}
-
-size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
-{
-    const size_t corners = 3 * (size_t)d->mesh.num_faces;
-    size_t end = 0, k = 0;
-    CQ_ASSERT((!count || lod) && (!capacity || indices));
-    while (k < count && lod[k].num_vertices) {
-        end = lod[k].first + 3 * (size_t)lod[k].num_faces;
-        k++;
-    }
-    for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_vertices != d->mesh.num_vertices;
-        if (is_new) {
-            if (corners > capacity - end) break;
-            memcpy(indices + end, d->mesh.origin, corners * sizeof(cq_index));
-            end += corners;
-        }
-        lod[k].first = end - corners;
-        lod[k].num_vertices = d->mesh.num_vertices;
-        lod[k].num_faces = d->mesh.num_faces;
-        lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
-    }
-    return k;
-}
-
-/* -- Rows ---------------------------------------------------------------------------------------------------------- */
-
 void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to)
 {
     CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
@@ -5740,6 +6983,44 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
     }
 }
 
+/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
+
+/* The first level says its error when it begins, so that 0 is no error yet. */
+static int cqi_knows_error(const cq_decoder *d)
+{
+    return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
+}
+
+static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
+{
+    return d->num_rows && d->num_rows >= lod->min_vertices &&
+           (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
+}
+
+size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
+{
+    const size_t corners = 3 * (size_t)d->mesh.num_faces;
+    size_t end = 0, k = 0;
+    CQ_ASSERT((!count || lod) && (!capacity || indices));
+    while (k < count && lod[k].num_vertices) {
+        end = lod[k].first + 3 * (size_t)lod[k].num_faces;
+        k++;
+    }
+    for (; k < count && cqi_is_due(d, &lod[k]); k++) {
+        const int is_new = !k || lod[k - 1].num_faces != d->mesh.num_faces; /* each split makes some */
+        if (is_new) {
+            if (corners > capacity - end) break;
+            memcpy(indices + end, d->index, corners * sizeof(cq_index));
+            end += corners;
+        }
+        lod[k].first = end - corners;
+        lod[k].num_vertices = d->num_rows;
+        lod[k].num_faces = d->mesh.num_faces;
+        lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
+    }
+    return k;
+}
+
 /* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
 
 #ifndef CQ_NO_ENCODER
@@ -5752,8 +7033,10 @@ typedef struct cqi_encoder {
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
+#ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
+#endif
 
 /* With num_rows, which a call has found, that many vertices are enough for the mesh. */
 size_t cq_encoder_bytes(const cq_shape *shape)
@@ -5776,7 +7059,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
-    if (!shape->num_rows) more = CQ_METADATA_BYTES(s->metadata_bytes) + 6 * 4;
+    if (!shape->num_rows) more = cqi_more_bytes(s);
     all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
     return cqi_sum_of_sizes(all + more > preparing ? all : preparing, all + more > preparing ? more : 0);
 }
@@ -5838,7 +7121,11 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
     return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
 }
 
+#ifdef CQ_NO_WEDGES
+#define cqi_is_seam(p, h) 0
+#else
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
+#endif
 
 static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
 {
@@ -5980,7 +7267,7 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     memset(count, 0, sizeof count);
     p->most_loss = CQI_ANY_LOSS - 1;
     for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
-        cq_index h = m->out[v], w = cq_target(m, h);
+        cq_index h = m->out[v], w = h == CQ_NONE ? h : cq_target(m, h);
         uint32_t loss;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
         loss = cqi_loss_of(p, h);
@@ -6212,8 +7499,6 @@ static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 
 /* -- Covers -- */
 
-static int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h / 3 < m->first_virtual_face; }
-
 /* Lists the real faces of a cover. Where a tip was cut off it has none, and those next to it serve. One of these is
  * real: else A and B had no others than the removed faces, and could not have been collapsed. */
 static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *cover)
@@ -6415,7 +7700,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     uint8_t *code = &p->level_error[p->level];
     if (code[0] < code[-1]) code[0] = code[-1];
     p->root = root;
-    p->looks = CQI_LOOKS + (p->level > 1 ? p->looks : 0);
+    p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
 }
 
@@ -6429,7 +7714,6 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
-#define cqi_is_seam(p, h) 0
 #else
 
 static cq_index cqi_wedge_at(const cqi_plan *p, cq_index h)
@@ -6788,7 +8072,10 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     cq_index *next = p->decoded, v, f, h;
     for (v = 0; v < m->num_vertices; v++) parent[v] = v;
     for (h = 0; h < 3 * m->num_faces; h++) {
-        cq_index a = cqi_find_root(parent, m->origin[h]), b = cqi_find_root(parent, cq_target(m, h));
+        cq_index a, b;
+        if (!cqi_is_face(m, (cq_index)(h / 3))) continue;
+        a = cqi_find_root(parent, m->origin[h]);
+        b = cqi_find_root(parent, cq_target(m, h));
         parent[a < b ? b : a] = a < b ? a : b;
     }
     for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
@@ -6800,9 +8087,9 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
     }
     p->num_seeds = 0;
     for (f = 0; f < m->num_faces; f++) {
-        const cq_index root = cqi_find_root(parent, m->origin[3 * f]);
+        const cq_index root = cqi_is_face(m, f) ? cqi_find_root(parent, m->origin[3 * f]) : CQ_NONE;
         cqi_seed *s = &p->seed[p->num_seeds];
-        if (m->mark[root]) continue;
+        if (root == CQ_NONE || m->mark[root]) continue;
         m->mark[root] = 1;
         s->l = m->origin[3 * f];
         s->r = m->origin[3 * f + 1];
@@ -7522,7 +8809,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     cq_index *faces, *aside, k;
     size_t j;
     arena->left -= n * sizeof(cq_index) + arena->left % 4;
-    faces = (cq_index *)(arena->next + arena->left);
+    faces = (cq_index *)(void *)(arena->next + arena->left);
     for (j = n; j--;) faces[j] = p->fan[j];
     cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
     cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));
@@ -7564,6 +8851,1265 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
 }
 
 #endif /* CQ_NO_WEDGES */
+
+/* -- Regular levels: labels ----------------------------------------------------------------------------------------
+ *
+ * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
+ * goes); an odd one has two parents, real even neighbours, and goes back to be the middle of their edge. An edge is
+ * cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons,
+ * whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
+ *
+ * A labelling can be coded if all of this holds:
+ *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
+ *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
+ *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite corners.
+ *
+ * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
+ * triangulations these are left: one, with no odd vertex or with one (a mark); two, with two marks; four, with three:
+ * the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its side:
+ * one of two marks, one or none of three.
+ *
+ * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it is flipped when both are
+ * triangulated. That is: an edge x - y inside has A and C as the third corners of its triangles. Turned back, each
+ * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. In a half
+ * with one mark x, the edge from x to the corner opposite it may have been flipped afterwards, too; that flip is
+ * called the second one.
+ *
+ * Then the coarse mesh is simple, as coarse edges are sides or diagonals of polygons of 4, and by 3 those at a vertex
+ * lead to different vertices. And at least three polygons meet at each even vertex v that has an odd one in one of its
+ * polygons. For if two did, they would have both sides at v in common, to a and b. If a polygon has 4 corners, b is
+ * opposite a in it, and in the other one opposite a or the end of a side, against 3. If both have 3, their third sides
+ * lead from a to b: by 3 they are the same. Then both have the same vertices, and, as all triangulations with as many
+ * marks have an edge in common, the mesh would have one twice.
+ *
+ * Every order is legal in which a decoder inserts odd vertices, then flips to the wanted triangulations of faces, then
+ * dissolves, then does the second flips; each polygon by itself. Valences: in every state a polygon has a triangle at
+ * each of its corners, and two at each odd vertex; so vertices keep three neighbours and more. Edges: every edge
+ * inside of a polygon has an odd end x, but for coarse ones. It could only be there twice if the two polygons at x had
+ * another vertex in common than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around
+ * each. If c is the last corner of the second one, too, that is f, or e where there is no f, then both sides b - c are
+ * the same by 3, and two polygons meet at b. The same holds for d, or c, and e at a. So a common odd vertex, whose
+ * parents would be common, is none either. What is left are four corners each, and c = e or d = f: then c is opposite
+ * a in one and the end of a side from a in the other, or d is so for b, against 3. */
+
+/* The lowest bits of a label; a bit that is set on even vertices meanwhile. In the end two sides of 3 bits are above. */
+enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4 };
+
+#define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
+#define CQI_REGION_FACES 24  /* looked at of what is none */
+
+typedef struct cqi_labels {
+    const cq_mesh *mesh;
+    const cq_value *positions;   /* or NULL */
+    int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
+    int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
+    int least;                   /* per mille of odd vertices that the waves must find, else there is no level */
+    cq_index *parent[2];         /* of each odd vertex */
+    cq_index *since;             /* when an odd vertex got its label; of an even one, how many have it as a parent */
+    uint8_t *label;
+    cq_index *queue;             /* vertices whose neighbours are still to be labelled; scratch */
+    cq_index *waiting;           /* faces whose polygons are still to be checked */
+    uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
+    cq_index num_waiting, clock;
+    int alike;                   /* the dissolved edges of strips shall run the same way */
+    int ready;                   /* number of the labelling that is just made and repaired, without a limit */
+} cqi_labels;
+
+/* Bytes of memory for v vertices and f faces, virtual ones included: 27 per vertex of a closed mesh. */
+#define CQI_LABEL_BYTES(v, f) \
+    (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
+
+/* Lays out memory that holds nothing now. 0: it does not suffice. */
+static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
+{
+    const size_t v = (size_t)m->first_virtual + m->max_virtual;
+    const size_t f = (size_t)m->first_virtual_face + m->max_virtual_faces;
+    cqi_arena arena;
+    arena.next = (uint8_t *)memory;
+    arena.left = size;
+    memset(l, 0, sizeof *l);
+    if (size < CQI_LABEL_BYTES(v, f)) return 0;
+    l->parent[0] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->parent[1] = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->since = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->queue = (cq_index *)cqi_take(&arena, v, sizeof(cq_index));
+    l->waiting = (cq_index *)cqi_take(&arena, f, sizeof(cq_index));
+    l->label = (uint8_t *)cqi_take(&arena, v, 1);
+    l->face = (uint8_t *)cqi_take(&arena, f, 1);
+    l->mesh = m;
+    l->least = 300;
+    return 1;
+}
+
+static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
+static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
+
+/* Vertices and faces with the virtual ones and the slots between. */
+static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
+static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
+
+static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
+{
+    return l->parent[0][odd] == v || l->parent[1][odd] == v;
+}
+
+static int cqi_is_cut(const cqi_labels *l, cq_index h)
+{
+    const cq_index a = l->mesh->origin[h], b = cq_target(l->mesh, h);
+    if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
+    return !cqi_is_odd(l, b) || cqi_is_parent(l, a, b);
+}
+
+static cq_index cqi_count_odd(const cqi_labels *l)
+{
+    cq_index v, n = 0;
+    for (v = 0; v < l->mesh->num_vertices; v++) n = (cq_index)(n + (cq_index)cqi_is_odd(l, v));
+    return n;
+}
+
+/* -- Regular levels: polygons -- */
+
+/* A polygon, or as much of a region as was looked at. Its border is counter-clockwise; place k is the origin of border
+ * halfedge k. What follows `border` is for polygons only. */
+typedef struct cqi_polygon {
+    int faces, size, inner;                       /* size: of the border; inner: edges inside */
+    cq_index face[CQI_REGION_FACES];
+    cq_index border[CQI_REGION_FACES + 2];
+    int corners, corner[4];                       /* places of the corners */
+    int edge[CQI_REGION_FACES][2];                /* places that an edge inside joins */
+    uint8_t joined[CQI_POLYGON_FACES + 2];        /* to which places is a place joined? */
+    uint8_t even, second;                         /* places of corners, of odd vertices with a second flip */
+    int undone, undo[3][2];                       /* flips that lead to the coarse faces; the last one is of x - y */
+    int diagonal;                                 /* of 4 corners: 0 or 1, the first corner at the dissolved edge */
+} cqi_polygon;
+
+static cq_index cqi_place(const cqi_labels *l, const cqi_polygon *p, int k) { return l->mesh->origin[p->border[k]]; }
+
+/* Walks over the region that face f lies in, face by face across edges that are not cut; 0 if it has more faces than
+ * `most`, or comes back on itself. The faces form a tree then, so the region is a disc without inner vertices. */
+static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygon *p)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index stack[3 + 3 * CQI_REGION_FACES];   /* halfedges; CQ_NONE: all behind an edge inside has been seen, and */
+    int from[3 + 3 * CQI_REGION_FACES], n = 0;  /* from here it runs to the next place */
+    p->faces = 1;
+    p->size = p->inner = 0;
+    p->face[0] = f;
+    stack[n++] = (cq_index)(3 * f + 2);
+    stack[n++] = (cq_index)(3 * f + 1);
+    stack[n++] = (cq_index)(3 * f);
+    while (n) {
+        const cq_index h = stack[--n], g = h == CQ_NONE ? h : m->twin[h];
+        if (h == CQ_NONE) {
+            p->edge[p->inner][0] = from[n];
+            p->edge[p->inner++][1] = p->size;
+        } else if (cqi_is_cut(l, h)) {
+            p->border[p->size++] = h;
+        } else {
+            if (p->faces == most) return 0;
+            p->face[p->faces++] = (cq_index)(g / 3);
+            from[n] = p->size;
+            stack[n++] = CQ_NONE;
+            stack[n++] = cq_prev(g);
+            stack[n++] = cq_next(g);
+        }
+    }
+    return 1;
+}
+
+/* Are the corners 3, or 4 real ones, and all vertices different? Fills in the corners and what is joined. */
+static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
+{
+    int k, j, any_virtual = 0;
+    p->corners = p->undone = 0;
+    p->even = p->second = 0;
+    for (k = 0; k < p->size; k++) {
+        const cq_index v = cqi_place(l, p, k);
+        for (j = 0; j < k; j++)
+            if (v == cqi_place(l, p, j)) return 0;
+        p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
+        if (cqi_is_odd(l, v)) continue;
+        if (p->corners == 4) return 0;
+        any_virtual |= cq_is_virtual(l->mesh, v);
+        p->corner[p->corners++] = k;
+        p->even = (uint8_t)(p->even | 1 << k);
+    }
+    for (k = 0; k < p->inner; k++) {
+        int *e = p->edge[k];
+        if (e[1] == p->size) e[1] = 0;
+        p->joined[e[0]] = (uint8_t)(p->joined[e[0]] | 1 << e[1]);
+        p->joined[e[1]] = (uint8_t)(p->joined[e[1]] | 1 << e[0]);
+    }
+    return p->corners == 3 || (p->corners == 4 && !any_virtual);
+}
+
+static int cqi_lowest_bit(int x)
+{
+    int k = 0;
+    while (!(x >> k & 1)) k++;
+    return k;
+}
+
+/* The third corners of the two triangles at edge e: two places are joined to both its ends. */
+static void cqi_third_corners(const cqi_polygon *p, int e, int *low, int *high)
+{
+    const int both = p->joined[p->edge[e][0]] & p->joined[p->edge[e][1]];
+    *low = cqi_lowest_bit(both);
+    *high = cqi_lowest_bit(both & (both - 1));
+}
+
+static void cqi_flip_inside(cqi_polygon *p, int e)
+{
+    int *ends = p->edge[e], low, high;
+    cqi_third_corners(p, e, &low, &high);
+    p->joined[ends[0]] = (uint8_t)(p->joined[ends[0]] & ~(1 << ends[1]));
+    p->joined[ends[1]] = (uint8_t)(p->joined[ends[1]] & ~(1 << ends[0]));
+    p->joined[low] = (uint8_t)(p->joined[low] | 1 << high);
+    p->joined[high] = (uint8_t)(p->joined[high] | 1 << low);
+    ends[0] = low;
+    ends[1] = high;
+}
+
+/* The number of the corner at a place, counted along the border. */
+static int cqi_corner_number(const cqi_polygon *p, int place)
+{
+    int k = 0;
+    while (p->corner[k] != place) k++;
+    return k;
+}
+
+/* Flips edge e, and notes it as one of those that lead to the coarse faces. */
+static void cqi_undo_inside(cqi_polygon *p, int e)
+{
+    p->undo[p->undone][0] = p->edge[e][0];
+    p->undo[p->undone++][1] = p->edge[e][1];
+    cqi_flip_inside(p, e);
+}
+
+/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is
+ * not -1. */
+static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
+{
+    int e, low, high;
+    for (e = 0; e < p->inner; e++) {
+        cqi_third_corners(p, e, &low, &high);
+        if (!(p->even >> low & p->even >> high & 1)) continue;
+        low = cqi_corner_number(p, low);
+        if (cqi_corner_number(p, high) != low + 2 || (diagonal >= 0 && low != diagonal)) continue;
+        p->diagonal = low;
+        cqi_undo_inside(p, e);
+        return 1;
+    }
+    return 0;
+}
+
+static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size ? k + 1 : 0; }
+static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
+
+/* Turns edge e back if it can be a second flip: it runs from a corner B to an odd vertex, and has on one side the odd
+ * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or -1. */
+static int cqi_undo_second(cqi_polygon *p, int e)
+{
+    int b = p->edge[e][0], odd, c;
+    if (!(p->even >> b & 1)) b = p->edge[e][1];
+    if (!(p->even >> b & 1)) return -1;
+    cqi_third_corners(p, e, &odd, &c);
+    if (p->even >> odd & 1) {
+        const int other = odd;
+        odd = c;
+        c = other;
+    }
+    if ((p->even >> odd & 1) || !(p->even >> c & 1)) return -1;
+    if (!((odd == cqi_next_place(p, b) && c == cqi_previous_place(p, b)) ||
+          (odd == cqi_previous_place(p, b) && c == cqi_next_place(p, b))))
+        return -1;
+    cqi_undo_inside(p, e);
+    p->second = (uint8_t)(p->second | 1 << odd);
+    return cqi_corner_number(p, c) & 1;
+}
+
+/* Takes the last second flip, of edge e, back. */
+static void cqi_redo_inside(cqi_polygon *p, int e, int second)
+{
+    cqi_flip_inside(p, e);
+    p->undone--;
+    p->second = (uint8_t)second;
+}
+
+/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that
+ * diagonal if it is not -1. */
+static int cqi_find_faces(cqi_polygon *p, int wanted)
+{
+    int i, j;
+    if (cqi_find_dissolved(p, wanted)) return 1;
+    for (i = 0; i < p->inner; i++) {
+        const int diagonal = cqi_undo_second(p, i), second = p->second;
+        if (diagonal < 0) continue;
+        if ((wanted < 0 || wanted == diagonal) && cqi_find_dissolved(p, diagonal)) return 1;
+        for (j = i + 1; j < p->inner; j++) {
+            const int other = cqi_undo_second(p, j);
+            if (other < 0) continue;
+            if (other == diagonal && (wanted < 0 || wanted == diagonal) && cqi_find_dissolved(p, diagonal)) return 1;
+            cqi_redo_inside(p, j, second);
+        }
+        cqi_redo_inside(p, i, 0);
+    }
+    return 0;
+}
+
+/* Is there an odd vertex behind that corner? */
+static int cqi_is_marked(const cqi_polygon *p, int corner)
+{
+    return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
+}
+
+/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these;
+ * or -1. */
+static int cqi_alike(const cqi_polygon *p)
+{
+    if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
+    return cqi_is_marked(p, 0);
+}
+
+/* The polygon of face f, if it can be coded; p is then in its coarse state. */
+static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
+{
+    int alike;
+    if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
+    if (p->corners == 3) return 1;
+    alike = l->alike ? cqi_alike(p) : -1;
+    return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
+}
+
+/* What is said of the coarse face at the odd vertex behind a corner. */
+static int cqi_side_of(const cqi_polygon *p, int corner)
+{
+    const int place = cqi_next_place(p, p->corner[corner]);
+    int bits = 0, marks = p->size - 3, opposite = (corner + 2) % p->corners;
+    if (p->corners == 4 && ((corner ^ p->diagonal) & 1)) {
+        bits = CQI_SIDE_NEXT;
+        opposite = (corner + 3) % 4;
+        marks = 1 + cqi_is_marked(p, opposite);
+    } else if (p->corners == 4) {
+        bits = CQI_SIDE_PREVIOUS;
+        marks = 1 + cqi_is_marked(p, (corner + 1) % 4);
+    }
+    return bits | ((marks > 1 ? p->joined[place] >> p->corner[opposite] : p->second >> place) & CQI_SIDE_HUB);
+}
+
+/* -- Regular levels: the wave --
+ *
+ * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind
+ * w as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet
+ * and disagree. */
+
+/* The vertex straight behind the target of h: across an even valence, or along a boundary; CQ_NONE: there is none. Only
+ * valence 6, unless `any_valence`. */
+static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
+{
+    const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
+    const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
+    cq_index s = right, k, opposite = CQ_NONE;
+    if (valence > CQ_MAX_VALENCE) return CQ_NONE;
+    if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
+    if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
+    for (k = 1; k < valence; k++, s = cq_clockwise(m, s)) {
+        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
+        if (2 * k == valence) opposite = cq_target(m, s);
+    }
+    return valence == 6 || any_valence ? opposite : CQ_NONE;
+}
+
+static void cqi_make_odd(cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    l->label[v] = CQI_ODD;
+    l->parent[0][v] = a;
+    l->parent[1][v] = b;
+    l->since[v] = l->clock++;
+}
+
+static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index head = 0, tail = 0;
+    l->label[seed] = CQI_EVEN;
+    l->queue[tail++] = seed;
+    while (head < tail) {
+        const cq_index v = l->queue[head++];
+        cq_index h = m->out[v];
+        do {
+            const cq_index w = cq_target(m, h);
+            if (cqi_label(l, w) == CQI_UNLABELLED) {
+                const cq_index b = cqi_behind(m, h, any_valence);
+                if (b != CQ_NONE && !cqi_is_odd(l, b) && !cq_is_virtual(m, b)) {
+                    cqi_make_odd(l, w, v, b);
+                    if (cqi_label(l, b) == CQI_UNLABELLED) l->queue[tail++] = b;
+                    l->label[b] = CQI_EVEN;
+                }
+            }
+            h = cq_clockwise(m, h);
+        } while (h != m->out[v]);
+    }
+}
+
+/* Virtual vertices are even, and slots that are free. */
+static void cqi_clear_labels(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    memset(l->label, CQI_EVEN, cqi_vertex_slots(m));
+    for (v = 0; v < m->num_vertices; v++)
+        if (m->out[v] != CQ_NONE) l->label[v] = CQI_UNLABELLED;
+    l->clock = 0;
+}
+
+/* Waves from the seed, then from what they have not reached: irregular vertices, then any. */
+static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
+{
+    cq_index v;
+    int pass;
+    cqi_clear_labels(l);
+    cqi_wave(l, seed, any_valence);
+    for (pass = 0; pass < 2; pass++)
+        for (v = 0; v < l->mesh->num_vertices; v++)
+            if (cqi_label(l, v) == CQI_UNLABELLED && (pass || l->mesh->valence[v] != 6)) cqi_wave(l, v, any_valence);
+}
+
+/* -- Regular levels: strips --
+ *
+ * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and
+ * below an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up,
+ * down, right and left, each may be missing, and the wave carries frames on: along a row past one or two edges,
+ * whichever way the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and
+ * in `waiting`. */
+
+#define CQI_STRIP_SAMPLE 1024
+enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
+
+/* The cosine of the angle a, v, b in 1/1024. */
+static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
+{
+    cqi_vector x = cqi_offset(l->positions, v, a), y = cqi_offset(l->positions, v, b);
+    x = cqi_shift(x, cqi_bit_length((cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z)) >> CQI_OFFSET_BITS));
+    y = cqi_shift(y, cqi_bit_length((cqi_abs(y.x) | cqi_abs(y.y) | cqi_abs(y.z)) >> CQI_OFFSET_BITS));
+    return (int)(1024 * cqi_wide_dot(x, y) /
+                 ((int64_t)cqi_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
+}
+
+/* The real spoke of v, other than h, that goes straight on from vertex `from`; CQ_NONE if it bends by 60 degrees. */
+static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index s = cq_clockwise(m, h), best = CQ_NONE;
+    int least = -512;
+    for (; s != h; s = cq_clockwise(m, s)) {
+        int cosine;
+        if (cq_is_virtual(m, cq_target(m, s))) continue;
+        cosine = cqi_cosine(l, from, m->origin[h], cq_target(m, s));
+        if (cosine >= least) continue;
+        least = cosine;
+        best = s;
+    }
+    return best;
+}
+
+/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the
+ * middle one of three, or the straightest; from CQ_NONE the middle one. */
+static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, cq_index from)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index s, best = CQ_NONE;
+    int all = 0, n = 0, k = 0, least = 2048, middle;
+    for (s = cq_counterclockwise(m, first); s != last; s = cq_counterclockwise(m, s)) {
+        all++;
+        n += !cq_is_virtual(m, cq_target(m, s));
+    }
+    middle = n == 1 || from == CQ_NONE || (n == 3 && all == 3);
+    for (s = cq_counterclockwise(m, first); s != last; s = cq_counterclockwise(m, s)) {
+        int cosine;
+        if (cq_is_virtual(m, cq_target(m, s))) continue;
+        cosine = middle ? (k++ == n / 2 ? 0 : 4096) : cqi_cosine(l, from, m->origin[first], cq_target(m, s));
+        if (cosine >= least) continue;
+        least = cosine;
+        best = s;
+    }
+    return best;
+}
+
+/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad
+ * between them, or CQ_NONE. left: u is counter-clockwise of r. */
+static cq_index cqi_carry(const cq_mesh *m, cq_index r, cq_index u, int left)
+{
+    const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]); /* the edge from the end of r to the corner beside */
+    const cq_index beside = left ? cq_target(m, side) : m->origin[side];
+    const cq_index second =
+        left ? cq_counterclockwise(m, cq_counterclockwise(m, r)) : cq_clockwise(m, cq_clockwise(m, r));
+    cq_index over, found;
+    if (cq_is_virtual(m, beside)) return CQ_NONE;
+    if (beside != cq_target(m, u)) return second != u ? CQ_NONE : left ? side : m->twin[side];
+    over = m->twin[side]; /* the quad's diagonal is that side, the corner sought lies behind it */
+    found = left ? cq_next(over) : m->twin[cq_prev(over)];
+    return cq_is_virtual(m, cq_target(m, found)) ? CQ_NONE : found;
+}
+
+static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
+{
+    return direction == CQI_UP ? &l->parent[0][v] : direction == CQI_DOWN ? &l->parent[1][v]
+         : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
+}
+
+/* Makes v even, if it has no label: then it waits for its turn. */
+static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
+{
+    int k;
+    if (cqi_label(l, v) != CQI_UNLABELLED) return;
+    l->label[v] = CQI_EVEN;
+    for (k = 0; k < 4; k++) *cqi_frame(l, v, k) = frame[k];
+    l->queue[(*tail)++] = v;
+}
+
+static cq_index cqi_end_of(const cq_mesh *m, cq_index h) { return h == CQ_NONE ? CQ_NONE : cq_target(m, h); }
+
+/* The right and left of a frame whose up and down are known. */
+static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
+{
+    if (f[CQI_UP] == CQ_NONE || f[CQI_DOWN] == CQ_NONE) return;
+    if (f[CQI_RIGHT] == CQ_NONE)
+        f[CQI_RIGHT] = cqi_between(l, f[CQI_DOWN], f[CQI_UP], cqi_end_of(l->mesh, f[CQI_LEFT]));
+    if (f[CQI_LEFT] == CQ_NONE)
+        f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
+}
+
+/* What lies beside along h, to its right or left: spoke u carried, or CQ_NONE. */
+static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
+{
+    return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
+}
+
+/* The spoke straight on from h, whose end's right and left are known or not. */
+static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_index left)
+{
+    const cq_mesh *m = l->mesh;
+    if (right != CQ_NONE && left != CQ_NONE) return cqi_between(l, right, left, m->origin[h]);
+    return cqi_straightest(l, m->origin[h], m->twin[h]);
+}
+
+/* Up or down, along h from v: an odd vertex, and an even one behind it. right, left: of v as seen along h. */
+static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index left, int down, cq_index *tail)
+{
+    const cq_mesh *m = l->mesh;
+    const cq_index v = m->origin[h], odd = cq_target(m, h), back = m->twin[h];
+    cq_index far, w, frame[4];
+    if (cq_is_virtual(m, odd) || cqi_label(l, odd) != CQI_UNLABELLED || m->valence[odd] > CQ_MAX_VALENCE) return;
+    right = cqi_carry_if(m, h, right, 0);
+    left = cqi_carry_if(m, h, left, 1);
+    far = cqi_go_on(l, h, right, left);
+    if (far == CQ_NONE) return;
+    w = cq_target(m, far);
+    if (cq_is_virtual(m, w) || cqi_is_odd(l, w) || w == v) return;
+    if (cq_counterclockwise(m, far) == back || cq_clockwise(m, far) == back) return;
+    cqi_make_odd(l, odd, v, w);
+    if (cqi_label(l, w) != CQI_UNLABELLED) return;
+    right = cqi_carry_if(m, far, right, 0);
+    left = cqi_carry_if(m, far, left, 1);
+    frame[down ? CQI_UP : CQI_DOWN] = m->twin[far];
+    frame[down ? CQI_DOWN : CQI_UP] = cqi_go_on(l, far, right, left);
+    frame[down ? CQI_LEFT : CQI_RIGHT] = right;
+    frame[down ? CQI_RIGHT : CQI_LEFT] = left;
+    cqi_begin_frame(l, w, frame, tail);
+}
+
+/* Right or left, along h from v: an even vertex of the same row. */
+static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left, cq_index *tail)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index frame[4];
+    if (h == CQ_NONE || cq_is_virtual(m, cq_target(m, h))) return;
+    frame[CQI_UP] = cqi_carry_if(m, h, f[CQI_UP], !left);
+    frame[CQI_DOWN] = cqi_carry_if(m, h, f[CQI_DOWN], left);
+    frame[left ? CQI_RIGHT : CQI_LEFT] = m->twin[h];
+    frame[left ? CQI_LEFT : CQI_RIGHT] = CQ_NONE;
+    if (frame[CQI_UP] != CQ_NONE || frame[CQI_DOWN] != CQ_NONE) cqi_begin_frame(l, cq_target(m, h), frame, tail);
+}
+
+/* The wave of strips from a vertex whose up is that spoke; it ends when so many even vertices have had their turn. */
+static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index head = 0, tail = 0, f[4];
+    int k;
+    f[CQI_UP] = up;
+    f[CQI_RIGHT] = f[CQI_LEFT] = CQ_NONE;
+    f[CQI_DOWN] = cqi_straightest(l, cq_target(m, up), up);
+    cqi_begin_frame(l, m->origin[up], f, &tail);
+    while (head < tail && head < most) {
+        const cq_index v = l->queue[head++];
+        for (k = 0; k < 4; k++) f[k] = *cqi_frame(l, v, k);
+        cqi_complete_frame(l, f);
+        if (f[CQI_UP] != CQ_NONE) cqi_cross_rows(l, f[CQI_UP], f[CQI_RIGHT], f[CQI_LEFT], 0, &tail);
+        if (f[CQI_DOWN] != CQ_NONE) cqi_cross_rows(l, f[CQI_DOWN], f[CQI_LEFT], f[CQI_RIGHT], 1, &tail);
+        cqi_along_row(l, f[CQI_RIGHT], f, 0, &tail);
+        cqi_along_row(l, f[CQI_LEFT], f, 1, &tail);
+    }
+}
+
+/* A real spoke. */
+static cq_index cqi_real_spoke(const cq_mesh *m, cq_index v)
+{
+    const cq_index h = m->out[v];
+    return cq_is_virtual(m, cq_target(m, h)) ? cq_counterclockwise(m, h) : h;
+}
+
+/* Strips everywhere, from the seed and from what is then left. */
+static void cqi_label_strips(cqi_labels *l, cq_index seed)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    cqi_clear_labels(l);
+    cqi_strip_wave(l, cqi_real_spoke(m, seed), CQ_NONE);
+    for (v = 0; v < m->num_vertices; v++)
+        if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
+}
+
+/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The
+ * frames need a face for each vertex. */
+static int cqi_are_quads(cqi_labels *l, cq_index seed)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v, odd, even = 0;
+    if (!l->positions || cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
+    cqi_clear_labels(l);
+    cqi_strip_wave(l, cqi_real_spoke(m, seed), CQI_STRIP_SAMPLE);
+    odd = cqi_count_odd(l);
+    for (v = 0; v < m->num_vertices; v++)
+        if (m->out[v] != CQ_NONE) even = (cq_index)(even + (cqi_label(l, v) == CQI_EVEN));
+    return (uint64_t)odd * 58 >= (uint64_t)even * 42;
+}
+
+/* -- Regular levels: repair --
+ *
+ * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such
+ * polygons around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each
+ * piece of a polygon that they cut has a face there, so only the faces there are checked again. It ends, for with no
+ * odd vertices left each face is a polygon. */
+
+enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
+
+static void cqi_wait(cqi_labels *l, cq_index f)
+{
+    if (!(l->face[f] & CQI_LISTED_FACE)) l->waiting[l->num_waiting++] = f;
+    l->face[f] = CQI_WAITS | CQI_LISTED_FACE;
+}
+
+static void cqi_make_even(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v];
+    l->label[v] = CQI_EVEN;
+    l->since[v] = 0;
+    do {
+        cqi_wait(l, (cq_index)(h / 3));
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+}
+
+/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around
+ * it is one region. */
+static int cqi_count_bad(const cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_polygon p;
+    cq_index h = m->out[v];
+    int bad = 0, all = 0;
+    do {
+        if (cqi_is_cut(l, h)) {
+            all++;
+            bad += !cqi_read_polygon(l, (cq_index)(h / 3), &p);
+        }
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    return all ? bad : 1;
+}
+
+/* The odd vertex of a region that becomes even. */
+static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
+{
+    cq_index best = CQ_NONE;
+    int k, least = 0;
+    for (k = 0; k < 3 * region->faces; k++) {
+        const cq_index v = l->mesh->origin[3 * region->face[k / 3] + (cq_index)(k % 3)];
+        int bad;
+        if (!cqi_is_odd(l, v) || v == best) continue;
+        l->label[v] = CQI_EVEN;
+        bad = cqi_count_bad(l, v);
+        l->label[v] = CQI_ODD;
+        if (best != CQ_NONE && (bad > least || (bad == least && l->since[v] <= l->since[best]))) continue;
+        best = v;
+        least = bad;
+    }
+    return best;
+}
+
+/* Notes that a polygon has been checked. What lies around its corners may be new. */
+static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
+{
+    int k;
+    for (k = 0; k < p->corners; k++) l->label[cqi_place(l, p, p->corner[k])] |= CQI_LOOK_AROUND;
+    for (k = 0; k < p->faces; k++) {
+        uint8_t *face = &l->face[p->face[k]];
+        *face = (uint8_t)((*face & CQI_LISTED_FACE) | (p->corners == 4 ? CQI_OF_FOUR : 0));
+    }
+}
+
+static void cqi_repair(cqi_labels *l)
+{
+    cqi_polygon p;
+    while (l->num_waiting) {
+        const cq_index f = l->waiting[--l->num_waiting];
+        l->face[f] &= (uint8_t)~CQI_LISTED_FACE;
+        if (!(l->face[f] & CQI_WAITS)) continue;
+        if (cqi_read_polygon(l, f, &p)) {
+            cqi_note_polygon(l, &p);
+        } else {
+            cqi_wait(l, f);
+            cqi_read_region(l, f, CQI_REGION_FACES, &p);
+            cqi_make_even(l, cqi_choose_even(l, &p));
+        }
+    }
+}
+
+static void cqi_wait_all(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index f;
+    memset(l->face, 0, cqi_face_slots(m));
+    l->num_waiting = 0;
+    for (f = cqi_face_slots(m); f--;)
+        if (cqi_is_face(m, f)) cqi_wait(l, f);
+}
+
+/* -- Regular levels: what lies around an even vertex -- */
+
+#define CQI_ROUNDS 64
+
+/* The odd vertex of a polygon that was labelled last, or CQ_NONE. */
+static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
+{
+    cq_index last = CQ_NONE;
+    int k;
+    for (k = 0; k < p->size; k++) {
+        const cq_index v = cqi_place(l, p, k);
+        if (cqi_is_odd(l, v) && (last == CQ_NONE || l->since[v] > l->since[last])) last = v;
+    }
+    return last;
+}
+
+/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE. If it has been noted before: the odd vertex
+ * that is to become even. */
+static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
+{
+    cq_index k = 0;
+    if (!(l->mesh->mark[w] & CQI_SCRATCH)) {
+        l->mesh->mark[w] |= CQI_SCRATCH;
+        l->queue[*n] = w;
+        l->waiting[(*n)++] = odd;
+        return CQ_NONE;
+    }
+    while (l->queue[k] != w) k++;
+    return odd == CQ_NONE ? l->waiting[k] : odd;
+}
+
+/* The end of a side that leaves v along h, and the odd vertex on it. */
+static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_index *odd)
+{
+    const cq_index w = cq_target(l->mesh, h);
+    *odd = cqi_is_odd(l, w) ? w : CQ_NONE;
+    return *odd == CQ_NONE ? w : l->parent[l->parent[0][w] == v][w];
+}
+
+/* The corner opposite v in the polygon of 4 corners that face f lies in. */
+static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f, cqi_polygon *p)
+{
+    int k = 0;
+    cqi_read_region(l, f, CQI_POLYGON_FACES, p);
+    cqi_find_corners(l, p);
+    while (cqi_place(l, p, p->corner[k]) != v) k++;
+    return cqi_place(l, p, p->corner[(k + 2) % 4]);
+}
+
+/* An odd vertex near v that must become even, as a vertex lies around v twice; or CQ_NONE. */
+static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v], n = 0, conflict = CQ_NONE, odd, w;
+    cqi_polygon p;
+    do {
+        if (cqi_is_cut(l, h)) {
+            w = cqi_side_end(l, v, h, &odd);
+            conflict = cqi_note_around(l, &n, w, odd);
+            if (conflict == CQ_NONE && l->face[h / 3] & CQI_OF_FOUR) {
+                w = cqi_opposite_corner(l, v, (cq_index)(h / 3), &p);
+                conflict = cqi_note_around(l, &n, w, cqi_last_odd(l, &p));
+            }
+        }
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v] && conflict == CQ_NONE);
+    while (n) m->mark[l->queue[--n]] &= (uint8_t)~CQI_SCRATCH;
+    return conflict;
+}
+
+/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
+ * too many rounds, which bounds the time that a vertex with many neighbours may take. */
+static int cqi_settle(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    int rounds, again = 1;
+    for (rounds = 0; again && rounds < CQI_ROUNDS; rounds++) {
+        cq_index v, conflict;
+        again = 0;
+        for (v = 0; v < cqi_vertex_slots(m); v++) {
+            if (!(l->label[v] & CQI_LOOK_AROUND)) continue;
+            l->label[v] &= (uint8_t)~CQI_LOOK_AROUND;
+            conflict = cqi_find_conflict(l, v);
+            if (conflict == CQ_NONE) continue;
+            cqi_make_even(l, conflict);
+            cqi_repair(l);
+            again = 1;
+        }
+    }
+    return !again;
+}
+
+/* -- Regular levels: limits --
+ *
+ * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these
+ * edges survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around
+ * it from the nearest point of the parents' edge. */
+
+#define CQI_LIMIT 8 /* steps */
+#define CQI_NORMAL_BITS 12
+
+/* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so
+ * products have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
+static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
+{
+    const cqi_vector along = cqi_subtract(b, a);
+    const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
+    const int64_t part = at <= 0 || !length ? 0 : at >= length ? 4096 : at * 4096 / length;
+    cqi_vector x;
+    x.x = (int32_t)(16 * (int64_t)a.x + part * along.x / 256);
+    x.y = (int32_t)(16 * (int64_t)a.y + part * along.y / 256);
+    x.z = (int32_t)(16 * (int64_t)a.z + part * along.z / 256);
+    return x;
+}
+
+/* Square of the distance of a point, in 1/16, from the plane through the origin and two others, in 1/256. The normal is
+ * reduced to 12 bits, so its product with the point has 32, and the square 64. */
+static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector point)
+{
+    cqi_vector normal = cqi_cross(a, b);
+    int64_t product;
+    const uint32_t bits = cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z);
+    normal = cqi_shift(normal, cqi_bit_length(bits >> CQI_NORMAL_BITS));
+    product = cqi_wide_dot(normal, point);
+    product = product < 0 ? -product : product;
+    return (uint64_t)product * (uint64_t)product / ((uint64_t)cqi_wide_dot(normal, normal) + !product);
+}
+
+/* Square of how far v is from the edge a - b, in 1/256 step. */
+static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_vector at[CQ_MAX_VALENCE + 1], nearest;
+    int real[CQ_MAX_VALENCE + 1], n = 0, k, shift;
+    cq_index h = m->out[v];
+    uint32_t bits = 0;
+    uint64_t most = 0;
+    do {
+        const cq_index w = cq_target(m, h);
+        real[n] = !cq_is_virtual(m, w);
+        if (real[n]) {
+            at[n] = cqi_offset(l->positions, v, w);
+            bits |= cqi_abs(at[n].x) | cqi_abs(at[n].y) | cqi_abs(at[n].z);
+        }
+        n++;
+        h = cq_clockwise(m, h);
+    } while (h != m->out[v]);
+    shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
+    for (k = 0; k < n; k++)
+        if (real[k]) at[k] = cqi_shift(at[k], shift);
+    nearest = cqi_nearest_point(cqi_shift(cqi_offset(l->positions, v, a), shift),
+                                cqi_shift(cqi_offset(l->positions, v, b), shift));
+    for (k = 0; k < n; k++) {
+        const int next = k + 1 < n ? k + 1 : 0;
+        const uint64_t square = real[k] && real[next] ? cqi_square_off_plane(at[k], at[next], nearest) : 0;
+        if (square > most) most = square;
+    }
+    return most << 2 * shift;
+}
+
+static uint64_t cqi_square_limit(int64_t steps) { return (uint64_t)(256 * steps * steps); }
+
+/* Is v farther from the edge a - b than l->limit allows? */
+static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
+}
+
+/* Before polygons are checked: makes even what is too far. */
+static void cqi_refuse(cqi_labels *l)
+{
+    cq_index v;
+    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
+        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
+}
+
+/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
+ * steps three fifths are farther than 16, and a fifth farther than 32, but more of these where many are farther than
+ * 8. */
+static int cqi_has_sharp_edges(const cqi_labels *l)
+{
+    cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
+    int k;
+    for (v = 0; v < l->mesh->num_vertices; v++) {
+        uint64_t square;
+        if (!cqi_is_odd(l, v)) continue;
+        square = cqi_square_off(l, v, l->parent[0][v], l->parent[1][v]);
+        for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
+        odd++;
+    }
+    return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
+           (uint64_t)far[2] * 10 * odd >= (uint64_t)far[0] * 2 * odd + (uint64_t)far[0] * 5 * far[0];
+}
+
+/* -- Regular levels: filling --
+ *
+ * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even
+ * neighbours a, b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be
+ * coded the best one is taken, if it costs less than a dissolved edge: dissolved edges more than before, and four
+ * times the distance from the middle of the parents in relation to their distance. On a boundary the parents are those
+ * along it. */
+
+#define CQI_FILL_VALENCE 8
+#define CQI_FILL_COST 64 /* of a dissolved edge */
+
+/* The ring of v: spokes, counter-clockwise. Place `virtual_one` is of a virtual vertex, or -1. */
+typedef struct cqi_fill_ring {
+    int size, virtual_one;
+    cq_index spoke[CQI_FILL_VALENCE];
+    uint8_t even[CQI_FILL_VALENCE];
+} cqi_fill_ring;
+
+static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index h = m->out[v];
+    r->size = 0;
+    r->virtual_one = -1;
+    do {
+        if (cq_is_virtual(m, cq_target(m, h))) r->virtual_one = r->size;
+        r->even[r->size] = !cqi_is_odd(l, cq_target(m, h));
+        r->spoke[r->size++] = h;
+        h = cq_counterclockwise(m, h);
+    } while (h != m->out[v]);
+}
+
+/* Could places i and j be the parents? Even vertices between are corners, two at most; a virtual one lies alone. */
+static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
+{
+    int inside = 0, outside = 0, k;
+    if (!r->even[i] || !r->even[j]) return 0;
+    for (k = 0; k < r->size; k++) {
+        if (k == i || k == j) continue;
+        if (k > i && k < j) inside += r->even[k];
+        else outside += r->even[k];
+    }
+    if (inside > 2 || outside > 2) return 0;
+    if (r->virtual_one < 0) return 1;
+    k = (j - i + r->size) % r->size;
+    if (r->virtual_one == i + 1) return k == 2;
+    if (r->virtual_one == j + 1) return k == r->size - 2;
+    return r->virtual_one == 0 && i == 1 && j == r->size - 1;
+}
+
+/* Four times the distance of v from the middle of a and b, divided by their distance. */
+static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
+{
+    cqi_vector to_a, to_b, sum;
+    if (!l->positions) return 0;
+    to_a = cqi_offset(l->positions, v, a);
+    to_b = cqi_offset(l->positions, v, b);
+    sum.x = to_a.x + to_b.x;
+    sum.y = to_a.y + to_b.y;
+    sum.z = to_a.z + to_b.z;
+    to_a = cqi_subtract(to_a, to_b);
+    return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_root((uint64_t)cqi_wide_dot(sum, sum)) /
+                      (cqi_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
+}
+
+/* Polygons of 4 corners around v. */
+static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
+{
+    int k, n = 0;
+    for (k = 0; k < r->size; k++)
+        n += cqi_is_cut(l, r->spoke[k]) && l->face[r->spoke[k] / 3] & CQI_OF_FOUR;
+    return n;
+}
+
+/* Makes v odd, if there are parents for it. */
+static int cqi_fill(cqi_labels *l, cq_index v)
+{
+    const cq_mesh *m = l->mesh;
+    cqi_fill_ring r;
+    cqi_polygon left, right;
+    const uint8_t label = l->label[v];
+    int i, j, before, best_i = -1, best_j = -1, best = CQI_FILL_COST;
+    cqi_read_fill_ring(l, v, &r);
+    before = cqi_count_of_four(l, &r);
+    l->label[v] = CQI_ODD;
+    for (i = 0; i < r.size; i++)
+        for (j = i + 2; j < r.size; j++) {
+            int cost;
+            if (!cqi_are_opposite(&r, i, j)) continue;
+            l->parent[0][v] = cq_target(m, r.spoke[i]);
+            l->parent[1][v] = cq_target(m, r.spoke[j]);
+            cost = (int)cqi_fill_distance(l, v, l->parent[0][v], l->parent[1][v]) - CQI_FILL_COST * before;
+            if (cost >= best || !cqi_read_polygon(l, (cq_index)(r.spoke[i] / 3), &left)) continue;
+            cost += left.corners == 4 ? CQI_FILL_COST : 0;
+            if (cost >= best || !cqi_read_polygon(l, (cq_index)(r.spoke[j] / 3), &right)) continue;
+            cost += right.corners == 4 ? CQI_FILL_COST : 0;
+            if (cost >= best || cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) continue;
+            best = cost;
+            best_i = i;
+            best_j = j;
+        }
+    l->label[v] = label;
+    if (best_i < 0) return 0;
+    cqi_make_odd(l, v, cq_target(m, r.spoke[best_i]), cq_target(m, r.spoke[best_j]));
+    cqi_read_polygon(l, (cq_index)(r.spoke[best_i] / 3), &left);
+    cqi_read_polygon(l, (cq_index)(r.spoke[best_j] / 3), &right);
+    cqi_note_polygon(l, &left);
+    cqi_note_polygon(l, &right);
+    l->since[l->parent[0][v]]++;
+    l->since[l->parent[1][v]]++;
+    return 1;
+}
+
+static void cqi_count_children(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    cq_index v;
+    for (v = 0; v < m->num_vertices; v++)
+        if (!cqi_is_odd(l, v)) l->since[v] = 0;
+    for (v = 0; v < m->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        l->since[l->parent[0][v]]++;
+        l->since[l->parent[1][v]]++;
+    }
+}
+
+#ifndef CQI_FILL_PASSES
+#define CQI_FILL_PASSES 4
+#endif
+static void cqi_fill_all(cqi_labels *l)
+{
+    const cq_mesh *m = l->mesh;
+    int pass;
+    cqi_count_children(l);
+    for (pass = 0; pass < CQI_FILL_PASSES; pass++) {
+        cq_index v, n = 0;
+        for (v = 0; v < m->num_vertices; v++)
+            if (m->out[v] != CQ_NONE && !cqi_is_odd(l, v) && l->since[v] == 0 && m->valence[v] <= CQI_FILL_VALENCE)
+                n = (cq_index)(n + (cq_index)cqi_fill(l, v));
+        if (!n) break;
+    }
+}
+
+/* -- Regular levels: the best labelling -- */
+
+/* A seed: an inner vertex, if there is one, from about that place in their order on: irregular, or of valence 8. */
+static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
+{
+    const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
+    cq_index k, any = CQ_NONE;
+    for (k = 0; k < n; k++) {
+        const cq_index v = (cq_index)((start + k) % n);
+        if (m->out[v] == CQ_NONE) continue;
+        if (any == CQ_NONE) any = v;
+        if ((eight ? m->valence[v] == 8 : m->valence[v] != 6) && !cqi_on_boundary(m, v)) return v;
+    }
+    return any;
+}
+
+/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices:
+ * they were there before the subdivision. Waves across any even valence are for quads whose diagonals alternate, with
+ * valences 8, where the wave must begin, and 4; elsewhere those across valence 6 leave more to filling. */
+enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
+#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
+
+/* The waves of a labelling. */
+static void cqi_try_waves(cqi_labels *l, int number)
+{
+    const int any_valence = number == CQI_ANY_VALENCE;
+    l->alike = number == CQI_STRIPS;
+    if (number == CQI_STRIPS) cqi_label_strips(l, cqi_find_seed(l->mesh, 0, 0));
+    else cqi_label_all(l, cqi_find_seed(l->mesh, (uint32_t)number, any_valence), any_valence);
+}
+
+/* What follows waves: all polygons can be coded then. Returns the number of odd vertices. */
+static cq_index cqi_finish_waves(cqi_labels *l)
+{
+    cqi_refuse(l);
+    cqi_wait_all(l);
+    cqi_repair(l);
+    return cqi_count_odd(l);
+}
+
+/* A labelling from the waves to the end. */
+static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
+{
+    l->limit = limit;
+    if (number != l->ready) {
+        cqi_try_waves(l, number);
+        cqi_finish_waves(l);
+    }
+    l->ready = CQI_NO_LABELS;
+    cqi_fill_all(l);
+    return cqi_settle(l) ? cqi_count_odd(l) : 0;
+}
+
+static cq_index cqi_count_live(const cq_mesh *m)
+{
+    cq_index v, n = 0;
+    for (v = 0; v < m->num_vertices; v++) n = (cq_index)(n + (m->out[v] != CQ_NONE));
+    return n;
+}
+
+/* Odd vertices of a mesh of which every face was cut in four, but for some: one on each coarse edge. A labelling
+ * cannot be much better. */
+static cq_index cqi_all_odd(const cq_mesh *m)
+{
+    cq_index f, faces = 0, boundary = 0;
+    for (f = 0; f < m->num_faces; f++) faces = (cq_index)(faces + (cq_index)cqi_is_face(m, f));
+    for (f = m->first_virtual_face; f < cqi_face_slots(m); f++)
+        boundary = (cq_index)(boundary + (cq_index)cqi_is_face(m, f));
+    return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
+}
+
+/* The best labelling. Waves across any valence label a third of any mesh, so they must do better. What waves label
+ * grows no more, so most labellings need not be repaired. */
+static int cqi_choose_labelling(cqi_labels *l)
+{
+    const cq_index live = cqi_count_live(l->mesh), least = (cq_index)((uint64_t)live * (uint32_t)l->least / 1000 + 1);
+    const cq_index all = cqi_all_odd(l->mesh);
+    cq_index best = 0, most = 0;
+    int k, chosen = CQI_NO_LABELS;
+    l->limit = 0;
+    l->ready = CQI_NO_LABELS;
+    for (k = 0; k < CQI_STRIPS && best < all; k++) {
+        cq_index n;
+        if (k == 2 && most < CQI_MORE_LABELS(live)) break;
+        cqi_try_waves(l, k);
+        l->ready = CQI_NO_LABELS;
+        n = cqi_count_odd(l);
+        if (k != CQI_ANY_VALENCE && n > most) most = n;
+        if (k == CQI_ANY_VALENCE && n - n / 3 > most) most = (cq_index)(n - n / 3);
+        if (n <= best) continue;
+        n = cqi_finish_waves(l);
+        l->ready = k;
+        if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 8);
+        if (n <= best) continue;
+        best = n;
+        chosen = k;
+    }
+    if (most >= least) return chosen;
+    l->ready = CQI_NO_LABELS;
+    return cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
+}
+
+/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves
+ * enough. */
+static cq_index cqi_find_labels(cqi_labels *l)
+{
+    const int number = cqi_choose_labelling(l);
+    cq_index n;
+    if (number == CQI_NO_LABELS) return 0;
+    n = cqi_label_with(l, number, 0);
+    if (!n || !l->step || !l->positions || !cqi_has_sharp_edges(l)) return n;
+    n = cqi_label_with(l, number, CQI_LIMIT * l->step);
+    return n > cqi_count_live(l->mesh) / 3 ? n : cqi_label_with(l, number, 0);
+}
+
+/* -- Regular levels: undoing one -- */
+
+/* Notes what a polygon says of the odd vertices on its sides, and turns it back to coarse faces. */
+static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
+{
+    cq_index at[CQI_POLYGON_FACES + 2];
+    int k;
+    for (k = 0; k < p->size; k++) at[k] = cqi_place(l, p, k);
+    for (k = 0; k < p->corners; k++) {
+        const cq_index a = at[p->corner[k]], odd = at[cqi_next_place(p, p->corner[k])];
+        if (cqi_is_marked(p, k))
+            l->label[odd] |= (uint8_t)(cqi_side_of(p, k) << (l->parent[0][odd] == a ? 2 : 5));
+    }
+    for (k = 0; k < p->undone; k++) {
+        const cq_index x = at[p->undo[k][0]], y = at[p->undo[k][1]];
+        cqi_flip(m, cqi_is_odd(l, x) ? cqi_find_spoke(m, x, y) : cqi_find_spoke(m, y, x));
+    }
+}
+
+/* Can this edge at an odd vertex be flipped without leaving its coarse face? Then it is not the last one there. */
+static int cqi_is_extra(const cqi_labels *l, cq_index h)
+{
+    const cq_mesh *m = l->mesh;
+    return !cqi_is_cut(l, h) &&
+           (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
+}
+
+/* Takes an odd vertex out of its edge: flips what it has more than four neighbours, then collapses it into a parent. */
+static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v)
+{
+    cq_index first, last, h = m->out[v];
+    while (m->valence[v] > 4) {
+        if (cqi_is_extra(l, h)) {
+            cqi_flip(m, h);
+            h = m->out[v];
+        } else {
+            h = cq_clockwise(m, h);
+        }
+    }
+    l->label[v] = (uint8_t)((l->label[v] & ~CQI_LABEL) | CQI_EVEN);
+    cq_mesh_collapse(m, m->twin[cqi_find_spoke(m, v, l->parent[0][v])], &first, &last);
+}
+
+/* Undoes the level on the mesh, which l was made for, and writes a note for each odd vertex. */
+static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32_t level)
+{
+    cq_index f, v;
+    cqi_polygon p;
+    memset(l->face, 0, cqi_face_slots(m));
+    for (f = 0; f < cqi_face_slots(m); f++) {
+        int k;
+        if (!cqi_is_face(m, f) || l->face[f]) continue;
+        cqi_read_polygon(l, f, &p);
+        for (k = 0; k < p.faces; k++) l->face[p.face[k]] = 1;
+        cqi_undo_polygon(l, m, &p);
+    }
+    for (v = 0; v < m->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        cqi_undo_odd(l, m, v);
+        note->removed = v;
+        note->kept = l->parent[0][v];
+        note->face[0] = l->parent[1][v];
+        note->face[1] = CQ_NONE;
+        note->p = l->label[v] >> 2 & 7;
+        note->q = l->label[v] >> 5;
+        note->first = 0;
+        note->level = (uint8_t)level;
+        note++;
+    }
+}
 
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
@@ -7652,7 +10198,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
     p->note[p->num_notes++].level = 0;
     p->most_loss = most_loss;
     p->tries = 0;
-    p->level = 1;
+    p->level = p->num_regular + 1;
     while (p->level <= CQ_MAX_LEVELS) {
         const cq_index notes = p->num_notes;
         p->refused_loss = CQI_ANY_LOSS;
@@ -7689,11 +10235,96 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
     if (p->num_seeds) memcpy(p->seed, sorted, p->num_seeds * sizeof *sorted);
 }
 
+/* -- How far a regular level is from the exact surface --
+ *
+ * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or what
+ * it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
+
+/* Tries the faces around a vertex until one is near enough. */
+static void cqi_try_around(const cqi_plan *p, cq_index centre, cq_index v, cqi_nearest *n)
+{
+    const cq_mesh *m = &p->mesh;
+    const uint32_t enough = cqi_error_now(p);
+    cq_index h = m->out[centre];
+    int k = 0;
+    do {
+        cqi_try_face(p, h, v, n);
+        h = cq_clockwise(m, h);
+    } while (h != m->out[centre] && (n->error == UINT32_MAX || (n->error > enough && ++k < CQ_MAX_VALENCE)));
+}
+
+static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
+{
+    const cq_mesh *m = &p->mesh;
+    cq_index before = CQ_NONE;
+    cqi_nearest n;
+    int k, step;
+    n.error = UINT32_MAX;
+    cqi_try_around(p, near, v, &n);
+    for (step = 0; step < 16 && n.h != before && n.error > cqi_error_now(p); step++) {
+        before = n.h;
+        for (k = 0; k < 3; k++) {
+            const cq_index corner = m->origin[cqi_corner(before, k)];
+            if (!cq_is_virtual(m, corner)) cqi_try_around(p, corner, v, &n);
+        }
+    }
+    cqi_push(p, &p->attached[n.h / 3], v);
+    if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
+}
+
+/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later levels come
+ * first, so that those of earlier ones find it. */
+static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
+{
+    cq_index k = p->num_notes;
+    p->level_error[p->level] = p->level_error[p->level - 1];
+    memset(p->attached, 0xff, cqi_all_faces(s) * sizeof(cq_index));
+    while (k--) {
+        const cq_index v = p->note[k].removed, kept = p->note[k].kept;
+        p->decoded[v] = p->mesh.out[kept] == CQ_NONE ? p->decoded[kept] : kept;
+        cqi_measure_vertex(p, v, p->decoded[v]);
+    }
+}
+
+/* Regular levels need that positions are all that there is, and that every vertex may go. */
+static int cqi_may_be_regular(const cqi_plan *p, const cq_shape *s)
+{
+    if (p->row_of_vertex || p->locked) return 0;
+    return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
+}
+
+/* Takes regular levels while they are worth it; memory that is idle. */
+static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
+{
+    cq_index live = (cq_index)in->shape.num_vertices;
+    const int channel = cqi_context_channel(&in->shape);
+    p->num_regular = 0;
+    if (channel >= 0) p->measured = in->values[channel];
+    while (live && cqi_may_be_regular(p, &in->shape) && p->num_regular < p->most_regular) {
+        cqi_labels l;
+        cq_index n;
+        if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
+        l.positions = p->measured;
+        l.step = channel < 0 ? 0 : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
+        n = cqi_find_labels(&l);
+        if (n < live / 12 + 1 || n < 24) return;
+        p->num_regular++;
+        p->count_of[p->num_regular] = n;
+        cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
+        p->num_notes = (cq_index)(p->num_notes + n);
+        p->level = p->num_regular;
+        if (p->measured) cqi_measure_regular(p, &in->shape);
+        live = (cq_index)(live - n);
+    }
+}
+
 static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
 {
     cqi_plan *p = &e->plan;
     uint32_t most_loss, k;
     cq_index live = (cq_index)in->shape.num_vertices;
+    p->num_levels = p->num_regular;
+    live = (cq_index)(live - p->num_notes);
     cqi_set_goal(p, in, (cq_value *)(void *)(p->follower + cqi_all_vertices(&in->shape))); /* the replay's memory */
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
@@ -7810,11 +10441,22 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
 #endif
 }
 
-static void cqi_write_maps(const cq_input *in, const cqi_plan *p)
+/* The decoded face of an input face, by its vertices: that on the left of its first edge. */
+static cq_index cqi_match_face(const cqi_plan *p, const cq_mesh *decoded, const cq_index *corner)
 {
+    const cq_index a = p->decoded[corner[0]], h = cqi_find_edge(decoded, a, p->decoded[corner[1]]);
+    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
+}
+
+static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
+{
+    const cqi_plan *p = &e->plan;
     cq_index v, f;
+    for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++)
+        in->face_map[f] = cqi_match_face(p, &e->replay.mesh, in->indices + 3 * (size_t)f);
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
-    for (f = 0; in->face_map && f < in->shape.num_faces; f++) in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
+    for (f = 0; !p->num_regular && in->face_map && f < in->shape.num_faces; f++)
+        in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
 }
 
 static void cqi_report_encoding(cq_report *r, const cq_shape *s, size_t bytes)
@@ -7865,9 +10507,9 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     return result;
 }
 
-#endif
-
 static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
+
+#endif
 
 /* Builds the mesh that is coded. */
 static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
@@ -7895,8 +10537,9 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     return result;
 }
 
-cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
-                    size_t *stream_size, cq_place *place, cq_report *report)
+/* Encodes with so many regular levels at most. */
+static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size, uint32_t most_regular, uint8_t *out,
+                                 size_t out_size, size_t *stream_size, cq_place *place, cq_report *report)
 {
     cqi_encoder *e = (cqi_encoder *)memory;
     cq_preparation counts;
@@ -7905,18 +10548,6 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
     const cq_input *coded;
-    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
-        (in->shape.num_faces && !in->indices))
-        return CQ_ERROR_ARGUMENT;
-    if (in->shape.num_materials) return CQ_ERROR_UNSUPPORTED;
-    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
-    if (place) place->face = place->vertex = place->other = CQ_NONE;
-    result = cqi_check_values(in, place);
-    if (result != CQ_OK) return result;
-    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
-    if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
-    result = cqi_check_indices(in, place);
-    if (result != CQ_OK) return result;
     memset(e, 0, sizeof *e);
     memset(&counts, 0, sizeof counts);
     coded = &e->coded;
@@ -7933,13 +10564,97 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
     if (report) memset(report, 0, sizeof *report);
     if (report) report->prepared = counts;
     e->replay.report = report;
+    e->plan.most_regular = most_regular;
+    cqi_take_regular(&e->plan, coded, &arena);
     cqi_simplify_all(e, coded);
     cqi_replay(e, coded);
     result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &coded->shape, *stream_size);
     if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &coded->shape);
-    else cqi_write_maps(in, &e->plan);
+    else cqi_write_maps(in, e);
     return result;
+}
+
+/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that the
+ * mesh has half of the vertices, for those of a coarser mesh also take more. */
+static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
+{
+    uint32_t live = num_vertices, j;
+    for (j = 1; j < k; j++) live -= p->count_of[j];
+    return (uint32_t)((uint64_t)without * 128 / num_vertices) +
+           3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
+}
+
+/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as far
+ * passes, for most vertices are much nearer; more, as all bytes are fewer; and a step. */
+static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
+{
+    uint32_t level = other->num_levels, error;
+    while (level > 1 && other->bytes_at[level - 1] <= p->bytes_at[k]) level--;
+    error = cqi_error_of_code(other->level_error[level]);
+    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <= 4 * without * (uint64_t)error + 16 * (uint64_t)bytes;
+}
+
+/* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
+ * finest ones as long as they take not too much; and if the goal is balanced, as long as what is before them is near
+ * enough. */
+static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without, const cq_input *in)
+{
+    const uint32_t num_vertices = in->shape.num_vertices;
+    uint32_t k = 1;
+    if (without < bytes) return 0;
+    while (k <= p->num_regular &&
+           p->bytes_of[k] * (uint64_t)128 <= (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
+           (in->goal != CQ_BALANCED || !p->measured || cqi_is_near(p, k, other, bytes, without)))
+        k++;
+    return k - 1;
+}
+
+/* With regular levels if there are any; then without, to compare; then with fewer, if some do not pay. */
+static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                                 size_t *stream_size, cq_place *place, cq_report *report)
+{
+    cqi_plan plan;
+    cq_input plain;
+    size_t without = 0;
+    uint32_t best;
+    const cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
+#ifdef CQ_TRAINING
+    return result;
+#endif
+    plan = ((cqi_encoder *)memory)->plan;
+    if (!plan.num_regular) return result;
+    plain = *in;
+    plain.map = plain.face_map = NULL;
+    plain.progress = NULL;
+    cqi_encode_pass(&plain, memory, memory_size, 0, NULL, 0, &without, NULL, NULL);
+    best = cqi_choose_regular(&plan, &((cqi_encoder *)memory)->plan, *stream_size, without, in);
+    if (best == plan.num_regular) return result;
+    plain.map = in->map;
+    plain.face_map = in->face_map;
+    return cqi_encode_pass(&plain, memory, memory_size, best, out, out_size, stream_size, place, report);
+}
+
+cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                    size_t *stream_size, cq_place *place, cq_report *report)
+{
+    cq_result result;
+    if (!in || !stream_size || (out_size && !out) || in->shape.num_channels > CQ_MAX_CHANNELS ||
+        (in->shape.num_faces && !in->indices))
+        return CQ_ERROR_ARGUMENT;
+#ifdef CQ_NO_WEDGES
+    if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+#endif
+    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
+    if (place) place->face = place->vertex = place->other = CQ_NONE;
+    result = cqi_check_values(in, place);
+    if (result != CQ_OK) return result;
+    if (!cq_encoder_bytes(&in->shape)) return CQ_ERROR_TOO_LARGE;
+    if (!memory || (uintptr_t)memory % 8 || memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
+    result = cqi_check_indices(in, place);
+    if (result != CQ_OK) return result;
+    return cqi_encode_best(in, memory, memory_size, out, out_size, stream_size, place, report);
 }
 
 #endif /* CQ_NO_ENCODER */

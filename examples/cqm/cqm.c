@@ -23,10 +23,10 @@ static const char main_help[] =
     "  cqm --help                           this text\n"
     "  cqm --version                        version of the library\n"
     "\n"
-    "Mesh files are OFF, OBJ, PLY and STL, told by the end of the name. They hold\n"
-    "triangles only; an edge has one or two faces, which agree on the orientation;\n"
-    "the faces around a vertex are one fan; each vertex has a face. Messages number\n"
-    "vertices and faces from 0.\n"
+    "Mesh files are OFF, OBJ, PLY and STL, told by the end of the name. Any faces\n"
+    "will do: polygons are cut into triangles, vertices may have other normals or\n"
+    "texture coordinates in each face, and what is no surface is carried beside it.\n"
+    "Messages number vertices and faces from 0.\n"
     "\n"
     "The file name - is standard input or output. Options end at --, and take their\n"
     "value as the next argument or as --name=value.\n"
@@ -37,15 +37,18 @@ static const char main_help[] =
 static const char encode_help[] =
     "cqm encode [OPTION]... IN OUT.cqm\n"
     "\n"
-    "Encodes a mesh file. Decoding gives back the same triangles and, on the grid,\n"
-    "the same positions, both in an order of their own.\n"
+    "Encodes a mesh file. Decoding gives back the same triangles, with all that their\n"
+    "corners have, on the grid, in an order of their own. One line says what is no\n"
+    "surface (repeated faces, faces without area, unused vertices) and where the\n"
+    "surface had to be cut for coarser meshes; nothing of that is lost.\n"
     "\n"
     "  --bits N           bits per coordinate, 1 to 24, default 12: positions are\n"
     "                     rounded to a uniform grid that begins at the minimum of the\n"
     "                     bounding box and has 2^N points along its longest side;\n"
-    "                     32: as 32-bit floats; coarse meshes are then made by valences\n"
-    "                     alone, and their errors are not known. What floats cannot\n"
-    "                     hold (doubles) is told, with the distance\n"
+    "                     32: as 32-bit floats, far from the origin behind an origin\n"
+    "                     of their own; coarse meshes are then made by valences alone,\n"
+    "                     and their errors are not known. What floats cannot hold\n"
+    "                     (doubles) is told, with the distance\n"
     "  --bits LIST        the same for several channels: normals=N, texcoords=N,\n"
     "                     colors=N, positions=N, with commas; default: normals=10,\n"
     "                     texcoords=12, colors=8\n"
@@ -54,11 +57,16 @@ static const char encode_help[] =
     "                     along an axis: tiles that share a grid meet without cracks\n"
     "  --channels LIST    what to keep beside the triangles, of positions, normals,\n"
     "                     texcoords, colors, materials, with commas; default: all\n"
-    "                     that the file has for each vertex, and materials of OBJ.\n"
-    "                     What cannot be kept is told. Materials are numbered, their\n"
-    "                     names are not kept\n"
+    "                     that the file has. What cannot be kept is told. With the\n"
+    "                     materials go groups and objects, and the names of all three.\n"
+    "                     Smoothing groups become normals where a file has none\n"
     "  --connectivity     keep nothing beside the triangles\n"
-    "  --keep-order       also keep the order of the vertices\n"
+    "  --keep-order       also keep the order of the vertices: those at the same place\n"
+    "                     are then several, where the surface may open\n"
+    "  --lock-border      keep the vertices at the border of the surface at every level,\n"
+    "                     for tiles: with one --grid they meet without cracks\n"
+    "  --clean            along seams only whole edges collapse, so that no row of the\n"
+    "                     vertex buffers ever moves; the base is larger\n"
     "  --goal GOAL        balanced (default): features of the surface stay longest;\n"
     "                     least-connectivity: by valences alone\n"
     "  --format FORMAT    IN is off, obj, ply or stl, for names that do not tell\n"
@@ -91,7 +99,8 @@ static const char decode_help[] =
     "exit status 1; with --bytes, no message and status 0. No mesh is written if not\n"
     "even the base is complete, or if bytes are corrupt or follow the stream's end.\n"
     "Without positions in the stream, all are written as 0 0 0, with a warning; STL\n"
-    "would then hold nothing and is refused.\n";
+    "would then hold nothing and is refused. Names, unused vertices and faces that are\n"
+    "no surface come with the last bytes.\n";
 
 static const char info_help[] =
     "cqm info [OPTION]... IN.cqm\n"
@@ -109,13 +118,16 @@ static const char verify_help[] =
     "cqm verify [OPTION]... IN...\n"
     "\n"
     "Encodes each mesh file, decodes the stream in one piece and in small ones, and\n"
-    "compares the triangles and, on their grids, all other numbers, and positions with\n"
-    "those of the file. Prints one line per file. Exit status 0: all are equal.\n"
+    "compares all triangles with all that their corners and faces have, as often as\n"
+    "each occurs, unused vertices, names, and positions with those of the file. Prints\n"
+    "one line per file. Exit status 0: all are equal.\n"
     "\n"
     "  --bits N or LIST   as for encode\n"
     "  --channels LIST    as for encode\n"
     "  --connectivity     as for encode\n"
     "  --keep-order       as for encode\n"
+    "  --lock-border      as for encode\n"
+    "  --clean            as for encode\n"
     "  --goal GOAL        as for encode\n"
     "  --grid X,Y,Z,STEP  as for encode\n"
     "  --format FORMAT    each IN is off, obj, ply or stl, for names that do not tell\n"
@@ -144,7 +156,8 @@ static const struct command commands[] = {
 };
 
 enum option_id {
-    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL, ERROR, BYTES, JSON
+    BITS, CHANNELS, CONNECTIVITY, KEEP_ORDER, LOCK_BORDER, CLEAN, GOAL, GRID, FORMAT, STRICT, QUIET, VERTICES, LEVEL,
+    ERROR, BYTES, JSON
 };
 
 #define NUMBERS "a number up to 4294967294"
@@ -162,6 +175,8 @@ static const struct option option_list[] = {
     { "--channels", CHANNELS, "a list of positions, normals, texcoords, colors, materials", ENCODE | VERIFY },
     { "--connectivity", CONNECTIVITY, NULL, ENCODE | VERIFY },
     { "--keep-order", KEEP_ORDER, NULL, ENCODE | VERIFY },
+    { "--lock-border", LOCK_BORDER, NULL, ENCODE | VERIFY },
+    { "--clean", CLEAN, NULL, ENCODE | VERIFY },
     { "--goal", GOAL, "balanced or least-connectivity", ENCODE | VERIFY },
     { "--grid", GRID, "X,Y,Z,STEP: an origin and a step above 0", ENCODE | VERIFY },
     { "--format", FORMAT, "off, obj, ply or stl", ENCODE | DECODE | VERIFY },
@@ -327,6 +342,8 @@ static int set_option(struct options *options, enum option_id id, const char *va
     case BITS: return parse_bits(value, options);
     case CHANNELS: return parse_channels(value, options);
     case KEEP_ORDER: return options->keep_order = 1;
+    case LOCK_BORDER: return options->lock_border = 1;
+    case CLEAN: return options->clean = 1;
     case VERTICES: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_vertices);
     case LEVEL: return parse_uint(value, 0, CQ_NO_LIMIT - 1, &options->max_levels);
     case ERROR: return parse_distance(value, &options->max_error);

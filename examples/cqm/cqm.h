@@ -4,6 +4,10 @@
  *     file.c     whole files in and out         decode.c   stream -> mesh file
  *     verify.c   encode, decode, compare        info.c     what a stream holds and what it costs
  *     positions.c   doubles to values of a channel and back
+ *     labels.c   materials, groups and objects of faces
+ *     words.c    their names as metadata, and back
+ *     border.c   keeps the border of a surface
+ *     view.c     a decoded mesh as a mesh file
  *
  * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
 #ifndef CQM_H
@@ -22,7 +26,7 @@
 #define KEEP_MATERIALS (1 << MESH_NUM_ATTRIBUTES)
 
 struct options {
-    int connectivity, keep_order, json, quiet, strict;
+    int connectivity, keep_order, lock_border, clean, json, quiet, strict;
     int attributes;                             /* to keep: 1 << MESH_NORMALS and so on, KEEP_MATERIALS */
     cq_goal goal;
     uint32_t bits;                              /* per coordinate; CQ_EXACT_BITS: floats as they are */
@@ -63,7 +67,7 @@ struct output {
 };
 
 int open_output(struct output *output, const char *path);
-int close_output(struct output *output);   /* 0, and no file, if a write has failed */
+int close_output(struct output *output, int is_good);   /* 0, and no file, if it is not or a write has failed */
 
 /* The format that the options or the name of the file tell; complains and returns MESH_UNKNOWN if they do not, or
  * contradict each other. */
@@ -78,6 +82,8 @@ struct encoding {
     cq_input input;                      /* indices belong to the mesh file */
     const double *positions;             /* of the mesh file, too */
     cq_value *values[CQ_MAX_CHANNELS];
+    uint8_t *locked;
+    char *words;                         /* the metadata */
     uint8_t *stream;
     size_t size;
     int losses;              /* of what the mesh file has, some is dropped or changed */
@@ -87,8 +93,23 @@ struct encoding {
 /* Says what is lost, unless the options say --quiet, and counts it. */
 void tell_loss(struct encoding *e, const struct options *options, const char *path, const char *format, ...);
 
-int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options);
+/* Expands the mesh: its vertices are then the rows that are encoded. */
+int encode_mesh(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options);
 void free_encoding(struct encoding *e);
+
+/* A channel with room for its values, all 0. NULL if there is no memory. */
+cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits);
+
+/* As few bits as may be for numbers up to this one. */
+uint32_t bits_of_number(uint32_t largest);
+
+/* -- labels.c, border.c -------------------------------------------------------------------------------------------- */
+
+/* What faces belong to, and the names; or if these are not wanted, what has none of them. */
+int add_labels(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options);
+
+/* For --lock-border: the vertices at edges that have one face stay as they are at every level. */
+int lock_border(struct encoding *e, const struct mesh_file *mesh, const char *path);
 
 /* -- positions.c --------------------------------------------------------------------------------------------------- */
 
@@ -98,6 +119,51 @@ int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_fil
 
 /* double[count][3], floats if these are good enough, each finite as a float. NULL: no memory. */
 double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count);
+
+/* -- words.c ------------------------------------------------------------------------------------------------------- */
+
+/* What faces may have numbers of, beside materials, which are a channel of kind CQ_GROUP: channels of kind CQ_GENERIC,
+ * CQ_PER_FACE, in the order of the words of the line "faces". The metadata of a stream is text, a line for each name:
+ *
+ *     faces g marks          channels of faces: numbers of groups; marks of mesh_file.h
+ *     mtllib scene.mtl       where materials are described
+ *     usemtl red             material 0; 1 is none
+ *     g hand                 group 1; 0 is none
+ *     o figure               object 1, of which all faces are: it has no channel */
+enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MARKS, NUM_FACE_NUMBERS };
+
+/* Has the mesh numbers of this kind that differ from face to face? */
+int needs_face_numbers(const struct mesh_file *mesh, int kind);
+
+/* The metadata for a mesh; an empty text if it has none. NULL: no memory. */
+char *make_words(const struct mesh_file *mesh);
+
+/* What metadata says. */
+struct words {
+    int channel[NUM_FACE_NUMBERS];       /* which of the channels of faces has them, from 1; 0: none */
+    char *names[MESH_NUM_LABELS], *libraries;    /* as in mesh_file.h; NULL: none */
+};
+
+int parse_words(struct words *words, const uint8_t *text, size_t size);
+void free_words(struct words *words);
+
+/* -- view.c -------------------------------------------------------------------------------------------------------- */
+
+/* The decoded mesh in arrays of its own. Vertices have the order of their numbers, if the stream has them; faces are
+ * sorted by material. Names are there if all is complete. 0: no memory. */
+int view_mesh(struct mesh_file *mesh, const cq_decoder *d, int is_complete);
+
+/* Rows and faces, of the mesh and behind them those aside. */
+uint32_t count_rows(const cq_decoder *d);
+uint32_t count_faces(const cq_decoder *d);
+
+/* Values of all rows, cq_value[rows][components]; indices of all faces, cq_index[3 * faces]. NULL: no memory. */
+cq_value *read_rows(const cq_decoder *d, uint32_t k);
+cq_index *read_triangles(const cq_decoder *d);
+cq_value face_value(const cq_decoder *d, uint32_t k, uint32_t face);
+
+/* The first channel of a kind, of faces or not; -1 if there is none. */
+int find_channel(const cq_shape *shape, cq_kind kind, int per_face);
 
 /* -- decode.c ------------------------------------------------------------------------------------------------------ */
 

@@ -1,7 +1,6 @@
 /* decode.c - stream -> mesh file. SPDX-License-Identifier: MIT */
 #include "cqm.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,205 +95,25 @@ static cq_result refine(cq_decoder *d, cq_bytes *in, const struct options *optio
     return result;
 }
 
-/* -- From channels to what a mesh file has ------------------------------------------------------------------------- */
-
-/* The first channel of vertices of a kind; -1 if there is none. */
-static int find_channel(const cq_shape *shape, cq_kind kind)
-{
-    for (uint32_t k = 0; k < shape->num_channels; k++)
-        if (shape->channel[k].kind == kind && shape->channel[k].merge != CQ_PER_FACE)
-            return (int)k;
-    return -1;
-}
-
-static const cq_kind kind_of_attribute[MESH_NUM_ATTRIBUTES] = { CQ_NORMAL, CQ_TEXCOORD, CQ_COLOR };
-
-/* What an exact channel holds may be no number, and colors may be beyond their range. */
-static void sanitize(float *numbers, size_t count, float low, float high)
-{
-    for (size_t i = 0; i < count; i++)
-        numbers[i] = numbers[i] >= low ? numbers[i] <= high ? numbers[i] : high : low;
-}
-
-/* float[num_vertices][components], or two numbers to the three of a normal. NULL: no memory. */
-static float *reconstruct(const cq_decoder *d, int channel)
-{
-    const cq_channel *c = &d->shape.channel[channel];
-    size_t count = d->mesh.num_vertices, components = c->kind == CQ_NORMAL ? 3 : c->components;
-    float *numbers = malloc((count + 1) * components * sizeof *numbers);
-    if (numbers == NULL)
-        return NULL;
-    if (c->kind == CQ_NORMAL && c->components == 2)
-        cq_reconstruct_normals(c->bits, d->channel[channel], count, numbers);
-    else
-        cq_reconstruct(c, d->channel[channel], count, numbers);
-    if (c->kind == CQ_COLOR)
-        sanitize(numbers, count * components, 0, 1);
-    else if (c->bits == CQ_EXACT_BITS)
-        sanitize(numbers, count * components, -FLT_MAX, FLT_MAX);
-    return numbers;
-}
-
-static int add_attributes(struct mesh_file *mesh, const cq_decoder *d)
-{
-    for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++) {
-        int channel = find_channel(&d->shape, kind_of_attribute[a]);
-        if (channel < 0)
-            continue;
-        mesh->components[a] = a == MESH_NORMALS ? 3 : d->shape.channel[channel].components;
-        mesh->attribute[a] = reconstruct(d, channel);
-        if (mesh->attribute[a] == NULL)
-            return 0;
-    }
-    return 1;
-}
-
-/* The first channel with the material of each face; -1 if there is none, or one beyond what a count of them can say. */
-static int find_materials(const cq_shape *shape)
-{
-    for (uint32_t k = 0; k < shape->num_channels; k++)
-        if (shape->channel[k].kind == CQ_GROUP && shape->channel[k].merge == CQ_PER_FACE
-                && shape->channel[k].bits <= CQ_MAX_BITS)
-            return (int)k;
-    return -1;
-}
-
-/* The decoded mesh in arrays of its own. */
-static int view_mesh(struct mesh_file *mesh, const cq_decoder *d)
-{
-    int positions = find_channel(&d->shape, CQ_POSITION);
-    size_t corners = 3 * (size_t)d->mesh.num_faces;
-    memset(mesh, 0, sizeof *mesh);
-    mesh->num_vertices = d->mesh.num_vertices;
-    mesh->num_faces = d->mesh.num_faces;
-    mesh->indices = malloc((corners + 1) * sizeof *mesh->indices);
-    mesh->positions = positions >= 0 ? reconstruct_positions(&d->shape.channel[positions], d->channel[positions],
-                                                             mesh->num_vertices)
-                                     : calloc((size_t)mesh->num_vertices + 1, 3 * sizeof *mesh->positions);
-    if (mesh->indices == NULL || mesh->positions == NULL)
-        return 0;
-    memcpy(mesh->indices, d->mesh.origin, corners * sizeof *mesh->indices);
-    return add_attributes(mesh, d);
-}
-
-/* -- Sorting by numbers: of vertices in the file that was encoded, of the materials of faces -- */
-
-struct numbered {
-    uint32_t number, item;
-};
-
-static int compare_numbered(const void *a, const void *b)
-{
-    const struct numbered *s = a, *t = b;
-    if (s->number != t->number)
-        return s->number < t->number ? -1 : 1;
-    return (s->item > t->item) - (s->item < t->item);
-}
-
-/* NULL: no memory. */
-static struct numbered *sort_numbers(const cq_value *number, uint32_t count)
-{
-    struct numbered *order = malloc(((size_t)count + 1) * sizeof *order);
-    if (order == NULL)
-        return NULL;
-    for (uint32_t i = 0; i < count; i++) {
-        order[i].number = (uint32_t)number[i];
-        order[i].item = i;
-    }
-    qsort(order, count, sizeof *order, compare_numbered);
-    return order;
-}
-
-/* Rows of so many bytes, row order[i].item first i = 0, then 1, ... NULL: no memory. */
-static void *reordered(void *rows, size_t bytes, const struct numbered *order, size_t count)
-{
-    char *sorted = malloc((count + 1) * bytes);
-    if (sorted == NULL)
-        return NULL;
-    for (size_t i = 0; i < count; i++)
-        memcpy(sorted + bytes * i, (char *)rows + bytes * order[i].item, bytes);
-    free(rows);
-    return sorted;
-}
-
-static int reorder_attribute(struct mesh_file *mesh, int a, const struct numbered *order)
-{
-    void *sorted = reordered(mesh->attribute[a], (size_t)mesh->components[a] * sizeof(float), order, mesh->num_vertices);
-    if (sorted == NULL)
-        return 0;
-    mesh->attribute[a] = sorted;
-    return 1;
-}
-
-static int reorder_vertices(struct mesh_file *mesh, const struct numbered *order)
-{
-    uint32_t *place = malloc(((size_t)mesh->num_vertices + 1) * sizeof *place);
-    void *positions = reordered(mesh->positions, 3 * sizeof *mesh->positions, order, mesh->num_vertices);
-    int ok = place != NULL && positions != NULL;
-    if (positions != NULL)
-        mesh->positions = positions;
-    for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
-        ok = mesh->attribute[a] == NULL || reorder_attribute(mesh, a, order);
-    for (uint32_t i = 0; i < mesh->num_vertices && ok; i++)
-        place[order[i].item] = i;
-    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && ok; c++)
-        mesh->indices[c] = place[mesh->indices[c]];
-    free(place);
-    return ok;
-}
-
-/* Sorts vertices by the numbers that they had, if the stream has them. Of a coarser mesh, those that are there. */
-static int restore_order(struct mesh_file *mesh, const cq_decoder *d)
-{
-    int channel = find_channel(&d->shape, CQ_NUMBER);
-    if (channel < 0)
-        return 1;
-    struct numbered *order = sort_numbers(d->channel[channel], mesh->num_vertices);
-    int ok = order != NULL && reorder_vertices(mesh, order);
-    free(order);
-    return ok;
-}
-
-/* Gives faces their materials and sorts them by these, those without first, so that few lines of OBJ name them. */
-static int add_materials(struct mesh_file *mesh, const cq_decoder *d)
-{
-    int channel = find_materials(&d->shape);
-    if (channel < 0)
-        return 1;
-    struct numbered *order = sort_numbers(d->channel[channel], mesh->num_faces);
-    uint32_t *sorted = malloc(((size_t)mesh->num_faces + 1) * 3 * sizeof *sorted);
-    mesh->materials = malloc(((size_t)mesh->num_faces + 1) * sizeof *mesh->materials);
-    int ok = order != NULL && sorted != NULL && mesh->materials != NULL;
-    for (size_t f = 0; f < mesh->num_faces && ok; f++) {
-        memcpy(sorted + 3 * f, mesh->indices + 3 * (size_t)order[f].item, 3 * sizeof *sorted);
-        mesh->num_materials = mesh->materials[f] = order[f].number;
-    }
-    if (ok)
-        memcpy(mesh->indices, sorted, 3 * (size_t)mesh->num_faces * sizeof *sorted);
-    free(order);
-    free(sorted);
-    return ok;
-}
-
 /* -- The command --------------------------------------------------------------------------------------------------- */
 
-static int save_mesh(const struct mesh_file *mesh, const char *path, enum mesh_format format)
+static int save_mesh(struct mesh_file *mesh, const char *path, enum mesh_format format)
 {
     struct output output;
     if (!open_output(&output, path))
         return 0;
-    mesh_write(mesh, output.file, format);
-    return close_output(&output);
+    int is_good = mesh_write(mesh, output.file, format) || ferror(output.file) || complain(path, "out of memory");
+    return close_output(&output, is_good);
 }
 
-/* Is channel k written to the file? */
+/* Is channel k written to the file? Those of faces that are labels are told as such. */
 static int is_written(const cq_shape *shape, uint32_t k, enum mesh_format format)
 {
     const cq_channel *c = &shape->channel[k];
     int attributes = format == MESH_OBJ || format == MESH_PLY;
-    if (format == MESH_OBJ && find_materials(shape) == (int)k)
-        return 1;
-    if (find_channel(shape, (cq_kind)c->kind) != (int)k)
+    if (c->merge == CQ_PER_FACE)
+        return c->kind == CQ_TURNED || c->kind == CQ_GENERIC || find_channel(shape, CQ_GROUP, 1) == (int)k;
+    if (find_channel(shape, (cq_kind)c->kind, 0) != (int)k)
         return 0;
     switch (c->kind) {
     case CQ_POSITION: return 1;
@@ -314,11 +133,39 @@ static double float_distance(const struct mesh_file *mesh)
     return distance;
 }
 
+/* PLY has normals of vertices alone, and then texture coordinates, too: no face can be without. */
+static int has_faces_without(const struct mesh_file *mesh)
+{
+    int lost = 1 << MESH_NORMALS;
+    if (mesh->attribute[MESH_NORMALS].corner != NULL || mesh->attribute[MESH_COLORS].corner != NULL)
+        lost |= 1 << MESH_TEXCOORDS;
+    for (size_t f = 0; f < mesh->num_faces && mesh->marks != NULL; f++)
+        if ((mesh->marks[f] & lost) != 0)
+            return 1;
+    return 0;
+}
+
+/* Materials, groups, objects. */
+static int tell_labels_not_written(const struct mesh_file *mesh, const char *path, enum mesh_format format, int quiet)
+{
+    static const char *const names[MESH_NUM_LABELS] = { "materials", "groups", "objects" };
+    int losses = 0;
+    for (int k = 0; k < MESH_NUM_LABELS; k++)
+        if (mesh->label[k].of_face != NULL && format != MESH_OBJ && (format != MESH_PLY || k != MESH_MATERIALS)
+                && ++losses > 0 && !quiet)
+            complain(path, "dropped: %s of the stream, which this format does not have", names[k]);
+    if (mesh->libraries != NULL && format != MESH_OBJ && ++losses > 0 && !quiet)
+        complain(path, "dropped: names of material libraries");
+    if (format == MESH_PLY && has_faces_without(mesh) && ++losses > 0 && !quiet)
+        complain(path, "changed: faces without normals or texture coordinates get some, as PLY needs them");
+    return losses;
+}
+
 /* Says what the file does not hold of the stream. Returns how many things these are. */
 static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh, const char *path,
                             enum mesh_format format, int quiet)
 {
-    int losses = 0;
+    int losses = tell_labels_not_written(mesh, path, format, quiet);
     for (uint32_t k = 0; k < shape->num_channels; k++)
         if (!is_written(shape, k, format) && ++losses > 0 && !quiet)
             complain(path, "dropped: %s%s of the stream, which this format or this program does not write",
@@ -332,7 +179,7 @@ static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh,
 /* Without positions STL, which has nothing else, would hold nothing. */
 static int check_positions(const struct options *options, const cq_shape *shape, enum mesh_format format)
 {
-    if (find_channel(shape, CQ_POSITION) >= 0 || shape->num_vertices == 0)
+    if (find_channel(shape, CQ_POSITION, 0) >= 0 || shape->num_vertices == 0)
         return 1;
     if (format == MESH_STL)
         return complain(options->files[0], "has no positions, which is all that STL holds; use OFF, OBJ or PLY");
@@ -341,14 +188,13 @@ static int check_positions(const struct options *options, const cq_shape *shape,
     return 1;
 }
 
-static int save_decoded(const cq_decoder *d, const struct options *options, enum mesh_format format)
+static int save_decoded(const cq_decoder *d, const struct options *options, enum mesh_format format, int is_complete)
 {
     const char *path = options->files[1];
     struct mesh_file mesh;
     if (!check_positions(options, &d->shape, format))
         return 0;
-    int ok = (view_mesh(&mesh, d) && restore_order(&mesh, d) && add_materials(&mesh, d))
-             || complain(path, "out of memory");
+    int ok = view_mesh(&mesh, d, is_complete) || complain(path, "out of memory");
     if (ok && tell_not_written(&d->shape, &mesh, path, format, options->quiet) > 0 && options->strict)
         ok = complain(path, "not written, for --strict: part of the stream would be dropped or changed");
     ok = ok && save_mesh(&mesh, path, format);
@@ -388,7 +234,7 @@ static int decode_stream(struct decoding *d, const struct options *options, enum
         return complain_stream(path, result, used);
     if (d->decoder.mesh.num_vertices == 0 && result != CQ_DONE)
         return complain(path, "the bytes end inside the base mesh (byte %zu)", used);
-    return save_decoded(&d->decoder, options, format) && check_complete(d, options, result, size);
+    return save_decoded(&d->decoder, options, format, result == CQ_DONE) && check_complete(d, options, result, size);
 }
 
 int run_decode(const struct options *options)

@@ -13,8 +13,7 @@
 
 enum { NORMAL_BITS = 10, TEXCOORD_BITS = 12, COLOR_BITS = 8 };
 
-/* A channel with room for its values, all 0. NULL if there is no memory. */
-static cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
+cq_channel *add_channel(struct encoding *e, cq_kind kind, cq_merge merge, int components, uint32_t bits)
 {
     uint32_t k = e->input.shape.num_channels++;
     cq_channel *channel = &e->input.shape.channel[k];
@@ -99,29 +98,35 @@ static uint32_t bits_of(const struct options *options, enum mesh_attribute a)
     return options->attribute_bits[a] != 0 ? options->attribute_bits[a] : usual[a];
 }
 
-/* Normals without a length are no reason to refuse a mesh, but have no direction to keep. */
-static int add_normals(struct encoding *e, const struct mesh_file *mesh, const char *path,
-                       const struct options *options)
+/* Normals without a length have no direction to keep. */
+static void point_upwards(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
 {
-    const float *from = mesh->attribute[MESH_NORMALS];
-    uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_NORMALS);
-    cq_place place;
-    if (add_channel(e, CQ_NORMAL, CQ_AVERAGE, 2, bits) == NULL)
-        return complain(path, "out of memory");
-    if (cq_quantise_normals((int)bits, from, mesh->num_vertices, e->values[k], &place) == CQ_OK)
-        return 1;
-    tell_loss(e, options, path, "dropped: normals: vertex %lu has one of no length", (unsigned long)place.vertex);
-    free(e->values[k]);
-    e->values[k] = NULL;
-    e->input.shape.num_channels = k;
-    memset(&e->input.shape.channel[k], 0, sizeof e->input.shape.channel[k]);
-    return 1;
+    float *normal = mesh->attribute[MESH_NORMALS].values;
+    size_t changed = 0;
+    for (size_t v = 0; v < mesh->num_vertices; v++, normal += 3)
+        if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0) {
+            normal[2] = 1;
+            changed++;
+        }
+    if (changed > 0)
+        tell_loss(e, options, path, "changed: normals without a length (%zu) became 0 0 1", changed);
 }
 
-static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const char *path,
+static int add_normals(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
+{
+    uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_NORMALS);
+    if (add_channel(e, CQ_NORMAL, CQ_AVERAGE, 2, bits) == NULL)
+        return complain(path, "out of memory");
+    point_upwards(e, mesh, path, options);
+    return cq_quantise_normals((int)bits, mesh->attribute[MESH_NORMALS].values, mesh->num_vertices, e->values[k],
+                               NULL) == CQ_OK
+           || complain(path, "normals that cannot be rounded");
+}
+
+static int add_texcoords(struct encoding *e, struct mesh_file *mesh, const char *path,
                          const struct options *options)
 {
-    const float *from = mesh->attribute[MESH_TEXCOORDS];
+    const float *from = mesh->attribute[MESH_TEXCOORDS].values;
     uint32_t k = e->input.shape.num_channels, bits = bits_of(options, MESH_TEXCOORDS);
     cq_channel *channel = add_channel(e, CQ_TEXCOORD, CQ_AVERAGE, 2, bits);
     if (channel == NULL)
@@ -134,17 +139,17 @@ static int add_texcoords(struct encoding *e, const struct mesh_file *mesh, const
 }
 
 /* The grid is the one of integers with as many bits, so that those come back as they are. */
-static int add_colors(struct encoding *e, const struct mesh_file *mesh, const char *path,
+static int add_colors(struct encoding *e, struct mesh_file *mesh, const char *path,
                       const struct options *options)
 {
     uint32_t bits = bits_of(options, MESH_COLORS);
     const float step = 1.0f / (float)((1u << bits) - 1);
     uint32_t k = e->input.shape.num_channels;
-    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_AVERAGE, mesh->components[MESH_COLORS], bits);
+    cq_channel *channel = add_channel(e, CQ_COLOR, CQ_AVERAGE, mesh->attribute[MESH_COLORS].components, bits);
     if (channel == NULL)
         return complain(path, "out of memory");
     memcpy(&channel->step, &step, sizeof step);
-    return cq_quantise(channel, mesh->attribute[MESH_COLORS], mesh->num_vertices, e->values[k], NULL) == CQ_OK
+    return cq_quantise(channel, mesh->attribute[MESH_COLORS].values, mesh->num_vertices, e->values[k], NULL) == CQ_OK
         || complain(path, "a color outside 0 .. 1");
 }
 
@@ -156,35 +161,24 @@ static int bits_for(uint32_t largest)
     return bits;
 }
 
-/* As few bits as may be for numbers up to this one. */
-static uint32_t bits_of_number(uint32_t largest)
+uint32_t bits_of_number(uint32_t largest)
 {
     int bits = bits_for(largest);
     return bits <= CQ_MAX_BITS ? (uint32_t)bits : CQ_EXACT_BITS;
 }
 
-static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
+/* Vertices have the numbers that the file gave them. */
+static int add_order(struct encoding *e, const struct mesh_file *mesh, const char *path)
 {
-    uint32_t k = e->input.shape.num_channels;
-    if (add_channel(e, CQ_GROUP, CQ_PER_FACE, 1, bits_of_number(mesh->num_materials)) == NULL)
-        return complain(path, "out of memory");
-    for (uint32_t f = 0; f < mesh->num_faces; f++)
-        e->values[k][f] = (cq_value)mesh->materials[f];
-    return 1;
-}
-
-/* The vertices' own numbers. */
-static int add_order(struct encoding *e, const char *path)
-{
-    uint32_t k = e->input.shape.num_channels, n = e->input.shape.num_vertices;
+    uint32_t k = e->input.shape.num_channels, n = mesh->num_vertices;
     if (add_channel(e, CQ_NUMBER, CQ_COPY, 1, bits_of_number(n)) == NULL)
         return complain(path, "out of memory");
     for (uint32_t v = 0; v < n; v++)
-        e->values[k][v] = (cq_value)v;
+        e->values[k][v] = (cq_value)(mesh->number != NULL ? mesh->number[v] : v);
     return 1;
 }
 
-static int add_attribute(struct encoding *e, const struct mesh_file *mesh, const char *path,
+static int add_attribute(struct encoding *e, struct mesh_file *mesh, const char *path,
                          const struct options *options, enum mesh_attribute a)
 {
     switch (a) {
@@ -220,7 +214,7 @@ static void tell_notes(struct encoding *e, const struct options *options, const 
     }
 }
 
-static int add_channels(struct encoding *e, const struct mesh_file *mesh, const char *path,
+static int add_channels(struct encoding *e, struct mesh_file *mesh, const char *path,
                         const struct options *options)
 {
     if (!options->connectivity && !add_position_channel(e, mesh, path, options))
@@ -228,13 +222,11 @@ static int add_channels(struct encoding *e, const struct mesh_file *mesh, const 
     if (options->connectivity && options->attributes != 0)
         tell_loss(e, options, path, "dropped: positions, which --channels does not list");
     for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
-        if ((options->attributes >> a & 1) != 0 && mesh->attribute[a] != NULL
+        if ((options->attributes >> a & 1) != 0 && mesh->attribute[a].values != NULL
                 && !add_attribute(e, mesh, path, options, (enum mesh_attribute)a))
             return 0;
-    if ((options->attributes & KEEP_MATERIALS) != 0 && mesh->materials != NULL && !add_materials(e, mesh, path))
-        return 0;
     tell_notes(e, options, mesh, path);
-    return !options->keep_order || add_order(e, path);
+    return add_labels(e, mesh, path, options) && (!options->keep_order || add_order(e, mesh, path));
 }
 
 /* -- Progress ------------------------------------------------------------------------------------------------------ */
@@ -265,23 +257,9 @@ static void clear_progress(const struct progress *p)
 
 static int complain_mesh(const char *path, cq_result result, const cq_place *at)
 {
-    unsigned long face = at->face, a = at->vertex, b = at->other;
-    switch (result) {
-    case CQ_ERROR_INDEX:
-        return complain(path, "face %lu names vertex %lu, which does not exist", face, a);
-    case CQ_ERROR_FACE:
-        return complain(path, "face %lu names vertex %lu twice", face, a);
-    case CQ_ERROR_EDGE:
-        return complain(path, "edge %lu-%lu has more than two faces (face %lu)", a, b, face);
-    case CQ_ERROR_ORIENTATION:
-        return complain(path, "edge %lu-%lu has two faces of opposite orientation (face %lu)", a, b, face);
-    case CQ_ERROR_VERTEX:
-        return complain(path, "the faces around vertex %lu are not one fan", a);
-    case CQ_ERROR_UNUSED:
-        return complain(path, "vertex %lu belongs to no face", a);
-    default:
-        return complain(path, "%s", cq_result_string(result));
-    }
+    if (result == CQ_ERROR_VALUE)
+        return complain(path, "vertex %lu has a value that no channel holds", (unsigned long)at->vertex);
+    return complain(path, "%s", cq_result_string(result));
 }
 
 /* One try with as much memory as the shape is known to need, and some more: mostly enough for its boundaries. */
@@ -301,35 +279,81 @@ static cq_result encode_once(struct encoding *e, size_t capacity, cq_place *plac
     return result;
 }
 
-/* Boundaries are known after the first try, the size of the stream after one that did not fit. */
+/* What the mesh needs is found step by step: boundaries, rows, the size of the stream. */
 static cq_result encode_with_retries(struct encoding *e, cq_place *place)
 {
-    size_t capacity = 4096 + 16 * (size_t)e->input.shape.num_vertices;
-    cq_result result = encode_once(e, capacity, place);
-    if (result == CQ_ERROR_MEMORY)
+    enum { MAX_TRIES = 6 };
+    size_t capacity = 4096 + 16 * (size_t)e->input.shape.num_vertices + e->input.shape.metadata_bytes;
+    cq_result result = CQ_ERROR_MEMORY;
+    for (int i = 0; i < MAX_TRIES && (result == CQ_ERROR_MEMORY || result == CQ_ERROR_OUTPUT); i++) {
         result = encode_once(e, capacity, place);
-    if (result == CQ_ERROR_OUTPUT)
-        result = encode_once(e, e->size, place);
+        capacity = result == CQ_ERROR_OUTPUT ? e->size : capacity;
+    }
     return result;
 }
 
-static int prepare_input(struct encoding *e, const struct mesh_file *mesh, const char *path,
-                         const struct options *options)
+/* -- What the encoder had to do ------------------------------------------------------------------------------------ */
+
+struct count {
+    uint32_t number;
+    const char *one, *many;
+};
+
+/* Adds those that are not 0 to the text. */
+static void list_counts(char *text, size_t size, const char *title, const struct count *counts, int n)
+{
+    int listed = 0;
+    for (int i = 0; i < n; i++) {
+        size_t used = strlen(text);
+        if (counts[i].number > 0)
+            snprintf(text + used, size - used, "%s%lu %s", listed++ > 0 ? ", " : title, (unsigned long)counts[i].number,
+                     counts[i].number == 1 ? counts[i].one : counts[i].many);
+    }
+}
+
+/* One line, if there is something to tell: nothing of it is lost. */
+static void tell_preparation(const struct encoding *e, const char *path, const struct options *options)
+{
+    const cq_preparation *p = &e->report.prepared;
+    const struct count aside[] = {
+        { p->degenerate_faces, "face without area", "faces without area" },
+        { p->repeated_faces, "repeated face", "repeated faces" },
+        { p->unused_rows, "unused vertex", "unused vertices" },
+    };
+    const struct count cut[] = {
+        { p->cut_edges, "edge cut", "edges cut" },
+        { p->detached_faces, "face cut off", "faces cut off" },
+        { p->copied_rows, "vertex copied", "vertices copied" },
+        { p->turned_faces, "face turned over", "faces turned over" },
+    };
+    char text[512] = "";
+    list_counts(text, sizeof text, "set aside: ", aside, 3);
+    list_counts(text, sizeof text, text[0] != '\0' ? "; " : "", cut, 4);
+    if (text[0] != '\0' && !options->quiet)
+        complain(path, "%s; decoding gives all of it back", text);
+}
+
+/* -- All of it ----------------------------------------------------------------------------------------------------- */
+
+static int prepare_input(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
 {
     memset(e, 0, sizeof *e);
+    if (!mesh_expand(mesh, (unsigned)options->attributes & (KEEP_MATERIALS - 1)))
+        return complain(path, "out of memory");
     e->input.shape.num_vertices = mesh->num_vertices;
     e->input.shape.num_faces = mesh->num_faces;
     e->input.indices = mesh->indices;
     e->positions = mesh->positions;
     e->input.goal = options->goal;
+    e->input.clean = options->clean;
     e->input.map = malloc(((size_t)mesh->num_vertices + 1) * sizeof *e->input.map);
     e->input.face_map = malloc(((size_t)mesh->num_faces + 1) * sizeof *e->input.face_map);
     if (e->input.map == NULL || e->input.face_map == NULL)
         return complain(path, "out of memory");
-    return add_channels(e, mesh, path, options);
+    return add_channels(e, mesh, path, options) && (!options->lock_border || lock_border(e, mesh, path));
 }
 
-int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *path, const struct options *options)
+int encode_mesh(struct encoding *e, struct mesh_file *mesh, const char *path, const struct options *options)
 {
     struct progress progress = { time(NULL), -1 };
     cq_place place;
@@ -343,6 +367,7 @@ int encode_mesh(struct encoding *e, const struct mesh_file *mesh, const char *pa
     clear_progress(&progress);
     if (result != CQ_OK)
         return complain_mesh(path, result, &place);
+    tell_preparation(e, path, options);
     if (options->strict && e->losses > 0)
         return complain(path, "refused, for --strict: part of the file would be dropped or changed");
     return 1;
@@ -354,6 +379,8 @@ void free_encoding(struct encoding *e)
         free(e->values[k]);
     free(e->input.map);
     free(e->input.face_map);
+    free(e->locked);
+    free(e->words);
     free(e->stream);
 }
 
@@ -363,7 +390,7 @@ static int save_stream(const char *path, const uint8_t *data, size_t size)
     if (!open_output(&output, path))
         return 0;
     fwrite(data, 1, size, output.file);
-    return close_output(&output);
+    return close_output(&output, 1);
 }
 
 int run_encode(const struct options *options)

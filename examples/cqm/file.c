@@ -152,18 +152,17 @@ int open_output(struct output *output, const char *path)
     return 0;
 }
 
-int close_output(struct output *output)
+int close_output(struct output *output, int is_good)
 {
     int ok = fflush(output->file) == 0 && !ferror(output->file);
     if (output->file != stdout)
         ok = fclose(output->file) == 0 && ok;
-    if (ok && output->temporary != NULL)
+    if (ok && is_good && output->temporary != NULL)
         ok = replace_file(output->temporary, output->path);
-    if (!ok) {
+    if (!ok)
         complain(output->path, "cannot write: %s", strerror(errno));
-        if (output->temporary != NULL)
-            remove(output->temporary);
-    }
+    if ((!ok || !is_good) && output->temporary != NULL)
+        remove(output->temporary);
     free(output->temporary);
-    return ok;
+    return ok && is_good;
 }

@@ -64,13 +64,14 @@ struct part {
     uint64_t cost;
 };
 
-#define NUM_PARTS 6
+#define NUM_PARTS 7
 
 static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
 {
     const struct part list[NUM_PARTS] = {
         { "header", r->header }, { "base", r->base }, { "flags", r->flags },
         { "indices", r->indices }, { "positions", r->positions }, { "channels", r->channels },
+        { "aside", r->aside },
     };
     for (int i = 0; i < NUM_PARTS; i++)
         parts[i] = list[i];
@@ -78,8 +79,8 @@ static void list_parts(const cq_report *r, struct part parts[NUM_PARTS])
 
 const char *channel_kind_name(const cq_channel *channel)
 {
-    static const char *const names[CQ_GROUP + 1] = { "position", "generic", "normal", "texcoord", "color",
-                                                     "joints", "weights", "number", "group" };
+    static const char *const names[CQ_TURNED + 1] = { "position", "generic", "normal", "texcoord", "color",
+                                                      "joints", "weights", "number", "group", "turned" };
     return names[channel->kind];
 }
 
@@ -97,10 +98,23 @@ static void print_so_far(const struct extent *extent)
            (unsigned long)extent->vertices, (unsigned long)extent->faces);
 }
 
+/* What not every stream has. */
+static void print_other_counts(const cq_shape *s)
+{
+    if (s->num_rows > 0)
+        printf("rows            %lu\n", (unsigned long)s->num_rows);
+    if (s->num_aside_rows > 0 || s->num_aside_faces > 0)
+        printf("aside           %lu vertices, %lu faces\n", (unsigned long)s->num_aside_rows,
+               (unsigned long)s->num_aside_faces);
+    if (s->metadata_bytes > 0)
+        printf("metadata        %lu bytes\n", (unsigned long)s->metadata_bytes);
+}
+
 static void print_counts(const cq_report *r, const struct extent *extent)
 {
     printf("vertices        %lu\n", (unsigned long)r->shape.num_vertices);
     printf("faces           %lu\n", (unsigned long)r->shape.num_faces);
+    print_other_counts(&r->shape);
     if (!is_whole(extent))
         print_so_far(extent);
     printf("boundary loops  %lu\n", (unsigned long)r->shape.num_boundary_loops);
@@ -131,14 +145,17 @@ static void print_parts(const cq_report *r, const struct extent *extent)
     printf("%-12s%12.1f%16.3f\n", "total", bits / 8, ratio(bits, vertices));
 }
 
-/* Means are per split. The error is that of the mesh before the level, in steps of the grid. */
+/* Means are per split, or per vertex that a regular level inserts; of such one `i` and `j` mean nothing. The error is that of the mesh before the level, in steps of the grid. */
 static void print_level(const cq_report *r, uint32_t k)
 {
     const cq_level *l = &r->level[k];
     double splits = l->num_splits;
     printf("%5lu%10lu%10lu%10lu", (unsigned long)k + 1, (unsigned long)l->num_vertices, (unsigned long)l->num_patches,
            (unsigned long)l->num_splits);
-    printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
+    if (l->regular)
+        printf("%16s", "regular");
+    else
+        printf("%8.2f%8.2f", ratio(l->sum_i, splits), ratio(l->sum_j, splits));
     printf("%8.2f%8.2f%8.2f", ratio(in_bits(l->flags), splits), ratio(in_bits(l->indices), splits),
            ratio(in_bits(l->values), splits));
     if (find_measured(&r->shape) != NULL)
@@ -191,7 +208,8 @@ static void print_json_channel(const cq_channel *c)
 
 static void print_json_level(const cq_shape *shape, const cq_level *l)
 {
-    printf("{\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
+    printf("{\"type\": \"%s\", ", l->regular ? "regular" : "conquest");
+    printf("\"vertices\": %lu, \"patches\": %lu, \"splits\": %lu, \"sum_i\": %lu, \"sum_j\": %lu, ",
            (unsigned long)l->num_vertices, (unsigned long)l->num_patches, (unsigned long)l->num_splits,
            (unsigned long)l->sum_i, (unsigned long)l->sum_j);
     print_json_bits("flags", l->flags, ", ");
@@ -216,6 +234,9 @@ static void print_json_counts(const cq_report *r)
            (unsigned long)r->num_components);
     printf("  \"boundary_loops\": %lu,\n  \"boundary_edges\": %lu,\n  \"genus\": %lld,\n",
            (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
+    printf("  \"rows\": %lu,\n  \"aside_rows\": %lu,\n  \"aside_faces\": %lu,\n", (unsigned long)r->shape.num_rows,
+           (unsigned long)r->shape.num_aside_rows, (unsigned long)r->shape.num_aside_faces);
+    printf("  \"metadata_bytes\": %lu,\n", (unsigned long)r->shape.metadata_bytes);
     printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
            (unsigned long)r->base_faces);
     printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,

@@ -2,7 +2,7 @@
  *
  * Where floats hold the positions well, the quantiser of the library does it. Far from the origin they do not: 0.5 is the
  * distance of two floats at 5 000 000. But a grid may begin there, at a float; its points are origin + step * value in
- * doubles, and so is what comes back. */
+ * doubles, and so is what comes back. Exact positions are floats, behind such an origin where that is better. */
 #include "cqm.h"
 
 #include <float.h>
@@ -67,8 +67,7 @@ static int quantise_floats(cq_channel *channel, const struct mesh_file *mesh, cq
     float *positions = malloc((count + 1) * sizeof *positions);
     for (size_t i = 0; i < count && positions != NULL; i++)
         positions[i] = (float)mesh->positions[i];
-    int ok = positions != NULL
-             && (channel->bits == CQ_EXACT_BITS || cq_fit_grid(channel, positions, mesh->num_vertices, NULL) == CQ_OK)
+    int ok = positions != NULL && cq_fit_grid(channel, positions, mesh->num_vertices, NULL) == CQ_OK
              && cq_quantise(channel, positions, mesh->num_vertices, values, NULL) == CQ_OK;
     free(positions);
     return ok;
@@ -113,17 +112,55 @@ static double fit_far_grid(cq_channel *channel, const struct box *box, double st
     return float_value(channel->step);
 }
 
+/* How far floats behind an origin are from the positions at most. */
+static double float_rounding(const struct mesh_file *mesh, const double origin[3])
+{
+    double rounding = 0;
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
+        double x = mesh->positions[i] - origin[i % 3];
+        rounding = fmax(rounding, fabs(x - (double)(float)x));
+    }
+    return rounding;
+}
+
+/* Where floats do not hold what the file says, they are counted from an origin in the middle, if that is far better.
+ * Returns how far they are from the numbers of the file at most; 0 if that is less than its digits tell. */
+static double choose_origin(cq_channel *channel, const struct mesh_file *mesh, const struct box *box)
+{
+    double middle[3];
+    for (int c = 0; c < 3 && mesh->rounding > 0; c++)
+        middle[c] = (double)(float)(box->low[c] + (box->high[c] - box->low[c]) / 2);
+    double rounding = mesh->rounding > 0 ? float_rounding(mesh, middle) : 0;
+    if (8 * rounding >= mesh->rounding)
+        return mesh->rounding;
+    for (int c = 0; c < 3; c++)
+        channel->origin[c] = float_bits((float)middle[c]);
+    return rounding > 0.500001 * mesh->unit ? rounding : 0;
+}
+
+static int quantise_exactly(const cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
+{
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
+        double origin = float_value(channel->origin[i % 3]);
+        uint32_t bits = float_bits((float)(origin != 0 ? mesh->positions[i] - origin : mesh->positions[i]));
+        memcpy(&values[i], &bits, sizeof bits);
+    }
+    return 1;
+}
+
 static int add_exact(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
                      const struct options *options, const struct box *box)
 {
-    double best = step_of(box->side, CQ_MAX_BITS) / 2;
-    if (mesh->rounding > best)
-        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats, up to %.3g away from the "
-                  "numbers of the file; --bits 24 would be within %.3g", mesh->rounding, best);
-    else if (mesh->rounding > 0)
-        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats, up to %.3g away from the "
-                  "numbers of the file", mesh->rounding);
-    return quantise_floats(channel, mesh, e->values[0]) || complain(path, "out of memory");
+    double best = step_of(box->side, CQ_MAX_BITS) / 2, rounding = choose_origin(channel, mesh, box);
+    const char *from = channel->origin[0] != 0 || channel->origin[1] != 0 || channel->origin[2] != 0
+                       ? " behind an origin" : "";
+    if (rounding > best)
+        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats%s, up to %.3g away from "
+                  "the numbers of the file; --bits 24 would be within %.3g", from, rounding, best);
+    else if (rounding > 0)
+        tell_loss(e, options, path, "changed: positions: exact means the nearest 32-bit floats%s, up to %.3g away from "
+                  "the numbers of the file", from, rounding);
+    return quantise_exactly(channel, mesh, e->values[0]);
 }
 
 static int add_on_given_grid(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
@@ -182,12 +219,22 @@ static void prefer_floats(double *positions, size_t count, double step)
         positions[i] = (double)(float)positions[i];
 }
 
+/* Exact values are floats behind an origin; where that is 0, -0 stays what it is. */
+static double position_of(const cq_channel *channel, size_t component, cq_value value)
+{
+    double origin = float_value(channel->origin[component]);
+    if (channel->bits != CQ_EXACT_BITS)
+        return origin + float_value(channel->step) * value;
+    double number = float_value((uint32_t)value);
+    return origin != 0 ? origin + number : number;
+}
+
 double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count)
 {
-    double *positions = malloc((count + 1) * 3 * sizeof *positions), step = float_value(channel->step);
+    double *positions = malloc((count + 1) * 3 * sizeof *positions);
+    double step = channel->bits != CQ_EXACT_BITS ? float_value(channel->step) : 0;
     for (size_t i = 0; i < 3 * count && positions != NULL; i++)
-        positions[i] = clamp_to_floats(channel->bits == CQ_EXACT_BITS ? float_value((uint32_t)values[i])
-                              : float_value(channel->origin[i % 3]) + step * values[i]);
+        positions[i] = clamp_to_floats(position_of(channel, i % 3, values[i]));
     if (positions != NULL)
         prefer_floats(positions, 3 * count, step);
     return positions;

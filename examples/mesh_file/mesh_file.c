@@ -70,20 +70,15 @@ void note(struct mesh_file *mesh, const char *format, ...)
     mesh->notes = notes;
 }
 
-/* -- Vertices and faces -------------------------------------------------------------------------------------------- */
+/* -- Vertices ------------------------------------------------------------------------------------------------------ */
 
-int allocate(struct reader *r, struct mesh_file *mesh, size_t num_vertices, size_t num_faces)
+int allocate(struct reader *r, struct mesh_file *mesh, size_t num_vertices)
 {
-    if (num_vertices >= UINT32_MAX || num_faces >= UINT32_MAX
-            || num_vertices >= SIZE_MAX / 3 / sizeof *mesh->positions || num_faces >= SIZE_MAX / 3 / sizeof *mesh->indices)
-        return fail(r, "too many vertices or faces");
+    if (num_vertices >= UINT32_MAX || num_vertices >= SIZE_MAX / 3 / sizeof *mesh->positions)
+        return fail(r, "too many vertices");
     mesh->num_vertices = (uint32_t)num_vertices;
-    mesh->num_faces = (uint32_t)num_faces;
     mesh->positions = calloc(num_vertices + 1, 3 * sizeof *mesh->positions);
-    mesh->indices = calloc(num_faces + 1, 3 * sizeof *mesh->indices);
-    if (mesh->positions == NULL || mesh->indices == NULL)
-        return fail(r, "out of memory for %zu vertices and %zu faces", num_vertices, num_faces);
-    return 1;
+    return mesh->positions != NULL || fail(r, "out of memory for %zu vertices", num_vertices);
 }
 
 /* What the file does not tell is not lost: half of what its last digit counts. With nine digits, the largest float is
@@ -97,22 +92,10 @@ int store_coordinate(struct reader *r, struct mesh_file *mesh, size_t i, double 
     double rounding = fabs(value - (double)(float)value);
     if (rounding > 0.500001 * unit && rounding > mesh->rounding)
         mesh->rounding = rounding;
+    if (i == 0 || unit < mesh->unit)
+        mesh->unit = unit;
     mesh->positions[i] = value;
     return 1;
-}
-
-int store_corner(struct reader *r, struct mesh_file *mesh, size_t corner, double vertex)
-{
-    if (!(vertex >= 0 && vertex < mesh->num_vertices && vertex == floor(vertex)))
-        return fail(r, "face %zu names vertex %.12g; there are %lu vertices", corner / 3, vertex,
-                    (unsigned long)mesh->num_vertices);
-    mesh->indices[corner] = (uint32_t)vertex;
-    return 1;
-}
-
-int check_corners(struct reader *r, size_t face, double corners)
-{
-    return corners == 3 || fail(r, "face %zu has %.12g corners; only triangles are supported", face, corners);
 }
 
 /* -- Attributes ---------------------------------------------------------------------------------------------------- */
@@ -123,22 +106,17 @@ const char *mesh_attribute_name(enum mesh_attribute attribute)
     return names[attribute];
 }
 
-void drop_attribute(struct mesh_file *mesh, enum mesh_attribute attribute, const char *why, size_t vertex)
-{
-    note(mesh, "dropped: %s: vertex %zu %s\n", mesh_attribute_name(attribute), vertex, why);
-    free(mesh->attribute[attribute]);
-    mesh->attribute[attribute] = NULL;
-}
-
 int allocate_attribute(struct reader *r, struct mesh_file *mesh, enum mesh_attribute attribute, int components)
 {
-    size_t count = (size_t)mesh->num_vertices + 1;
-    mesh->components[attribute] = components;
-    mesh->attribute[attribute] = malloc(count * (size_t)components * sizeof(float));
-    if (mesh->attribute[attribute] == NULL)
+    struct mesh_values *a = &mesh->attribute[attribute];
+    size_t count = ((size_t)mesh->num_vertices + 1) * (size_t)components;
+    a->components = components;
+    a->count = mesh->num_vertices;
+    a->values = malloc(count * sizeof *a->values);
+    if (a->values == NULL)
         return fail(r, "out of memory for %s", mesh_attribute_name(attribute));
-    for (size_t i = 0; i < count * (size_t)components; i++)
-        mesh->attribute[attribute][i] = NAN;
+    for (size_t i = 0; i < count; i++)
+        a->values[i] = NAN;
     return 1;
 }
 
@@ -149,12 +127,12 @@ float attribute_value(double value)
 
 void scale_colors(struct mesh_file *mesh)
 {
-    size_t count = (size_t)mesh->components[MESH_COLORS] * mesh->num_vertices, i = 0;
-    float *color = mesh->attribute[MESH_COLORS];
-    while (i < count && !(color[i] > 1))
+    struct mesh_values *colors = &mesh->attribute[MESH_COLORS];
+    size_t count = (size_t)colors->components * colors->count, i = 0;
+    while (i < count && !(colors->values[i] > 1))
         i++;
     for (size_t k = 0; i < count && k < count; k++)
-        color[k] /= 255;
+        colors->values[k] /= 255;
 }
 
 /* Less than half a step of 8 bits beyond 0 .. 1 is how some programs round. */
@@ -167,19 +145,100 @@ static void clamp_color(float *x)
         *x = 1;
 }
 
-/* Attributes that some vertex does not have, or not as the numbers that they are, go. */
-static void check_attribute(struct mesh_file *mesh, enum mesh_attribute attribute)
+static void free_values(struct mesh_values *a)
 {
-    size_t components = (size_t)mesh->components[attribute], count = components * mesh->num_vertices;
-    for (size_t i = 0; i < count && mesh->attribute[attribute] != NULL; i++) {
-        float *x = &mesh->attribute[attribute][i];
+    free(a->values);
+    free(a->corner);
+    memset(a, 0, sizeof *a);
+}
+
+/* Is there a number that is not finite, or a color outside 0 .. 1? */
+static const char *find_wrong(struct mesh_values *a, enum mesh_attribute attribute, size_t item)
+{
+    for (size_t i = item * (size_t)a->components; i < (item + 1) * (size_t)a->components; i++) {
         if (attribute == MESH_COLORS)
-            clamp_color(x);
-        if (!isfinite(*x))
-            drop_attribute(mesh, attribute, "has none, or one that is not finite", i / components);
-        else if (attribute == MESH_COLORS && !(*x >= 0 && *x <= 1))
-            drop_attribute(mesh, attribute, "has one outside 0 .. 1", i / components);
+            clamp_color(&a->values[i]);
+        if (!isfinite(a->values[i]))
+            return "has none, or one that is not finite";
+        if (attribute == MESH_COLORS && !(a->values[i] >= 0 && a->values[i] <= 1))
+            return "has one outside 0 .. 1";
     }
+    return NULL;
+}
+
+/* Attributes that some vertex does not have, or not as the numbers that they are, go. */
+static void check_vertices(struct mesh_file *mesh, enum mesh_attribute attribute)
+{
+    struct mesh_values *a = &mesh->attribute[attribute];
+    for (size_t v = 0; v < a->count; v++) {
+        const char *wrong = find_wrong(a, attribute, v);
+        if (wrong == NULL)
+            continue;
+        note(mesh, "dropped: %s: vertex %zu %s\n", mesh_attribute_name(attribute), v, wrong);
+        free_values(a);
+        return;
+    }
+}
+
+/* -- Attributes of corners ----------------------------------------------------------------------------------------- */
+
+/* Corners lose values that are no numbers. */
+static void check_items(struct mesh_file *mesh, enum mesh_attribute attribute)
+{
+    struct mesh_values *a = &mesh->attribute[attribute];
+    size_t wrong = 0;
+    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces; c++)
+        if (a->corner[c] != MESH_NONE && find_wrong(a, attribute, a->corner[c]) != NULL) {
+            a->corner[c] = MESH_NONE;
+            wrong++;
+        }
+    for (size_t i = 0; i < (size_t)a->components * a->count; i++)
+        if (!isfinite(a->values[i]))
+            a->values[i] = 0;
+    if (wrong > 0)
+        note(mesh, "dropped: %s of %zu corners, which are no finite numbers\n", mesh_attribute_name(attribute), wrong);
+}
+
+/* How many corners of a face have one. */
+static int count_with(const struct mesh_values *a, size_t face)
+{
+    const uint32_t *corner = a->corner + 3 * face;
+    return (corner[0] != MESH_NONE) + (corner[1] != MESH_NONE) + (corner[2] != MESH_NONE);
+}
+
+/* Which faces have none? An attribute that no face has is none. */
+static int check_missing(struct reader *r, struct mesh_file *mesh, enum mesh_attribute attribute)
+{
+    struct mesh_values *a = &mesh->attribute[attribute];
+    size_t without = 0, partly = 0;
+    for (size_t f = 0; f < mesh->num_faces; f++) {
+        without += count_with(a, f) == 0;
+        partly += (size_t)(count_with(a, f) % 3);
+    }
+    if (without == mesh->num_faces) {
+        note(mesh, "dropped: %s, which no face has\n", mesh_attribute_name(attribute));
+        free_values(a);
+        return 1;
+    }
+    if (partly > 0)
+        note(mesh, "changed: %s: where only some corners of a face have one, the others get 0\n",
+             mesh_attribute_name(attribute));
+    if (without > 0 && mesh->marks == NULL && (mesh->marks = calloc(mesh->num_faces, 1)) == NULL)
+        return fail(r, "out of memory for %lu faces", (unsigned long)mesh->num_faces);
+    for (size_t f = 0; f < mesh->num_faces && without > 0; f++)
+        if (count_with(a, f) == 0)
+            mesh->marks[f] |= (uint8_t)(1 << attribute);
+    return 1;
+}
+
+static int check_attribute(struct reader *r, struct mesh_file *mesh, enum mesh_attribute attribute)
+{
+    if (mesh->attribute[attribute].corner == NULL) {
+        check_vertices(mesh, attribute);
+        return 1;
+    }
+    check_items(mesh, attribute);
+    return check_missing(r, mesh, attribute);
 }
 
 /* -- Binary numbers ------------------------------------------------------------------------------------------------ */
@@ -228,13 +287,13 @@ int mesh_read(struct mesh_file *mesh, const uint8_t *data, size_t size, enum mes
     r.line = 1;
     r.error = error;
     memset(mesh, 0, sizeof *mesh);
-    if (read_format(&r, mesh, format)) {
-        for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
-            check_attribute(mesh, (enum mesh_attribute)a);
-        return 1;
-    }
-    mesh_free(mesh);
-    return 0;
+    int ok = read_format(&r, mesh, format);
+    free(r.converted);
+    for (int a = 0; a < MESH_NUM_ATTRIBUTES && ok; a++)
+        ok = mesh->attribute[a].values == NULL || check_attribute(&r, mesh, (enum mesh_attribute)a);
+    if (!ok)
+        mesh_free(mesh);
+    return ok;
 }
 
 void mesh_free(struct mesh_file *mesh)
@@ -242,8 +301,14 @@ void mesh_free(struct mesh_file *mesh)
     free(mesh->positions);
     free(mesh->indices);
     for (int a = 0; a < MESH_NUM_ATTRIBUTES; a++)
-        free(mesh->attribute[a]);
-    free(mesh->materials);
+        free_values(&mesh->attribute[a]);
+    for (int k = 0; k < MESH_NUM_LABELS; k++) {
+        free(mesh->label[k].of_face);
+        free(mesh->label[k].names);
+    }
+    free(mesh->marks);
+    free(mesh->number);
+    free(mesh->libraries);
     free(mesh->notes);
     memset(mesh, 0, sizeof *mesh);
 }

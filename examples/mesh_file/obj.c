@@ -5,16 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Normals and texture coordinates have numbers of their own, and corners name them: attribute a of the file is a list,
- * and corner[a] says for each corner which item it has, or OBJ_NONE. */
-#define OBJ_NONE UINT32_MAX
-enum { OBJ_LISTS = MESH_TEXCOORDS + 1 };
-
-struct obj_material {
-    struct word name;
-    uint32_t line, first;              /* of the lines that name materials this one, from 1; the first with that name */
-    uint32_t number;                   /* there: of the material; 0: no face has it yet */
-};
+/* Normals and texture coordinates have numbers of their own, and corners name them. */
+static const char *const obj_words[FACE_ITEMS] = { "vn", "vt" };
+static const char *const obj_label_words[MESH_NUM_LABELS] = { "usemtl", "g", "o" };
 
 /* Lines that are not read, by their first word; the last one counts those for which there is no room, too. */
 #define MAX_UNREAD 24
@@ -25,19 +18,16 @@ struct obj_unread {
 };
 
 struct obj {
-    size_t vertices, faces;            /* lines, in all; then so far */
-    size_t items[OBJ_LISTS];           /* likewise */
-    size_t material_lines;             /* in all; then so far */
-    struct obj_material *material;     /* of each such line */
-    float *list[OBJ_LISTS];
-    uint32_t *corner[OBJ_LISTS];
+    size_t vertices, faces, items[FACE_ITEMS];      /* lines, in all; then so far, but for faces */
+    size_t all[FACE_ITEMS];            /* items in all */
+    struct faces face;
+    struct label_names names[MESH_NUM_LABELS];
     struct obj_unread unread[MAX_UNREAD];
     size_t num_unread;
+    size_t unknown[FACE_ITEMS];        /* corners that name an item which does not exist */
     int has_w, has_alpha, has_third;   /* 1 if there is a fourth coordinate, a fourth color, a third of textures */
+    int has_smoothing;
 };
-
-static const char *const obj_words[OBJ_LISTS] = { "vn", "vt" };
-static const int obj_components[OBJ_LISTS] = { 3, 2 };
 
 /* -- First reading: counts ----------------------------------------------------------------------------------------- */
 
@@ -53,19 +43,24 @@ static void count_unread(struct obj *obj, struct word word)
     obj->unread[i].lines++;
 }
 
+static int obj_find(struct word word, const char *const *words, int count)
+{
+    int i = 0;
+    while (i < count && !word_is(word, words[i]))
+        i++;
+    return i;
+}
+
 static void obj_count_line(struct obj *obj, struct word word)
 {
+    int item = obj_find(word, obj_words, FACE_ITEMS), label = obj_find(word, obj_label_words, MESH_NUM_LABELS);
     if (word_is(word, "v"))
         obj->vertices++;
-    else if (word_is(word, "f"))
+    else if (word_is(word, "f") || word_is(word, "l") || word_is(word, "p"))
         obj->faces++;
-    else if (word_is(word, obj_words[MESH_NORMALS]))
-        obj->items[MESH_NORMALS]++;
-    else if (word_is(word, obj_words[MESH_TEXCOORDS]))
-        obj->items[MESH_TEXCOORDS]++;
-    else if (word_is(word, "usemtl"))
-        obj->material_lines++;
-    else
+    else if (item < FACE_ITEMS)
+        obj->items[item]++;
+    else if (label == MESH_NUM_LABELS && !word_is(word, "mtllib") && !word_is(word, "s"))
         count_unread(obj, word);
 }
 
@@ -75,28 +70,26 @@ static int obj_count(struct reader *r, struct obj *obj)
     for (; seek_word(r); next_line(r))
         obj_count_line(obj, take_word(r));
     if (obj->faces == 0)
-        return fail(r, "not an OBJ file, or one without faces: no line begins with 'f'");
+        return fail(r, "not an OBJ file, or one without faces: no line begins with 'f', 'l' or 'p'");
     return begin_text(r);
 }
 
 static int obj_allocate(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
-    if (!allocate(r, mesh, obj->vertices, obj->faces))
+    static const int components[FACE_ITEMS] = { 3, 2 };
+    if (!allocate(r, mesh, obj->vertices))
         return 0;
-    if (obj->material_lines > 0) {
-        obj->material = calloc(obj->material_lines, sizeof *obj->material);
-        mesh->materials = calloc(obj->faces + 1, sizeof *mesh->materials);
-        if (obj->material == NULL || mesh->materials == NULL)
-            return fail(r, "out of memory for materials");
-    }
-    for (int a = 0; a < OBJ_LISTS; a++) {
-        if (obj->items[a] == 0)
+    memcpy(obj->all, obj->items, sizeof obj->all);
+    for (int a = 0; a < FACE_ITEMS; a++) {
+        struct mesh_values *values = &mesh->attribute[a];
+        if (obj->all[a] == 0)
             continue;
-        obj->list[a] = calloc(obj->items[a], (size_t)obj_components[a] * sizeof *obj->list[a]);
-        obj->corner[a] = malloc((3 * obj->faces + 1) * sizeof *obj->corner[a]);
-        if (obj->list[a] == NULL || obj->corner[a] == NULL)
+        values->components = components[a];
+        values->count = (uint32_t)obj->all[a];
+        values->values = obj->all[a] < MESH_NONE ? calloc(obj->all[a], (size_t)components[a] * sizeof(float)) : NULL;
+        obj->face.has_items[a] = 1;
+        if (values->values == NULL)
             return fail(r, "out of memory for %s", mesh_attribute_name((enum mesh_attribute)a));
-        memset(obj->corner[a], 0xff, (3 * obj->faces + 1) * sizeof *obj->corner[a]);
     }
     return 1;
 }
@@ -121,9 +114,9 @@ static int obj_color(struct reader *r, struct mesh_file *mesh, struct obj *obj, 
         return 1;
     }
     obj->has_alpha |= !isnan(rgba[3]);
-    if (mesh->attribute[MESH_COLORS] == NULL && !allocate_attribute(r, mesh, MESH_COLORS, 3))
+    if (mesh->attribute[MESH_COLORS].values == NULL && !allocate_attribute(r, mesh, MESH_COLORS, 3))
         return 0;
-    memcpy(&mesh->attribute[MESH_COLORS][3 * vertex], rgba, 3 * sizeof *rgba);
+    memcpy(&mesh->attribute[MESH_COLORS].values[3 * vertex], rgba, 3 * sizeof *rgba);
     return 1;
 }
 
@@ -133,10 +126,11 @@ static int obj_vertex(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     return take_position(r, mesh, vertex) && obj_color(r, mesh, obj, vertex);
 }
 
-static void obj_list_item(struct reader *r, struct obj *obj, int a)
+static void obj_list_item(struct reader *r, struct mesh_file *mesh, struct obj *obj, int a)
 {
-    float *item = obj->list[a] + (size_t)obj_components[a] * obj->items[a]++;
-    for (int i = 0; i < obj_components[a]; i++)
+    struct mesh_values *values = &mesh->attribute[a];
+    float *item = values->values + (size_t)values->components * obj->items[a]++;
+    for (int i = 0; i < values->components; i++)
         item[i] = obj_optional_number(r);
     if (a == MESH_TEXCOORDS) {
         float third = obj_optional_number(r);
@@ -155,11 +149,16 @@ static double obj_number(struct word word, size_t so_far)
     return number > 0 ? number - 1 : (double)so_far + number;
 }
 
-/* The normal or texture coordinates of a corner; OBJ_NONE for what does not exist. */
-static uint32_t obj_item(struct word word, size_t so_far, size_t end)
+/* The normal or texture coordinates of a corner. */
+static uint32_t obj_item(struct obj *obj, int a, struct word word)
 {
-    double number = obj_number(word, so_far);
-    return number >= 0 && number < (double)end && number == floor(number) ? (uint32_t)number : OBJ_NONE;
+    double number = obj_number(word, obj->items[a]);
+    if (word.length == 0)
+        return MESH_NONE;
+    if (number >= 0 && number < (double)obj->all[a] && number == floor(number))
+        return (uint32_t)number;
+    obj->unknown[a]++;
+    return MESH_NONE;
 }
 
 /* Cuts "v/vt/vn" into its parts; missing ones are empty. */
@@ -175,144 +174,102 @@ static void obj_cut(struct word word, struct word part[3])
     }
 }
 
-static int obj_corner(struct reader *r, struct mesh_file *mesh, struct obj *obj, const size_t *all, size_t corner,
-                      struct word word)
+static int obj_corner(struct reader *r, struct mesh_file *mesh, struct obj *obj, struct word word)
 {
     char text[WORD_BYTES];
     struct word part[3];
     obj_cut(word, part);
     double vertex = obj_number(part[0], obj->vertices);
     if (isnan(vertex))
-        return fail(r, "face %zu has a corner '%s'", corner / 3, show(text, part[0]));
-    if (!store_corner(r, mesh, corner, vertex))
-        return 0;
-    for (int a = 0; a < OBJ_LISTS; a++)
-        if (obj->corner[a] != NULL)
-            obj->corner[a][corner] = obj_item(part[a == MESH_TEXCOORDS ? 1 : 2], obj->items[a], all[a]);
+        return fail(r, "face %zu has a corner '%s'", obj->face.num_faces, show(text, part[0]));
+    for (int a = 0; a < FACE_ITEMS; a++)
+        obj->face.next.item[a] = obj_item(obj, a, part[a == MESH_TEXCOORDS ? 1 : 2]);
+    return add_corner(r, mesh, &obj->face, vertex);
+}
+
+static int obj_face(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    for (struct word word = take_word(r); word.length > 0; word = take_word(r))
+        if (!obj_corner(r, mesh, obj, word))
+            return 0;
+    return end_face(r, &obj->face);
+}
+
+/* Each corner but the first one ends a line that begins at the corner before. */
+static int obj_polyline(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    int corners = 0;
+    for (struct word word = take_word(r); word.length > 0; word = take_word(r), corners++) {
+        struct face_corner last = obj->face.next;
+        if (corners > 1 && !add_corner(r, mesh, &obj->face, last.vertex))
+            return 0;
+        if (!obj_corner(r, mesh, obj, word) || (corners > 0 && !end_face(r, &obj->face)))
+            return 0;
+    }
+    return corners > 1 || fail(r, "a line with %d corners", corners);
+}
+
+static int obj_points(struct reader *r, struct mesh_file *mesh, struct obj *obj)
+{
+    for (struct word word = take_word(r); word.length > 0; word = take_word(r))
+        if (!obj_corner(r, mesh, obj, word) || !end_face(r, &obj->face))
+            return 0;
     return 1;
 }
 
-static int obj_face(struct reader *r, struct mesh_file *mesh, struct obj *obj, const size_t *all)
+/* -- Labels -------------------------------------------------------------------------------------------------------- */
+
+/* The rest of the line is the name: it may have spaces. Without one, no label holds. */
+static int obj_label(struct reader *r, struct obj *obj, int label)
 {
-    size_t corners = 0;
-    if (mesh->materials != NULL)
-        mesh->materials[obj->faces] = (uint32_t)obj->material_lines;
-    for (struct word word = take_word(r); word.length > 0; word = take_word(r), corners++)
-        if (corners < 3 && !obj_corner(r, mesh, obj, all, 3 * obj->faces + corners, word))
-            return 0;
-    return check_corners(r, obj->faces++, (double)corners);
+    struct word name = take_rest(r);
+    if (name.length > 0 && !add_label_name(r, &obj->names[label], name))
+        return 0;
+    obj->face.label[label] = name.length > 0 ? (uint32_t)obj->names[label].count : 0;
+    return 1;
 }
 
-/* -- Materials ----------------------------------------------------------------------------------------------------- */
-
-/* The rest of the line is the name: it may have spaces. */
-static void obj_use_material(struct reader *r, struct obj *obj)
+/* Numbers from 1, or "off". */
+static void obj_smoothing(struct reader *r, struct obj *obj)
 {
-    struct obj_material *material = &obj->material[obj->material_lines++];
-    material->name = take_rest(r);
-    material->line = (uint32_t)obj->material_lines;
-}
-
-static int compare_names(const struct obj_material *a, const struct obj_material *b)
-{
-    if (a->name.length != b->name.length)
-        return a->name.length < b->name.length ? -1 : 1;
-    return memcmp(a->name.text, b->name.text, a->name.length);
-}
-
-static int compare_by_name(const void *a, const void *b)
-{
-    const struct obj_material *s = a, *t = b;
-    int order = compare_names(s, t);
-    return order != 0 ? order : (s->line > t->line) - (s->line < t->line);
-}
-
-static int compare_by_line(const void *a, const void *b)
-{
-    const struct obj_material *s = a, *t = b;
-    return (s->line > t->line) - (s->line < t->line);
-}
-
-/* From lines that name materials to their numbers, in the order in which faces have them. */
-static void obj_materials(struct mesh_file *mesh, struct obj *obj)
-{
-    struct obj_material *material = obj->material;
-    size_t n = obj->material_lines;
-    if (n == 0)
-        return;
-    qsort(material, n, sizeof *material, compare_by_name);
-    for (size_t i = 0; i < n; i++)
-        material[i].first = i > 0 && compare_names(&material[i - 1], &material[i]) == 0 ? material[i - 1].first
-                                                                                        : material[i].line;
-    qsort(material, n, sizeof *material, compare_by_line);
-    for (size_t f = 0; f < mesh->num_faces; f++) {
-        if (mesh->materials[f] == 0)
-            continue;
-        struct obj_material *named = &material[material[mesh->materials[f] - 1].first - 1];
-        if (named->number == 0)
-            named->number = ++mesh->num_materials;
-        mesh->materials[f] = named->number;
-    }
-    if (mesh->num_materials == 0) {
-        free(mesh->materials);
-        mesh->materials = NULL;
-        return;
-    }
-    note(mesh, "dropped: names of materials: the first of %lu comes back as material_1, and so on\n",
-         (unsigned long)mesh->num_materials);
+    double number, unit;
+    int is_group = parse_number(take_word(r), &number, &unit) && number >= 1 && number < MESH_NONE;
+    obj->face.label[FACE_SMOOTHING] = is_group ? (uint32_t)number : 0;
+    obj->has_smoothing |= is_group;
 }
 
 /* -- All of it ----------------------------------------------------------------------------------------------------- */
 
-static int obj_line(struct reader *r, struct mesh_file *mesh, struct obj *obj, const size_t *all)
+static int obj_line(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
     struct word word = take_word(r);
+    int item = obj_find(word, obj_words, FACE_ITEMS), label = obj_find(word, obj_label_words, MESH_NUM_LABELS);
     if (word_is(word, "v"))
         return obj_vertex(r, mesh, obj);
     if (word_is(word, "f"))
-        return obj_face(r, mesh, obj, all);
-    if (word_is(word, "usemtl"))
-        obj_use_material(r, obj);
-    for (int a = 0; a < OBJ_LISTS; a++)
-        if (word_is(word, obj_words[a]))
-            obj_list_item(r, obj, a);
+        return obj_face(r, mesh, obj);
+    if (word_is(word, "l"))
+        return obj_polyline(r, mesh, obj);
+    if (word_is(word, "p"))
+        return obj_points(r, mesh, obj);
+    if (label < MESH_NUM_LABELS)
+        return obj_label(r, obj, label);
+    if (word_is(word, "mtllib"))
+        return add_line(r, &mesh->libraries, take_rest(r));
+    if (word_is(word, "s"))
+        obj_smoothing(r, obj);
+    if (item < FACE_ITEMS)
+        obj_list_item(r, mesh, obj, item);
     return 1;
 }
 
 static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
-    size_t all[OBJ_LISTS];
-    memcpy(all, obj->items, sizeof all);
-    obj->vertices = obj->faces = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = obj->material_lines = 0;
+    obj->vertices = obj->items[MESH_NORMALS] = obj->items[MESH_TEXCOORDS] = 0;
     for (; seek_word(r); next_line(r)) {
         struct reader line = *r;         /* whatever is read of it, the next line begins where obj_count had it */
-        if (!obj_line(&line, mesh, obj, all))
+        if (!obj_line(&line, mesh, obj))
             return 0;
-    }
-    return 1;
-}
-
-/* Gives each vertex what its corners name, if they agree. */
-static int obj_attribute(struct reader *r, struct mesh_file *mesh, const struct obj *obj, enum mesh_attribute a)
-{
-    size_t components = (size_t)obj_components[a];
-    if (obj->corner[a] == NULL)
-        return 1;
-    if (!allocate_attribute(r, mesh, a, obj_components[a]))
-        return 0;
-    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces; c++) {
-        uint32_t item = obj->corner[a][c], vertex = mesh->indices[c];
-        if (item == OBJ_NONE) {
-            drop_attribute(mesh, a, "has a corner without", vertex);
-            return 1;
-        }
-        float *at = mesh->attribute[a] + components * vertex;
-        const float *value = obj->list[a] + components * item;
-        if (!isnan(at[0]) && memcmp(at, value, components * sizeof *at) != 0) {
-            drop_attribute(mesh, a, "has corners that differ", vertex);
-            return 1;
-        }
-        memcpy(at, value, components * sizeof *at);
     }
     return 1;
 }
@@ -320,6 +277,12 @@ static int obj_attribute(struct reader *r, struct mesh_file *mesh, const struct 
 static void obj_notes(struct mesh_file *mesh, const struct obj *obj)
 {
     char text[WORD_BYTES];
+    for (int a = 0; a < FACE_ITEMS; a++)
+        if (obj->unknown[a] > 0)
+            note(mesh, "dropped: %s of %zu corners, which do not exist\n", mesh_attribute_name((enum mesh_attribute)a),
+                 obj->unknown[a]);
+    if (obj->has_smoothing && obj->all[MESH_NORMALS] > 0)
+        note(mesh, "dropped: smoothing groups, as there are normals\n");
     if (obj->has_w)
         note(mesh, "dropped: w, the fourth coordinate of vertices\n");
     if (obj->has_alpha)
@@ -336,9 +299,11 @@ static void obj_notes(struct mesh_file *mesh, const struct obj *obj)
 static int obj_read(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 {
     if (!obj_count(r, obj) || !obj_allocate(r, mesh, obj) || !obj_lines(r, mesh, obj)
-            || !obj_attribute(r, mesh, obj, MESH_NORMALS) || !obj_attribute(r, mesh, obj, MESH_TEXCOORDS))
+            || !store_faces(r, mesh, &obj->face, obj->all[MESH_NORMALS] == 0))
         return 0;
-    obj_materials(mesh, obj);
+    for (int k = 0; k < MESH_NUM_LABELS; k++)
+        if (!store_labels(r, mesh, (enum mesh_label)k, &obj->names[k]))
+            return 0;
     obj_notes(mesh, obj);
     return 1;
 }
@@ -347,12 +312,11 @@ int read_obj(struct reader *r, struct mesh_file *mesh)
 {
     struct obj obj;
     memset(&obj, 0, sizeof obj);
+    begin_faces(&obj.face);
     r->comments = r->continued = 1;
     int ok = begin_text(r) && obj_read(r, mesh, &obj);
-    free(obj.material);
-    for (int a = 0; a < OBJ_LISTS; a++) {
-        free(obj.list[a]);
-        free(obj.corner[a]);
-    }
+    free_faces(&obj.face);
+    for (int k = 0; k < MESH_NUM_LABELS; k++)
+        free(obj.names[k].name);
     return ok;
 }

@@ -10,6 +10,7 @@ struct off {
     int normals, colors, texcoords, homogeneous;    /* which of these the keyword announces */
     int colors_first;                               /* before the normals */
     size_t color_components;
+    size_t num_faces;
     int vertex_extras, face_extras;                 /* 1 if there are numbers that the keyword does not announce */
 };
 
@@ -78,8 +79,9 @@ static int is_free_form(struct reader r, double rows)
     return lines < rows || (rows > 0 && words < 3);
 }
 
-/* Takes the numbers of vertices and faces; that of edges is ignored. The shortest line "0 0 0" takes 6 bytes. */
-static int off_counts(struct reader *r, struct mesh_file *mesh)
+/* Takes the numbers of vertices and faces; that of edges is ignored. The shortest lines "0 0 0" and "0" take 6 bytes
+ * and 2. */
+static int off_counts(struct reader *r, struct mesh_file *mesh, struct off *off)
 {
     double vertices, faces, edges;
     if (!off_count(r, &vertices) || !off_count(r, &faces))
@@ -89,9 +91,10 @@ static int off_counts(struct reader *r, struct mesh_file *mesh)
         return 0;
     if (!r->free_form)
         next_line(r);
-    if (vertices + faces > (double)((r->size - r->at + 1) / 6))
+    if (6 * vertices + 2 * faces > (double)(r->size - r->at + 1))
         return fail(r, "%.12g vertices and %.12g faces do not fit in the file", vertices, faces);
-    return allocate(r, mesh, (size_t)vertices, (size_t)faces);
+    off->num_faces = (size_t)faces;
+    return allocate(r, mesh, (size_t)vertices);
 }
 
 /* -- Vertices ------------------------------------------------------------------------------------------------------ */
@@ -121,8 +124,8 @@ static size_t announced_numbers(const struct off *off)
 
 static void store_extras(struct mesh_file *mesh, enum mesh_attribute a, size_t vertex, const float *extra)
 {
-    size_t components = (size_t)mesh->components[a];
-    memcpy(mesh->attribute[a] + components * vertex, extra, components * sizeof *extra);
+    size_t components = (size_t)mesh->attribute[a].components;
+    memcpy(mesh->attribute[a].values + components * vertex, extra, components * sizeof *extra);
 }
 
 /* The first vertex tells whether colors have an alpha. */
@@ -187,30 +190,32 @@ static int off_vertices(struct reader *r, struct mesh_file *mesh, struct off *of
 
 /* -- Faces --------------------------------------------------------------------------------------------------------- */
 
-static int off_face(struct reader *r, struct mesh_file *mesh, struct off *off, size_t face)
+static int off_face(struct reader *r, struct mesh_file *mesh, struct off *off, struct faces *faces)
 {
-    double value;
-    if (!take_number(r, &value) || !check_corners(r, face, value))
+    double corners, value;
+    if (!take_number(r, &corners))
         return 0;
-    for (size_t i = 0; i < 3; i++)
-        if (!take_number(r, &value) || !store_corner(r, mesh, 3 * face + i, value))
+    if (!(corners >= 0 && corners == floor(corners)))
+        return fail(r, "face %zu has %.12g corners", faces->num_faces, corners);
+    for (double i = 0; i < corners; i++)
+        if (!take_number(r, &value) || !add_corner(r, mesh, faces, value))
             return 0;
-    if (r->free_form)
-        return 1;
-    off->face_extras |= take_word(r).length > 0;
-    next_line(r);
-    return 1;
+    if (!r->free_form) {
+        off->face_extras |= take_word(r).length > 0;
+        next_line(r);
+    }
+    return end_face(r, faces);
 }
 
-static int off_faces(struct reader *r, struct mesh_file *mesh, struct off *off)
+static int off_faces(struct reader *r, struct mesh_file *mesh, struct off *off, struct faces *faces)
 {
-    for (size_t f = 0; f < mesh->num_faces; f++) {
+    while (faces->num_faces < off->num_faces) {
         if (!seek_word(r))
-            return fail(r, "the file ends before face %zu", f);
-        if (!off_face(r, mesh, off, f))
+            return fail(r, "the file ends before face %zu", faces->num_faces);
+        if (!off_face(r, mesh, off, faces))
             return 0;
     }
-    return 1;
+    return store_faces(r, mesh, faces, 0);
 }
 
 static void off_notes(struct reader *r, struct mesh_file *mesh, const struct off *off)
@@ -226,13 +231,18 @@ static void off_notes(struct reader *r, struct mesh_file *mesh, const struct off
 int read_off(struct reader *r, struct mesh_file *mesh)
 {
     struct off off = { 0 };
+    struct faces faces;
+    begin_faces(&faces);
     if (!begin_text(r))
         return 0;
     r->comments = r->commas = 1;
-    if (!off_keyword(r, &off) || !off_counts(r, mesh) || !off_vertices(r, mesh, &off) || !off_faces(r, mesh, &off))
+    int ok = off_keyword(r, &off) && off_counts(r, mesh, &off) && off_vertices(r, mesh, &off)
+             && off_faces(r, mesh, &off, &faces);
+    free_faces(&faces);
+    if (!ok)
         return 0;
     off_notes(r, mesh, &off);
-    if (mesh->attribute[MESH_COLORS] != NULL)
+    if (mesh->attribute[MESH_COLORS].values != NULL)
         scale_colors(mesh);
     return 1;
 }

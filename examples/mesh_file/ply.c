@@ -9,9 +9,10 @@
 
 #define PLY_MAX_ELEMENTS 32
 #define PLY_MAX_PROPERTIES 256       /* of all elements together */
+#define PLY_MAX_TEXTURES 65536
 
 enum ply_encoding { PLY_ASCII, PLY_LITTLE_ENDIAN, PLY_BIG_ENDIAN };
-enum ply_role { PLY_X, PLY_Y, PLY_Z, PLY_CORNERS, PLY_ATTRIBUTE, PLY_SKIPPED };
+enum ply_role { PLY_X, PLY_Y, PLY_Z, PLY_CORNERS, PLY_TEXCOORDS, PLY_TEXNUMBER, PLY_ATTRIBUTE, PLY_SKIPPED };
 
 struct ply_type {
     const char *name, *other_name;
@@ -41,7 +42,13 @@ struct ply {
     size_t num_elements, num_properties;
     struct ply_element element[PLY_MAX_ELEMENTS];
     struct ply_property property[PLY_MAX_PROPERTIES];
-    size_t room_for_faces;               /* in mesh->indices */
+    struct faces face;
+    struct label_names texture;          /* those that comments name */
+    size_t unknown_lines;                /* of the header; the first one: */
+    struct word unknown;
+    float *texcoords;                    /* of corners */
+    size_t num_texcoords, texcoord_room;
+    size_t without;                      /* faces with a texture number that means nothing */
 };
 
 static int ply_type_named(struct reader *r, struct word name, const struct ply_type **type)
@@ -111,6 +118,10 @@ static enum ply_role ply_role_of(const struct ply_element *element, struct word 
     if ((element->kind == PLY_FACE || element->kind == PLY_STRIPS) && is_list
             && (word_is(name, "vertex_indices") || word_is(name, "vertex_index")))
         return PLY_CORNERS;
+    if (element->kind == PLY_FACE && is_list && word_is(name, "texcoord"))
+        return PLY_TEXCOORDS;
+    if (element->kind == PLY_FACE && !is_list && word_is(name, "texnumber"))
+        return PLY_TEXNUMBER;
     return PLY_SKIPPED;
 }
 
@@ -188,17 +199,32 @@ static void ply_note_skipped(const struct ply *ply, struct mesh_file *mesh)
     }
 }
 
+/* A texture without a name has its number as one. */
+static int ply_add_texture(struct reader *r, struct ply *ply, struct word name)
+{
+    struct word number = { NULL, ply->texture.count };
+    return add_label_name(r, &ply->texture, name.length > 0 ? name : number);
+}
+
+/* MeshLab names the images of textures in comments, in the order of their numbers. */
+static int ply_comment(struct reader *r, struct ply *ply)
+{
+    return !word_is(take_word(r), "TextureFile") || ply_add_texture(r, ply, take_rest(r));
+}
+
 static int ply_header_line(struct reader *r, struct ply *ply, struct word word, int *has_encoding)
 {
-    char text[WORD_BYTES];
     if (word_is(word, "format"))
         return *has_encoding = ply_encoding_line(r, ply);
     if (word_is(word, "element"))
         return ply_element_line(r, ply);
     if (word_is(word, "property"))
         return ply_property_line(r, ply);
-    return word_is(word, "comment") || word_is(word, "obj_info") || word_is(word, "end_header")
-           || fail(r, "unknown header line '%s'", show(text, word));
+    if (word_is(word, "comment"))
+        return ply_comment(r, ply);
+    if (!word_is(word, "obj_info") && !word_is(word, "end_header") && ply->unknown_lines++ == 0)
+        ply->unknown = word;
+    return 1;
 }
 
 /* Takes lines up to and with end_header. If the first ends in a lone \r, all do, and a \n behind the last is data. */
@@ -250,22 +276,17 @@ static int ply_check_element(struct reader *r, const struct ply *ply, const stru
 
 static int ply_allocate(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
-    size_t vertices = 0, faces = 0, elements = 0;
+    size_t vertices = 0, elements = 0;       /* of vertices, faces or strips */
     for (size_t i = 0; i < ply->num_elements; i++) {
         const struct ply_element *element = &ply->element[i];
         if (!ply_check_element(r, ply, element))
             return 0;
         vertices += element->kind == PLY_VERTEX ? element->count : 0;
-        faces += element->kind == PLY_FACE ? element->count : 0;
-        elements += element->kind == PLY_FACE || element->kind == PLY_STRIPS;
+        elements += element->kind != PLY_OTHER;
     }
     if (elements == 0)
-        return fail(r, "no element 'face' or 'tristrips'");
-    if (!allocate(r, mesh, vertices, faces))
-        return 0;
-    ply->room_for_faces = faces;
-    mesh->num_faces = 0;                 /* so far */
-    return 1;
+        return fail(r, "no element 'vertex', 'face' or 'tristrips'");
+    return allocate(r, mesh, vertices);
 }
 
 /* Only whole attributes are kept: all components, or of colors all but alpha. */
@@ -320,6 +341,19 @@ static int ply_take(struct reader *r, const struct ply *ply, const struct ply_ty
     return 1;
 }
 
+/* Takes a number of an attribute: NaN if it is none. */
+static int ply_take_number(struct reader *r, const struct ply *ply, const struct ply_type *type, double *value)
+{
+    double unit;
+    if (ply->encoding != PLY_ASCII)
+        return ply_take(r, ply, type, value);
+    if (!ply_seek_word(r))
+        return 0;
+    if (!parse_number(take_word(r), value, &unit))
+        *value = NAN;
+    return 1;
+}
+
 /* Takes a value that nobody needs, which in text may be "nan". */
 static int ply_skip(struct reader *r, const struct ply *ply, const struct ply_type *type)
 {
@@ -332,44 +366,14 @@ static int ply_skip(struct reader *r, const struct ply *ply, const struct ply_ty
     return 1;
 }
 
-/* Room for one face more. */
-static int ply_grow(struct reader *r, struct ply *ply, struct mesh_file *mesh)
-{
-    if (mesh->num_faces < ply->room_for_faces)
-        return 1;
-    size_t room = 2 * ply->room_for_faces + 1000;
-    uint32_t *indices = room < UINT32_MAX && room < SIZE_MAX / 3 / sizeof *indices
-                        ? realloc(mesh->indices, room * 3 * sizeof *indices) : NULL;
-    if (indices == NULL)
-        return fail(r, "out of memory for %zu faces", room);
-    mesh->indices = indices;
-    ply->room_for_faces = room;
-    return 1;
-}
-
-static int ply_triangle(struct reader *r, struct ply *ply, const struct ply_type *type, struct mesh_file *mesh)
-{
-    double vertex;
-    if (!ply_grow(r, ply, mesh))
-        return 0;
-    for (size_t i = 0; i < 3; i++)
-        if (!ply_take(r, ply, type, &vertex) || !store_corner(r, mesh, 3 * (size_t)mesh->num_faces + i, vertex))
-            return 0;
-    mesh->num_faces++;
-    return 1;
-}
-
 /* Three vertices of a strip, of which each second triangle is the other way round. Strips repeat vertices to turn. */
-static int ply_strip_triangle(struct reader *r, struct ply *ply, struct mesh_file *mesh, const double last[3], int odd)
+static int ply_strip_triangle(struct reader *r, struct ply *ply, const struct mesh_file *mesh, const double last[3],
+                              int odd)
 {
-    size_t corner = 3 * (size_t)mesh->num_faces;
     if (last[0] == last[1] || last[1] == last[2] || last[0] == last[2])
         return 1;
-    if (!ply_grow(r, ply, mesh) || !store_corner(r, mesh, corner, last[odd])
-            || !store_corner(r, mesh, corner + 1, last[1 - odd]) || !store_corner(r, mesh, corner + 2, last[2]))
-        return 0;
-    mesh->num_faces++;
-    return 1;
+    return add_corner(r, mesh, &ply->face, last[odd]) && add_corner(r, mesh, &ply->face, last[1 - odd])
+           && add_corner(r, mesh, &ply->face, last[2]) && end_face(r, &ply->face);
 }
 
 /* -1 ends a strip and begins the next. */
@@ -389,43 +393,81 @@ static int ply_strips(struct reader *r, struct ply *ply, const struct ply_type *
     return 1;
 }
 
+static int ply_corners(struct reader *r, struct ply *ply, const struct ply_type *type, struct mesh_file *mesh,
+                       double count)
+{
+    double vertex;
+    for (double i = 0; i < count; i++)
+        if (!ply_take(r, ply, type, &vertex) || !add_corner(r, mesh, &ply->face, vertex))
+            return 0;
+    return 1;
+}
+
+/* Two numbers for each corner. */
+static int ply_texcoords(struct reader *r, struct ply *ply, const struct ply_type *type, double count)
+{
+    for (double i = 0; i < count; i++) {
+        double value;
+        if (ply->num_texcoords == ply->texcoord_room) {
+            size_t room = 2 * ply->texcoord_room + 64;
+            float *larger = room < SIZE_MAX / sizeof *larger ? realloc(ply->texcoords, room * sizeof *larger) : NULL;
+            if (larger == NULL)
+                return fail(r, "out of memory for texture coordinates");
+            ply->texcoords = larger;
+            ply->texcoord_room = room;
+        }
+        if (!ply_take_number(r, ply, type, &value))
+            return 0;
+        ply->texcoords[ply->num_texcoords++] = attribute_value(value);
+    }
+    return 1;
+}
+
 static int ply_list(struct reader *r, struct ply *ply, const struct ply_property *property, int is_face,
                     struct mesh_file *mesh)
 {
     double count;
     if (!ply_take(r, ply, property->count_type, &count))
         return 0;
-    if (property->role == PLY_CORNERS && is_face)
-        return check_corners(r, mesh->num_faces, count) && ply_triangle(r, ply, property->type, mesh);
     if (!(count >= 0 && count == floor(count)))
         return fail(r, "list of %.12g items", count);
+    if (property->role == PLY_CORNERS && is_face)
+        return ply_corners(r, ply, property->type, mesh, count);
     if (property->role == PLY_CORNERS)
         return ply_strips(r, ply, property->type, mesh, count);
+    if (property->role == PLY_TEXCOORDS)
+        return ply_texcoords(r, ply, property->type, count);
     for (double i = 0; i < count; i++)
         if (!ply_skip(r, ply, property->type))
             return 0;
     return 1;
 }
 
-/* Takes a component of an attribute: NaN if it is no number. Integers are fractions of the largest one. */
+/* -1 means none. */
+static int ply_texnumber(struct reader *r, struct ply *ply, const struct ply_type *type)
+{
+    double number;
+    if (!ply_take(r, ply, type, &number))
+        return 0;
+    int is_good = number >= 0 && number < PLY_MAX_TEXTURES && number == floor(number);
+    ply->face.label[MESH_MATERIALS] = is_good ? (uint32_t)number + 1 : 0;
+    ply->without += !is_good && number != -1;
+    return 1;
+}
+
+/* Takes a component of an attribute. Integers of colors are fractions of the largest one. */
 static int ply_attribute(struct reader *r, const struct ply *ply, const struct ply_property *property,
                          struct mesh_file *mesh, size_t row)
 {
     const struct ply_type *type = property->type;
-    size_t components = (size_t)mesh->components[property->attribute];
-    double value = NAN;
-    if (ply->encoding == PLY_ASCII) {
-        double unit;
-        if (!ply_seek_word(r))
-            return 0;
-        value = parse_number(take_word(r), &value, &unit) ? value : NAN;
-    } else if (!ply_take(r, ply, type, &value)) {
+    struct mesh_values *a = &mesh->attribute[property->attribute];
+    double value;
+    if (!ply_take_number(r, ply, type, &value))
         return 0;
-    }
     if (property->attribute == MESH_COLORS && type->kind != PLY_FLOAT)
         value /= ldexp(1, 8 * type->size - (type->kind == PLY_SIGNED)) - 1;
-    if (mesh->attribute[property->attribute] != NULL)
-        mesh->attribute[property->attribute][components * row + (size_t)property->component] = attribute_value(value);
+    if (a->values != NULL)
+        a->values[(size_t)a->components * row + (size_t)property->component] = attribute_value(value);
     return 1;
 }
 
@@ -439,27 +481,48 @@ static int ply_coordinate(struct reader *r, const struct ply *ply, const struct 
     return ply_seek_word(r) && take_number_and_unit(r, &value, &unit) && store_coordinate(r, mesh, i, value, unit);
 }
 
+static int ply_item(struct reader *r, struct ply *ply, const struct ply_property *property, int is_face,
+                    struct mesh_file *mesh, size_t row)
+{
+    if (property->count_type != NULL)
+        return ply_list(r, ply, property, is_face, mesh);
+    switch (property->role) {
+    case PLY_SKIPPED: return ply_skip(r, ply, property->type);
+    case PLY_ATTRIBUTE: return ply_attribute(r, ply, property, mesh, row);
+    case PLY_TEXNUMBER: return ply_texnumber(r, ply, property->type);
+    default: return ply_coordinate(r, ply, property, mesh, row);
+    }
+}
+
+/* Texture coordinates may come before the corners that they belong to; they count if each corner has two. */
+static int ply_end_face(struct reader *r, struct ply *ply, size_t first_corner, size_t first_texcoord)
+{
+    size_t corners = ply->face.num_corners - first_corner, numbers = ply->num_texcoords - first_texcoord;
+    for (size_t i = 0; i < corners && numbers == 2 * corners; i++)
+        ply->face.corner[first_corner + i].item[MESH_TEXCOORDS] = (uint32_t)(first_texcoord / 2 + i);
+    if (numbers != 2 * corners)
+        ply->num_texcoords = first_texcoord;
+    return end_face(r, &ply->face);
+}
+
 static int ply_row(struct reader *r, struct ply *ply, const struct ply_element *element, struct mesh_file *mesh,
                    size_t row)
 {
-    for (size_t i = element->first; i < element->end; i++) {
-        const struct ply_property *property = &ply->property[i];
-        int ok = property->count_type != NULL ? ply_list(r, ply, property, element->kind == PLY_FACE, mesh)
-               : property->role == PLY_SKIPPED ? ply_skip(r, ply, property->type)
-               : property->role == PLY_ATTRIBUTE ? ply_attribute(r, ply, property, mesh, row)
-               : ply_coordinate(r, ply, property, mesh, row);
-        if (!ok)
+    size_t first_corner = ply->face.num_corners, first_texcoord = ply->num_texcoords;
+    for (size_t i = element->first; i < element->end; i++)
+        if (!ply_item(r, ply, &ply->property[i], element->kind == PLY_FACE, mesh, row))
             return 0;
-    }
-    return 1;
+    return element->kind != PLY_FACE || ply_end_face(r, ply, first_corner, first_texcoord);
 }
 
 static int ply_rows(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
-    for (size_t e = 0; e < ply->num_elements; e++)
+    for (size_t e = 0; e < ply->num_elements; e++) {
+        memset(ply->face.label, 0, sizeof ply->face.label);
         for (size_t row = 0; row < ply->element[e].count; row++)
             if (!ply_row(r, ply, &ply->element[e], mesh, row))
                 return 0;
+    }
     return 1;
 }
 
@@ -478,21 +541,73 @@ static int ply_has_more(struct reader *r, const struct ply *ply)
     return ply->encoding == PLY_ASCII ? seek_word(r) : r->at < r->size;
 }
 
+/* Those of corners are kept rather than those of vertices. */
+static void ply_store_texcoords(struct ply *ply, struct mesh_file *mesh)
+{
+    struct mesh_values *a = &mesh->attribute[MESH_TEXCOORDS];
+    if (ply->num_texcoords == 0)
+        return;
+    if (a->values != NULL)
+        note(mesh, "dropped: texture coordinates of vertices, as there are some of corners\n");
+    free(a->values);
+    a->values = ply->texcoords;
+    a->components = 2;
+    a->count = (uint32_t)(ply->num_texcoords / 2);
+    ply->texcoords = NULL;
+    ply->face.has_items[MESH_TEXCOORDS] = 1;
+}
+
+/* There may be more textures than comments. */
+static int ply_store_textures(struct reader *r, struct ply *ply, struct mesh_file *mesh)
+{
+    uint32_t *texture = mesh->label[MESH_MATERIALS].of_face, last = 0;
+    for (size_t f = 0; f < mesh->num_faces && texture != NULL; f++)
+        last = texture[f] > last ? texture[f] : last;
+    const struct word no_name = { NULL, 0 };
+    while (ply->texture.count < last)
+        if (!ply_add_texture(r, ply, no_name))
+            return 0;
+    return store_labels(r, mesh, MESH_MATERIALS, &ply->texture);
+}
+
+static void ply_notes(struct reader *r, const struct ply *ply, struct mesh_file *mesh)
+{
+    char text[WORD_BYTES];
+    if (ply->unknown_lines > 0)
+        note(mesh, "dropped: header lines that are not PLY (%zu), the first begins with '%s'\n", ply->unknown_lines,
+             show(text, ply->unknown));
+    if (ply->without > 0)
+        note(mesh, "dropped: texture numbers that are none (%zu)\n", ply->without);
+    ply_note_skipped(ply, mesh);
+    if (ply_has_more(r, ply))
+        note(mesh, "dropped: what follows the last row of data\n");
+}
+
+static int ply_read(struct reader *r, struct mesh_file *mesh, struct ply *ply)
+{
+    if (!begin_text(r) || !ply_header(r, ply) || !ply_allocate(r, ply, mesh) || !ply_allocate_attributes(r, ply, mesh))
+        return 0;
+    if (ply->encoding != PLY_ASCII)
+        r->line = 0;
+    if (!ply_rows(r, ply, mesh))
+        return 0;
+    if (ply->face.num_faces == 0 && ply_says_faces(ply))
+        return fail(r, "no strip has a triangle");
+    ply_store_texcoords(ply, mesh);
+    if (!store_faces(r, mesh, &ply->face, 0) || !ply_store_textures(r, ply, mesh))
+        return 0;
+    ply_notes(r, ply, mesh);
+    return 1;
+}
+
 int read_ply(struct reader *r, struct mesh_file *mesh)
 {
     struct ply ply;
     memset(&ply, 0, sizeof ply);
-    if (!begin_text(r) || !ply_header(r, &ply) || !ply_allocate(r, &ply, mesh)
-            || !ply_allocate_attributes(r, &ply, mesh))
-        return 0;
-    if (ply.encoding != PLY_ASCII)
-        r->line = 0;
-    if (!ply_rows(r, &ply, mesh))
-        return 0;
-    if (mesh->num_faces == 0 && ply_says_faces(&ply))
-        return fail(r, "no strip has a triangle");
-    ply_note_skipped(&ply, mesh);
-    if (ply_has_more(r, &ply))
-        note(mesh, "dropped: what follows the last row of data\n");
-    return 1;
+    begin_faces(&ply.face);
+    int ok = ply_read(r, mesh, &ply);
+    free_faces(&ply.face);
+    free(ply.texture.name);
+    free(ply.texcoords);
+    return ok;
 }

@@ -6,60 +6,35 @@
 
 #define STL_HEADER_BYTES 84          /* comment, number of triangles */
 #define STL_TRIANGLE_BYTES 50        /* normal, three positions, two bytes */
-#define STL_NO_VERTEX UINT32_MAX
 
 /* Both readers first give each corner a vertex of its own. */
-static int stl_allocate(struct reader *r, struct mesh_file *mesh, size_t faces)
+static int stl_allocate(struct reader *r, struct mesh_file *mesh, size_t corners)
 {
-    if (faces > UINT32_MAX / 3)
-        return fail(r, "too many triangles");
-    return allocate(r, mesh, 3 * faces, faces);
-}
-
-/* -- Corners with equal positions become one vertex ---------------------------------------------------------------- */
-
-static uint32_t hash_position(const double position[3])
-{
-    uint32_t bits[6], hash = 0;
-    memcpy(bits, position, sizeof bits);
-    for (int i = 0; i < 6; i++) {
-        hash = (hash ^ bits[i]) * 0x9e3779b1u;
-        hash ^= hash >> 15;
-    }
-    return hash;
-}
-
-/* The vertex with this position; a new one behind the others if there is none yet. */
-static uint32_t find_or_add(struct mesh_file *mesh, uint32_t *table, size_t mask, const double position[3])
-{
-    size_t slot = hash_position(position) & mask;
-    while (table[slot] != STL_NO_VERTEX
-            && memcmp(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position) != 0)
-        slot = (slot + 1) & mask;
-    if (table[slot] == STL_NO_VERTEX) {
-        table[slot] = mesh->num_vertices++;
-        memmove(&mesh->positions[3 * (size_t)table[slot]], position, 3 * sizeof *position);
-    }
-    return table[slot];
+    return corners < UINT32_MAX ? allocate(r, mesh, corners) : fail(r, "too many triangles");
 }
 
 /* Gives corners with equal positions the same vertex, numbered as they first occur. Works in place: the vertex is never
- * behind the corner. The table is at most half full. */
+ * behind the corner. */
 static int stl_weld(struct reader *r, struct mesh_file *mesh)
 {
-    size_t corners = 3 * (size_t)mesh->num_faces, slots = 2;
-    while (slots < 2 * corners)
-        slots *= 2;
-    uint32_t *table = slots > SIZE_MAX / sizeof *table ? NULL : malloc(slots * sizeof *table);
-    if (table == NULL)
-        return fail(r, "out of memory for %zu corners", corners);
-    memset(table, 0xff, slots * sizeof *table);
-    mesh->num_vertices = 0;
+    size_t corners = mesh->num_vertices;
     for (size_t i = 0; i < 3 * corners; i++)
         mesh->positions[i] += 0.0;        /* -0 becomes 0: equal numbers have equal bytes */
-    for (size_t c = 0; c < corners; c++)
-        mesh->indices[c] = find_or_add(mesh, table, slots - 1, &mesh->positions[3 * c]);
-    free(table);
+    uint32_t *first = mesh_first_equal(mesh->positions, corners, 3 * sizeof *mesh->positions);
+    if (first == NULL)
+        return fail(r, "out of memory for %zu corners", corners);
+    mesh->num_vertices = 0;
+    for (size_t c = 0; c < corners; c++) {
+        if (first[c] != c) {
+            first[c] = first[first[c]];
+            continue;
+        }
+        memmove(&mesh->positions[3 * (size_t)mesh->num_vertices], &mesh->positions[3 * c], 3 * sizeof *mesh->positions);
+        first[c] = mesh->num_vertices++;
+    }
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_faces; i++)
+        mesh->indices[i] = first[mesh->indices[i]];
+    free(first);
     return 1;
 }
 
@@ -127,18 +102,22 @@ static void stl_binary_notes(struct mesh_file *mesh, const struct stl_layout *la
         note(mesh, "dropped: %zu bytes behind the last triangle\n", layout->behind);
 }
 
-static int stl_triangle(struct reader *r, struct mesh_file *mesh, size_t face, size_t at)
+static int stl_triangle(struct reader *r, struct mesh_file *mesh, struct faces *faces, size_t at)
 {
+    size_t face = faces->num_faces;
     for (size_t i = 0; i < 9; i++) {
         r->item = at + 12 + 4 * i;
         float value = float_of_bits((uint32_t)load_bytes(r->data + r->item, 4, 0));
         if (!store_coordinate(r, mesh, 9 * face + i, (double)value, 0))
             return 0;
     }
-    return 1;
+    for (size_t i = 0; i < 3; i++)
+        if (!add_corner(r, mesh, faces, (double)(3 * face + i)))
+            return 0;
+    return end_face(r, faces);
 }
 
-static int stl_read_binary(struct reader *r, struct mesh_file *mesh)
+static int stl_read_binary(struct reader *r, struct mesh_file *mesh, struct faces *faces)
 {
     struct stl_layout layout = stl_find_layout(r);
     size_t at = STL_HEADER_BYTES, attributes = 0;
@@ -148,10 +127,10 @@ static int stl_read_binary(struct reader *r, struct mesh_file *mesh)
         return fail(r, "the file says that it has %zu triangles, and ends before", layout.triangles);
     if (layout.triangles == 0 && layout.behind > 0)
         return fail(r, "the file says that it has 0 triangles, and does not end there");
-    if (!stl_allocate(r, mesh, layout.triangles))
+    if (!stl_allocate(r, mesh, 3 * layout.triangles))
         return 0;
-    for (size_t f = 0; f < layout.triangles; f++) {
-        if (!stl_triangle(r, mesh, f, at))
+    while (faces->num_faces < layout.triangles) {
+        if (!stl_triangle(r, mesh, faces, at))
             return 0;
         size_t bytes = stl_attribute_bytes(r, at);
         attributes += bytes != 0;
@@ -174,7 +153,8 @@ static size_t stl_count_corners(struct reader *r)
 }
 
 struct stl_text {
-    size_t faces, corners, solids;       /* so far; faces that are complete */
+    struct faces *faces;
+    size_t corners, solids;              /* so far */
 };
 
 static int stl_next_is(struct reader r, const char *keyword)
@@ -224,9 +204,9 @@ static void stl_skip_normal(struct reader *r)
         take_word(r);
 }
 
-static int stl_end_face(struct reader *r, struct stl_text *t)
+static int stl_corner(struct reader *r, struct mesh_file *mesh, struct stl_text *t)
 {
-    return check_corners(r, t->faces, (double)t->corners - 3 * (double)t->faces) && ++t->faces;
+    return take_position(r, mesh, t->corners) && add_corner(r, mesh, t->faces, (double)t->corners++);
 }
 
 static int stl_take(struct reader *r, struct mesh_file *mesh, struct stl_text *t)
@@ -234,9 +214,9 @@ static int stl_take(struct reader *r, struct mesh_file *mesh, struct stl_text *t
     char text[WORD_BYTES];
     struct word word = take_word(r);
     if (stl_is_keyword(r, word, "vertex"))
-        return take_position(r, mesh, t->corners++);
+        return stl_corner(r, mesh, t);
     if (stl_is_keyword(r, word, "endloop"))
-        return stl_end_face(r, t);
+        return end_face(r, t->faces);
     if (stl_is_keyword(r, word, "solid")) {
         stl_skip_name(r);
         t->solids++;
@@ -253,23 +233,24 @@ static int stl_take(struct reader *r, struct mesh_file *mesh, struct stl_text *t
 /* The last lines may be missing, but not a corner. */
 static int stl_end_text(struct reader *r, struct mesh_file *mesh, struct stl_text *t)
 {
-    if (t->corners == 3 * t->faces + 3)
-        t->faces++;
-    if (t->corners != 3 * t->faces)
-        return fail(r, "the file ends inside face %zu", t->faces);
-    if (t->faces == 0)
+    size_t complete = t->faces->num_faces > 0 ? t->faces->face[t->faces->num_faces - 1].end : 0;
+    if (t->corners - complete == 3 && !end_face(r, t->faces))
+        return 0;
+    if (t->corners - complete != 3 && t->corners > complete)
+        return fail(r, "the file ends inside face %zu", t->faces->num_faces);
+    if (t->faces->num_faces == 0)
         return fail(r, "the file has no triangles");
-    mesh->num_faces = (uint32_t)t->faces;
     if (t->solids > 1)
         note(mesh, "dropped: which of %zu solids a face belongs to\n", t->solids);
+    mesh->num_vertices = (uint32_t)t->corners;
     return 1;
 }
 
-static int stl_read_text(struct reader *r, struct mesh_file *mesh)
+/* There may be more words "vertex" than corners, in names. */
+static int stl_read_text(struct reader *r, struct mesh_file *mesh, struct faces *faces)
 {
-    struct stl_text t = { 0 };
-    size_t corners = stl_count_corners(r);
-    if (!stl_allocate(r, mesh, (corners + 2) / 3))
+    struct stl_text t = { faces, 0, 0 };
+    if (!stl_allocate(r, mesh, stl_count_corners(r)))
         return 0;
     r->free_form = 1;
     while (seek_word(r))
@@ -286,15 +267,24 @@ static int stl_is_text(const struct reader *r)
     return stl_next_is(*r, "solid") && memchr(r->data, 0, r->size) == NULL;
 }
 
-int read_stl(struct reader *r, struct mesh_file *mesh)
+static int stl_read(struct reader *r, struct mesh_file *mesh, struct faces *faces)
 {
     if (stl_fits(r))
-        return stl_read_binary(r, mesh) && stl_weld(r, mesh);
+        return stl_read_binary(r, mesh, faces);
     if (!begin_text(r))
         return 0;
     if (stl_is_text(r))
-        return stl_read_text(r, mesh) && stl_weld(r, mesh);
+        return stl_read_text(r, mesh, faces);
     if (r->size < STL_HEADER_BYTES)
         return fail(r, "not an STL file: no 'solid' at the start, and too short for a binary one");
-    return stl_read_binary(r, mesh) && stl_weld(r, mesh);
+    return stl_read_binary(r, mesh, faces);
+}
+
+int read_stl(struct reader *r, struct mesh_file *mesh)
+{
+    struct faces faces;
+    begin_faces(&faces);
+    int ok = stl_read(r, mesh, &faces) && store_faces(r, mesh, &faces, 0) && stl_weld(r, mesh);
+    free_faces(&faces);
+    return ok;
 }

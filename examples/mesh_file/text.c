@@ -14,24 +14,68 @@ static int begins_with(const struct reader *r, const char *bytes, size_t count)
     return r->size >= count && memcmp(r->data, bytes, count) == 0;
 }
 
-/* A byte order mark, or letters with zeros between them. */
-static int is_utf16(const struct reader *r)
+enum encoding { ONE_BYTE, UTF16_LE, UTF16_BE, UTF32 };
+
+/* By a byte order mark, or letters with zeros between them. */
+static enum encoding find_encoding(const struct reader *r)
 {
     const uint8_t *d = r->data;
-    if (begins_with(r, "\xff\xfe", 2) || begins_with(r, "\xfe\xff", 2))
-        return 1;
-    return r->size >= 4 && ((d[0] == 0 && isprint(d[1]) && d[2] == 0 && isprint(d[3]))
-                            || (isprint(d[0]) && d[1] == 0 && isprint(d[2]) && d[3] == 0));
+    if (begins_with(r, "\xff\xfe\0\0", 4) || begins_with(r, "\0\0\xfe\xff", 4))
+        return UTF32;
+    if (begins_with(r, "\xff\xfe", 2) || (r->size >= 4 && isprint(d[0]) && d[1] == 0 && isprint(d[2]) && d[3] == 0))
+        return UTF16_LE;
+    if (begins_with(r, "\xfe\xff", 2) || (r->size >= 4 && d[0] == 0 && isprint(d[1]) && d[2] == 0 && isprint(d[3])))
+        return UTF16_BE;
+    return ONE_BYTE;
+}
+
+/* The code point at r->at, of two units if it needs them; '?' for half of one. */
+static uint32_t take_utf16(struct reader *r, int big_endian)
+{
+    uint32_t unit = (uint32_t)load_bytes(r->data + r->at, 2, big_endian), low = 0;
+    r->at += 2;
+    if (unit < 0xd800 || unit > 0xdfff)
+        return unit;
+    if (unit <= 0xdbff && r->size - r->at >= 2)
+        low = (uint32_t)load_bytes(r->data + r->at, 2, big_endian);
+    if (low < 0xdc00 || low > 0xdfff)
+        return '?';
+    r->at += 2;
+    return 0x10000 + ((unit & 0x3ff) << 10 | (low & 0x3ff));
+}
+
+/* At most three bytes for two. */
+static uint8_t *put_utf8(uint8_t *to, uint32_t code)
+{
+    int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+    static const uint8_t lead[4] = { 0, 0xc0, 0xe0, 0xf0 };
+    *to++ = (uint8_t)(lead[more] | code >> 6 * more);
+    while (more-- > 0)
+        *to++ = (uint8_t)(0x80 | (code >> 6 * more & 0x3f));
+    return to;
+}
+
+static int convert_utf16(struct reader *r, int big_endian)
+{
+    uint8_t *text = r->size < SIZE_MAX / 2 ? malloc(r->size / 2 * 3 + 1) : NULL, *end = text;
+    if (text == NULL)
+        return fail(r, "out of memory for the text");
+    for (r->at = 0; r->size - r->at >= 2;)
+        end = put_utf8(end, take_utf16(r, big_endian));
+    r->data = r->converted = text;
+    r->size = (size_t)(end - text);
+    return 1;
 }
 
 int begin_text(struct reader *r)
 {
-    r->at = 0;
+    enum encoding encoding = find_encoding(r);
     r->line = 1;
-    if (is_utf16(r))
-        return fail(r, "the text is UTF-16; convert it to UTF-8");
-    if (begins_with(r, "\xef\xbb\xbf", 3))
-        r->at = 3;
+    if (encoding == UTF32)
+        return fail(r, "the text is UTF-32; convert it to UTF-8");
+    if (encoding != ONE_BYTE && r->converted == NULL && !convert_utf16(r, encoding == UTF16_BE))
+        return 0;
+    r->at = begins_with(r, "\xef\xbb\xbf", 3) ? 3 : 0;
     return 1;
 }
 

@@ -2,5 +2,6 @@
 #define CQ_NO_ENCODER
 #define CQ_NO_REPORTS
 #define CQ_NO_QUANTISER
+#define CQ_NO_WEDGES
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"

@@ -40,6 +40,7 @@ ffi.cdef("""
     #define CQ_WEIGHTS ...
     #define CQ_NUMBER ...
     #define CQ_GROUP ...
+    #define CQ_TURNED ...
     #define CQ_AVERAGE ...
     #define CQ_COPY ...
     #define CQ_PER_FACE ...
@@ -56,15 +57,28 @@ ffi.cdef("""
 
     typedef struct { uint32_t face, vertex, other; ...; } cq_place;
     typedef struct { uint8_t kind, components, bits, merge; uint32_t step, origin[...]; ...; } cq_channel;
-    typedef struct { uint32_t num_vertices, num_faces, num_channels; cq_channel channel[...]; ...; } cq_shape;
+    typedef struct {
+        uint32_t num_vertices, num_faces, num_channels, num_rows, num_aside_rows, num_aside_faces;
+        cq_channel channel[...];
+        ...;
+    } cq_shape;
+    typedef struct { uint32_t num_rows, num_faces, *index; int32_t *channel[...]; } cq_aside;
     typedef struct { uint32_t *origin, num_vertices, num_faces; ...; } cq_mesh;
     typedef struct { const uint8_t *data; size_t size; } cq_bytes;
-    typedef struct { cq_shape shape; cq_mesh mesh; int32_t *channel[...]; uint32_t level, error; ...; } cq_decoder;
+    typedef struct {
+        cq_shape shape;
+        cq_mesh mesh;
+        uint32_t *index, *vertex, num_rows, level, error;
+        int32_t *channel[...];
+        cq_aside aside;
+        ...;
+    } cq_decoder;
     typedef struct {
         cq_shape shape;
         const uint32_t *indices;
         const int32_t *values[...];
-        int goal;
+        int goal, clean;
+        const uint8_t *locked;
         uint32_t *map, *face_map;
         void (*progress)(void *user, uint32_t done, uint32_t total);
         void *user;
@@ -76,6 +90,9 @@ ffi.cdef("""
     size_t cq_decoder_bytes(const cq_shape *shape);
     int cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
     int cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
+    void cq_read_rows(const cq_decoder *d, uint32_t k, uint32_t first, uint32_t count, int32_t *to);
+    void cq_read_triangles(const cq_decoder *d, uint32_t first, uint32_t count, uint32_t *to);
+    void cq_moved_rows(const cq_decoder *d, uint32_t since_vertices, uint32_t since_rows, int shift, uint8_t *rows);
     void cq_mesh_changes(const cq_mesh *mesh, uint32_t since, int shift, uint8_t *faces);
     size_t cq_encoder_bytes(const cq_shape *shape);
     int python_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,

@@ -61,6 +61,7 @@ everything() {
     done
     for source in tests/unit/*.c; do
         name=$(basename "${source%.c}")-16
+        [ "$name" = words-16 ] && continue # cqm has 32-bit indices
         build "$name" "$source" -DCQ_INDEX_BITS=16 && run "$name" && export_counts "$name" || return 1
     done
     build cqm examples/cqm/*.c examples/mesh_file/*.c || return 1

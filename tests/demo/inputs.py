@@ -20,6 +20,9 @@ FOLDER = pathlib.Path(sys.argv[2])
 POSITIONS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
 
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+CUT = "changed: faces with more than three corners (1) are cut into triangles"
+
 
 def cqm(*arguments, status=0):
     """What is said on standard error; the exit status must be as told."""
@@ -45,16 +48,16 @@ def floats(point):
 
 def corners(positions, faces):
     """The mesh as a set of triangles of positions: STL has its own order of vertices."""
-    return sorted(min(points[k:] + points[:k] for k in range(3))
+    return sorted(min(points[k:] + points[:k] for k in range(len(points)))
                   for points in ([positions[v] for v in face] for face in faces))
 
 
-def reads(name, content, positions=None, faces=None, says=(), options=()):
-    """The input means this mesh, and only so many things are said of it."""
+def reads(name, content, positions=None, faces=None, says=(), tells=(), options=()):
+    """The input means this mesh, and only so many things are said of it; those that it tells are no losses."""
     source, stream, out = write(name, content), FOLDER / "a.cqm", FOLDER / "a.off"
     messages = cqm("encode", "--bits", "32", "--keep-order", *options, source, stream)
-    check(f"{name}: said {messages!r}, not {says}",
-          messages.count("\n") == len(says) and all(word in messages for word in says))
+    check(f"{name}: said {messages!r}, not {says} {tells}",
+          messages.count("\n") == len(says) + len(tells) and all(word in messages for word in (*says, *tells)))
     cqm("encode", "--strict", "--quiet", "--bits", "32", *options, source, FOLDER / "s.cqm", status=1 if says else 0)
     cqm("decode", "--quiet", stream, out)
     found = read_off(out)
@@ -69,6 +72,7 @@ def reads(name, content, positions=None, faces=None, says=(), options=()):
 
 def refuses(name, content, *says):
     source, stream = write(name, content), FOLDER / "refused.cqm"
+    stream.unlink(missing_ok=True)
     messages = cqm("encode", source, stream, status=1)
     check(f"{name}: {messages!r} has {says}", all(word in messages for word in says) and messages.count("\n") == 1)
     check(f"{name}: no stream", not stream.exists())
@@ -137,8 +141,9 @@ def test_text_stl():
     refuses("only_solid.stl", "solid", "the file has no triangles")
     refuses("word.stl", plain.replace("outer", "inner"), "unknown STL word 'inner'")
     refuses("prose.stl", "solid state physics " * 20, "no triangles")
-    refuses("quad.stl", plain.replace("endloop", "vertex 2 2 2\nendloop"), "face 0 has 4 corners")
-    refuses("utf16.stl", plain.encode("utf-16"), "UTF-16")
+    square = "solid\nfacet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x} {y} 0\n" for x, y in SQUARE) + "endloop\nendfacet\n"
+    reads("quad.stl", square, [(x, y, 0) for x, y in SQUARE], [(0, 1, 2), (0, 2, 3)], says=[CUT])
+    reads("utf16.stl", plain.encode("utf-16"))
 
 
 # -- OBJ ---------------------------------------------------------------------------------------------------------------
@@ -152,8 +157,10 @@ def test_obj():
     plain = obj()
     reads("plain.obj", plain)
     reads("mark.obj", b"\xef\xbb\xbf" + plain.encode())
-    for encoding in "utf-16", "utf-16-le", "utf-16-be", "utf-32":
-        refuses(f"{encoding}.obj", plain.encode(encoding), "UTF-16")
+    for encoding in "utf-16", "utf-16-le", "utf-16-be":
+        reads(f"{encoding}.obj", ("# na\u00efve \u20ac \U0001f4a9\n" + plain).encode(encoding))
+        reads("half.obj", plain.encode(encoding) + b"\n")
+    refuses("utf-32.obj", plain.encode("utf-32"), "UTF-32")
     for name, end in ("crlf", "\r\n"), ("cr", "\r"), ("blank", " \t\n"), ("page", "\f\n"):
         reads(f"{name}.obj", obj(end=end))
     reads("mixed.obj", plain.replace("\n", "\r", 2).replace("\n", "\r\n", 3))
@@ -175,10 +182,23 @@ def test_obj():
         refuses("number.obj", plain.replace("v 1 0 0", f"v {bad} 0 0").replace("v  0 0", "v 0 0"), "line 2")
     reads("from_the_end.obj", "".join("v %d %d %d\n" % p for p in POSITIONS) +
           "".join("f %d %d %d\n" % tuple(v - 4 for v in face) for face in FACES))
-    refuses("degenerate.obj", plain + "f 1 1 2\n", "face 4 names vertex 0 twice")
-    refuses("three_faces.obj", plain + "v 0 0 2\nf 1 2 5\n", "edge 0-1 has more than two faces")
-    refuses("bow_tie.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n", "vertex 0")
-    refuses("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", "face 0 has 4 corners")
+    reads("degenerate.obj", plain + "f 1 1 2\n", faces=FACES + [(0, 0, 1)], tells=["set aside: 1 face without area"])
+    reads("repeated.obj", plain + "f 2 1 3\n", faces=FACES + [(1, 0, 2)], tells=["set aside: 1 repeated face"])
+    reads("unused.obj", plain + "v 0 0 7\nv 0 0 8\n", POSITIONS + [(0, 0, 7), (0, 0, 8)],
+          tells=["set aside: 2 unused vertices"])
+    reads("three_faces.obj", plain + "v 0 0 2\nf 1 2 5\n", POSITIONS + [(0, 0, 2)], FACES + [(0, 1, 4)], tells=["cut"])
+    bow_tie = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)]
+    reads("bow_tie.obj", "".join("v %d %d %d\n" % p for p in bow_tie) + "f 1 2 3\nf 1 4 5\n", bow_tie,
+          [(0, 1, 2), (0, 3, 4)], tells=["1 vertex copied"])
+    square = [(x, y, 0) for x, y in SQUARE]
+    reads("quad.obj", "".join("v %d %d %d\n" % p for p in square) + "f 1 2 3 4\n", square, [(0, 1, 2), (0, 2, 3)],
+          says=[CUT])
+    lines = [(0, 1), (1, 2), (2, 3), (3,), (3, 0)]
+    reads("lines.obj", plain + "l 1 2 3 4\np 4\nf 4 1\n", faces=FACES + lines, tells=["set aside: 5 faces without area"])
+    reads("only_lines.obj", plain.replace("f ", "l "), faces=[(0, 2), (2, 1), (0, 1), (1, 3), (1, 2), (2, 3), (0, 3), (3, 2)],
+          tells=["set aside: 8 faces without area"])
+    refuses("no_corner.obj", plain.replace("f ", "f # "), "no face has a corner")
+    refuses("short_line.obj", plain + "l 1\n", "a line with 1 corners (line 9)")
 
 
 def test_what_obj_has_and_a_stream_has_not():
@@ -191,8 +211,7 @@ def test_what_obj_has_and_a_stream_has_not():
     vertices = "".join("v %d %d %d\n" % p for p in POSITIONS)
     reads("third_is_0.obj", vertices + textures.format(0, 0, 0, 0) + faces)
     reads("third.obj", vertices + textures.format(0, 0, 3, 0) + faces, says=["dropped: the third texture coordinate"])
-    reads("groups.obj", "o x\nmtllib a.mtl\ng a\n" + plain + "g b\ns 1\nl 1 2\n",
-          says=["dropped: lines that are not read: 1 'o', 1 'mtllib', 2 'g', 1 's', 1 'l'"])
+    reads("groups.obj", "o x\nmtllib a.mtl\ng a\n" + plain + "g b\ns 1\nvp 1 2\n", says=["dropped: lines that are not read: 1 'vp'"])
     reads("many_words.obj", "".join(f"w{k} 0\n" for k in range(100)) + plain, says=["dropped: lines that are not read: 1 'w0', 1 'w1', "])
     reads("rounded_color.obj", obj(extra=" 1.0000001 -0.0000001 1"))
     check("colors are kept", b"property uchar red" in decoded_ply("rounded_color.obj"))
@@ -215,7 +234,7 @@ def test_no_mesh():
             if name not in (kind, {"stl": "solid"}.get(kind)):
                 refuses(f"renamed_{name}.{kind}", content)
     refuses("points.obj", "v 0 0 0\nv 1 0 0\n", "without faces")
-    refuses("points.off", "OFF\n2 0 0\n0 0 0\n1 0 0\n", "vertex 0 belongs to no face")
+    reads("points.off", "OFF\n2 0 0\n0 0 0\n1 0 0\n", [(0, 0, 0), (1, 0, 0)], [], tells=["set aside: 2 unused vertices"])
     reads("empty.off", "OFF\n0 0 0\n", [], [])
     reads("empty.ply", ply([], []), [], [])
     for kind in "off", "obj", "ply", "stl":
@@ -260,7 +279,7 @@ def test_off():
     refuses("n.off", off("nOFF"), "nOFF")
     refuses("cut.off", off()[:-8], "the file ends before face 3")
     refuses("w_is_0.off", off("4OFF", (" 1", " 0", " 1", " 1")), "not a finite")
-    refuses("utf16.off", off().encode("utf-16"), "UTF-16")
+    reads("utf16.off", off().encode("utf-16"))
 
 
 def test_attributes_of_off():
@@ -327,8 +346,12 @@ def test_ply():
         small = struct.unpack("<f", x)[0]
         positions = [(small, 0, 0)] + POSITIONS[1:]
         reads("line_end.ply", ply(positions, kind="binary_little_endian", end=end), positions)
-    refuses("faces.ply", ply().replace(b"element face", b"element edge"), "no element 'face'")
-    refuses("noise.ply", ply().replace(b"element vertex", b"Made by a tool\nelement vertex"), "unknown header line 'Made'")
+    reads("points.ply", ply().replace(b"element face", b"element edge"), faces=[], tells=["set aside: 4 unused vertices"],
+          says=["dropped: properties of element 'edge': 'vertex_indices'"])
+    refuses("others.ply", ply().replace(b"element face", b"element edge").replace(b"element vertex", b"element point"),
+            "no element 'vertex', 'face' or 'tristrips'")
+    reads("noise.ply", ply().replace(b"element vertex", b"Made by a tool\nelement vertex"),
+          says=["dropped: header lines that are not PLY (1), the first begins with 'Made'"])
     refuses("cut.ply", ply(kind="binary_little_endian")[:-1], "the file ends inside its data")
     head, data = ply().split(b"element face", 1)
     many = [f"f_rest_{k}" for k in range(60)]
@@ -400,17 +423,21 @@ def test_exact_means_floats():
     out, stream = FOLDER / "exact.off", FOLDER / "exact.cqm"
     positions, faces = grid_mesh(1, (448250.123, 5411932.678, 35.2))
     rounded = list(map(floats, positions))
-    moved = distance(rounded, positions)
     source = write("exact.ply", ply(positions, faces, "binary_big_endian", "double"))
     messages = cqm("encode", "--bits", 32, "--keep-order", source, stream)
-    check(f"{messages} has {moved:.3g}", f"exact means the nearest 32-bit floats, up to {moved:.3g} away" in messages)
+    cqm("decode", stream, out)
+    moved = distance(read_off(out)[0], positions)
+    check(f"{messages} has {moved:.3g}", f"exact means the nearest 32-bit floats behind an origin, up to {moved:.3g} away" in messages)
+    check(f"half a unit of floats that are up to 1: {moved}", 0 < moved <= 2 ** -25)
+    cqm("verify", "--bits", 32, source)
     cqm("encode", "--bits", 32, "--strict", source, FOLDER / "none.cqm", status=1)
     check("--strict writes nothing", not (FOLDER / "none.cqm").exists())
-    cqm("decode", stream, out)
-    check("the nearest floats", list(map(floats, read_off(out)[0])) == rounded)
+    text = "OFF\n121 200 0\n" + "".join(" ".join(f"{x:.6f}" for x in p) + "\n" for p in positions)
+    text += "".join("3 %d %d %d\n" % f for f in faces)
+    check("floats hold six digits", cqm("encode", "--bits", 32, "--strict", write("digits6.off", text), stream) == "")
     for real, kind in ("float", "binary_big_endian"), ("double", "binary_big_endian"), ("double", "ascii"):
         source = write("floats.ply", ply(rounded, faces, kind, real))
-        check("floats are exact", cqm("encode", "--strict", "--bits", 32, source, stream) == "")
+        check("floats are exact", "exact means" not in cqm("encode", "--strict", "--bits", 32, source, stream))
     # A number with few digits is one that a float prints, or nine digits of a float.
     thirds = [tuple(x / 3 for x in p) for p in grid_mesh(1, (1, 2, 3))[0]]
     for digits, points, lost in (6, thirds, False), (9, list(map(floats, thirds)), False), (9, thirds, True), (17, thirds, True):

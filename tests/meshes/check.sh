@@ -2,8 +2,9 @@
 # Round trip of every mesh at hand: check.sh CQM [--update]
 #
 # Each mesh of ref_data, build/meshes (make meshes) and build/generated (generated.txt, made here) goes through
-# `CQM verify` with positions and through `CQM verify --connectivity`. The outcome, `ok` and the counts or `refused` and
-# the reason, is compared with expected.tsv; --update writes that file instead. The last line is `N passed, N failed`.
+# `CQM verify` with positions and through `CQM verify --connectivity`. The outcome, `ok`, the counts and what is told of a
+# mesh that is no oriented manifold of triangles, or `refused` and the reason, is compared with expected.tsv; --update writes
+# that file instead. The last line is `N passed, N failed`.
 set -eu
 cd "$(dirname "$0")/../.."
 cqm=$1
@@ -18,6 +19,11 @@ make_generated() {
     done
 }
 
+# told: the messages in build/verify.log, in one line
+told() {
+    sed -n 's|^cqm: [^ ]*: ||p' build/verify.log | sed 's|; decoding gives all of it back||' | tr '\n' ';' | sed 's|;$||; s|;|; |g'
+}
+
 # outcome MESH [OPTION]: "ok TAB counts", "refused TAB reason", or for any other exit status "crashed TAB reason"
 outcome() {
     mesh=$1
@@ -26,7 +32,9 @@ outcome() {
     "$cqm" verify "$@" "$mesh" >build/verify.log 2>&1 || status=$?
     reason=$(tail -n 1 build/verify.log | sed 's|^cqm: ||; s|^[^ ]*: ||')
     case $status in
-    0) printf 'ok\t%s\n' "$reason" | sed 's/ok, //; s/ faces, .*/ faces/' ;;
+    0) counts=$(grep ': ok, ' build/verify.log | sed 's/.*: ok, //; s/ faces, .*/ faces/')
+        messages=$(told)
+        printf 'ok\t%s%s\n' "$counts" "${messages:+, told: $messages}" ;;
     1) printf 'refused\t%s\n' "$reason" ;;
     *) printf 'crashed\tstatus %s: %s\n' "$status" "$reason" ;;
     esac

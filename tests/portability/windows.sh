@@ -92,7 +92,7 @@ run() { # folder
         check stream_ends_well "$folder" "$stream"
         check game_loop_ends_well "$folder" "$stream"
     done
-    check refuses "$folder" 1 encode ref_data/bad/book.off "$folder/b.cqm"
+    check refuses "$folder" 1 encode ref_data/bad/range.off "$folder/b.cqm"
     check refuses "$folder" 2 encode ref_data/sponge.off ref_data/sponge.off
     check refuses "$folder" 1 encode no_such_file.off "$folder/b.cqm"
 }

@@ -55,6 +55,31 @@ def attributes(draw, num_vertices, num_faces):
     return {name: everything[name] for name in names}
 
 
+@st.composite
+def triangles(draw):
+    """(vertices, faces, texcoords, materials): a surface with seams, maybe with faces that are turned over; or a
+    heap of faces, some of which are no surface."""
+    random = np.random.default_rng(draw(st.integers(0, 2 ** 32)))
+    if draw(st.booleans()):
+        width, height = draw(st.integers(3, 9)), draw(st.integers(3, 9))
+        vertices, faces = torus(width, height)
+        texcoords = vertices[:, :2]
+        seam = random.permutation(len(vertices))[:draw(st.integers(0, 12))]      # these have another row for some faces
+        vertices = np.concatenate([vertices, vertices[seam]])
+        texcoords = np.concatenate([texcoords, texcoords[seam] + 5])
+        for row, vertex in enumerate(seam, width * height):
+            some = random.random(len(faces)) < 0.5
+            faces[some] = np.where(faces[some] == vertex, row, faces[some])
+        if draw(st.booleans()):
+            over = random.random(len(faces)) < 0.2
+            faces[over] = faces[over][:, ::-1]
+    else:
+        count = draw(st.integers(1, 12))
+        vertices, texcoords = random.integers(0, 3, (count, 3)), random.integers(0, 2, (count, 2))
+        faces = random.integers(0, count, (draw(st.integers(0, 30)), 3))
+    return vertices.astype(np.float32), faces, texcoords.astype(np.float32), random.integers(0, 4, len(faces))
+
+
 def turned(faces):
     """Each face from its smallest vertex on."""
     faces = np.asarray(faces, np.int64)

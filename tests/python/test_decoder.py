@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from meshes import attributes, meshes, torus
+from meshes import attributes, meshes, torus, triangles
 
 import conquest
 
@@ -30,6 +30,27 @@ def test_pieces_and_steps_give_the_same_mesh_and_what_came_stays(data, mesh, siz
         assert np.array_equal(decoder.attributes[name], array)
 
 
+@given(triangles(), st.integers(1, 20), st.booleans())
+def test_seams_arrive_in_steps(soup, steps, clean):
+    vertices, faces, texcoords, materials = soup
+    stream = conquest.encode(vertices, faces, texcoords=texcoords, materials=materials, clean=clean)
+    decoder, whole = conquest.Decoder(), conquest.decode(stream)
+    before = conquest.Mesh(np.empty((0, 3)), np.empty((0, 3), np.uint32))
+    more = decoder.feed(stream, steps)
+    while more:
+        now = decoder.mesh()
+        assert len(now.faces) == 0 or now.faces.max() < len(now.vertices)
+        if clean:
+            stays(before, now)
+        before = now
+        more = decoder.feed(steps=steps)
+    decoder.finish()
+    for array, other in ((decoder.vertices, whole.vertices), (decoder.faces, whole.faces),
+                         (decoder.attributes["texcoords"], whole.attributes["texcoords"]),
+                         (decoder.attributes["materials"], whole.attributes["materials"])):
+        assert np.array_equal(array, other)
+
+
 def stays(before, now):
     """Every array of vertices only grows at its end."""
     for old, new in [(before.vertices, now.vertices)] + [(before.attributes[k], now.attributes[k])
@@ -47,7 +68,7 @@ def test_a_gpu_that_gets_changed_blocks_has_the_mesh(mesh, steps, shift):
         changed = np.repeat(decoder.changed_blocks(since, shift), 1 << shift)[:len(faces)]
         gpu[:len(faces)][changed] = faces[changed]
         assert np.array_equal(gpu[:len(faces)], faces)
-        since = len(decoder.vertices)
+        since = decoder.surface_vertices
         if not more:
             break
         more = decoder.feed(steps=steps)

@@ -51,8 +51,11 @@ Mesh load(const std::string &path)
 void save(Mesh &mesh, const std::string &path)
 {
     std::vector<double> positions(mesh.positions.begin(), mesh.positions.end());
-    mesh_file out{ positions.data(), mesh.indices.data(), static_cast<uint32_t>(mesh.vertices()),
-                   static_cast<uint32_t>(mesh.indices.size() / 3) };
+    mesh_file out{};
+    out.positions = positions.data();
+    out.indices = mesh.indices.data();
+    out.num_vertices = static_cast<uint32_t>(mesh.vertices());
+    out.num_faces = static_cast<uint32_t>(mesh.indices.size() / 3);
     std::FILE *file = std::fopen(path.c_str(), "wb");
     if (!file) throw std::runtime_error(path + ": cannot write");
     bool ok = mesh_write(&out, file, mesh_format_of_path(path.c_str()));

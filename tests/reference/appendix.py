@@ -31,7 +31,10 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("CLOSE", "KIND_CLOSE", "5.4"), ("FLAG", "FLAG", "7.4"), ("BASE", "OF_BASE", "6.1"),
               ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
               ("AGREED", "AGREED", "6.1"), ("AGREED_2", None, "6.1"), ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"),
-              ("SMALL", "SIGN_SMALL", "6.1"), ("PLAIN", "PLAIN", "6.1"),
+              ("SMALL", "SIGN_SMALL", "6.1"), ("MARK", "MARK", "17.2"), ("DISSOLVED", "DISSOLVED", "17.5"),
+              ("AFTER", "AFTER", "17.8"), ("WHICH", "WHICH", "17.8"), ("TWO", "TWO", "17.7"),
+              ("CENTRAL", "CENTRAL", "17.7"), ("SHORTEST", "SHORTEST", "17.7"), ("SHORTER", "SHORTER", "17.7"),
+              ("NEW_ALONG", "NEW_ALONG", "17.6"), ("NEW_ABOVE", "NEW_ABOVE", "17.6"), ("PLAIN", "PLAIN", "6.1"),
               ("COPY", "FACE", "6.3")]
 WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "JOINT", "GAP", "GAP_3", "END_OPPOSITE",
                  "INNER_OPPOSITE", "RULE"]

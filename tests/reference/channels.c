@@ -2,7 +2,9 @@
  * SPDX-License-Identifier: MIT
  *
  * A channel is four numbers: kind,merge,components,bits, as in conquest.h. Without one the seed decides how many there
- * are and which ones. It also decides the noise on their values, which follow the coordinates. */
+ * are and which ones. It also decides the noise on their values, which follow the coordinates. From SEED 1000 on the mesh gets
+ * seams: groups of faces have vertices of their own at the same places, with other values; and some faces that are no
+ * surface, a vertex of no face, and metadata. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
@@ -88,10 +90,50 @@ static cq_value *make_values(const cq_channel *c, const double *xyz, const cq_in
     return values;
 }
 
+/* Room for a mesh that gets seams: a vertex for each corner, and one more; four faces more. */
+static cq_index *first_copy; /* of each vertex: the one that it is a copy of */
+
+static void make_seams(cq_shape *s, cq_index *indices, double *xyz)
+{
+    const uint32_t groups = 2 + random_below(4), size = 1 + random_below(s->num_faces), vertices = s->num_vertices;
+    cq_index *copy = (cq_index *)allocate(vertices * sizeof(cq_index));
+    uint32_t group, h, v;
+    for (v = 0; v < vertices; v++) first_copy[v] = (cq_index)v;
+    for (group = 1; group < groups; group++) {
+        memset(copy, 0xff, vertices * sizeof(cq_index));
+        for (h = 0; h < 3 * s->num_faces; h++) {
+            if (h / 3 / size % groups != group) continue;
+            v = indices[h];
+            if (copy[v] == CQ_NONE) {
+                copy[v] = (cq_index)s->num_vertices++;
+                first_copy[copy[v]] = (cq_index)v;
+                memcpy(xyz + 3 * copy[v], xyz + 3 * v, 3 * sizeof(double));
+            }
+            indices[h] = copy[v];
+        }
+    }
+    first_copy[s->num_vertices++] = 0;
+    memcpy(indices + 3 * s->num_faces, indices, 3 * sizeof(cq_index));
+    memcpy(indices + 3 * s->num_faces + 3, indices, 3 * sizeof(cq_index));
+    indices[3 * s->num_faces + 4] = indices[0];
+    s->num_faces += 2;
+    free(copy);
+}
+
+/* A copy has the values of its vertex, but for channels of rows. */
+static void copy_values(const cq_channel *c, const cq_shape *s, cq_value *values)
+{
+    const int of_row = c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR;
+    uint32_t v, k;
+    for (v = 0; v < s->num_vertices && c->merge != CQ_PER_FACE; v++)
+        for (k = 0; k < c->components && (!of_row || random_below(5) == 0); k++)
+            values[v * c->components + k] = values[first_copy[v] * c->components + k];
+}
+
 int main(int argc, char **argv)
 {
     static cq_input in;
-    unsigned long v, f, k, index;
+    unsigned long v, f, k, index, seams;
     double *xyz;
     cq_index *indices;
     uint8_t *out;
@@ -100,8 +142,9 @@ int main(int argc, char **argv)
     if (argc < 2 || argc > 2 + CQ_MAX_CHANNELS) fail("usage: channels SEED [CHANNEL...] <MESH >STREAM");
     state = (uint32_t)strtoul(argv[1], NULL, 10) * 2654435761u;
     if (scanf("OFF %lu %lu %*d", &v, &f) != 2 || v > 100000 || f > 200000) fail("not an OFF file");
-    xyz = (double *)allocate(3 * v * sizeof(double));
-    indices = (cq_index *)allocate(3 * f * sizeof(cq_index));
+    xyz = (double *)allocate(3 * (v + 3 * f + 1) * sizeof(double));
+    indices = (cq_index *)allocate(3 * (f + 4) * sizeof(cq_index));
+    first_copy = (cq_index *)allocate((v + 3 * f + 1) * sizeof(cq_index));
     for (k = 0; k < 3 * v; k++)
         if (scanf("%lf", &xyz[k]) != 1) fail("a coordinate is missing");
     for (k = 0; k < 3 * f; k++) {
@@ -111,16 +154,22 @@ int main(int argc, char **argv)
     }
     in.shape.num_vertices = (uint32_t)v;
     in.shape.num_faces = (uint32_t)f;
+    seams = strtoul(argv[1], NULL, 10) >= 1000;
+    if (seams) make_seams(&in.shape, indices, xyz);
+    in.shape.metadata_bytes = seams ? random_below(6) : 0;
+    in.metadata = (const uint8_t *)"stone";
+    v = in.shape.num_vertices;
     in.shape.num_channels = argc > 2 ? (uint32_t)argc - 2 : random_below(CQ_MAX_CHANNELS + 1);
     in.indices = indices;
     for (k = 0; k < in.shape.num_channels; k++) {
         make_channel(&in.shape.channel[k], argc > 2 ? argv[2 + k] : NULL);
         in.values[k] = make_values(&in.shape.channel[k], xyz, indices, &in.shape,
                                    random_below(2) ? random_below(1000) : 0);
+        if (seams) copy_values(&in.shape.channel[k], &in.shape, (cq_value *)(uintptr_t)in.values[k]);
     }
     size = 4096 + 256 * v;
     out = (uint8_t *)allocate(size);
-    for (tries = 0; tries < 2 && result == CQ_ERROR_MEMORY; tries++) {
+    for (tries = 0; tries < 3 && result == CQ_ERROR_MEMORY; tries++) {
         size_t bytes = cq_encoder_bytes(&in.shape);
         void *memory = allocate(bytes);
         result = cq_encode(&in, memory, bytes, out, size, &stream, NULL, NULL);
@@ -136,5 +185,6 @@ int main(int argc, char **argv)
     free(out);
     free(indices);
     free(xyz);
+    free(first_copy);
     return fflush(stdout) == 0 ? 0 : 1;
 }

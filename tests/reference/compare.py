@@ -156,10 +156,14 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    count = data[first]
+    extended, count = divmod(data[first], 128)
     at = first + 1
     for _ in range(count):
         at += 7 + 4 * data[at + 1]
+    for _ in range(4 * extended):
+        while data[at] > 127:
+            at += 1
+        at += 1
     return [h.vertices, h.loops, h.edges, chi, data[first:at], h.payload]
 
 
@@ -261,7 +265,9 @@ def compare_edges_of_the_format():
             ("long varint", b"CQ\0\x84\x00", "corrupt"),
             ("large varint", b"CQ\0\xff\xff\xff\xff\x10", "corrupt"),
             ("nine channels", b"CQ\0\0\0\0\x09", "unsupported"),
-            ("many channels", b"CQ\0\0\0\0\x80", "unsupported"),
+            ("many channels", b"CQ\0\0\0\0\x89", "unsupported"),
+            ("an extension of nothing", b"CQ\0\0\0\0\x80\0\0\0\0", "corrupt"),
+            ("rows without vertices", b"CQ\0\0\0\0\x80\1\0\0\0", "corrupt"),
             ("version 1", b"CQ\1", "version"),
             ("other magic", b"CR", "format")):
         tally.require(f"{name}: is {tally.check(name, data).kind}", decoder.Decoder(data).kind == kind)
@@ -299,12 +305,13 @@ def main():
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
-        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1)]
+        seams = tuple(1000 + channels + k for k in range(8))
+        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1) + seams]
     for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 4),
-                      ("torus_3x3.off", 5), ("octahedron.off", WIDE)):
+                      ("torus_3x3.off", 5), ("torus_3x3.off", 1004), ("octahedron.off", WIDE)):
         jobs.append((compare_cuts, ROOT / "ref_data" / name, how))
     streams = [encode(path, how) for path in small if path.stat().st_size < 6500
-               for how in WAYS + (2, 3)]
+               for how in WAYS + (2, 3, 1002, 1003, 1004)]
     per_job = 25
     for k in range((10000 if options.all else 400) // per_job):
         jobs.append((compare_corrupt, streams, f"{options.seed}-{k}", per_job))

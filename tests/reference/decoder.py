@@ -10,6 +10,7 @@ The mesh is not the one of conquest.h: a dictionary tells for each directed edge
 found from it. Virtual vertices have the numbers V, V + 1, ..."""
 
 import argparse
+import math
 import pathlib
 import re
 import sys
@@ -86,20 +87,21 @@ def clamp(a, low, high):
 class Channel:
     """2.4. `first`: the place of its first number among those of a vertex."""
 
-    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,)]
+    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,), (1,)]
     AVERAGE, COPY, PER_FACE = 0, 1, 2
 
     def __init__(self, kind_and_merge, components, bits):
         self.kind, self.merge = kind_and_merge % 16, kind_and_merge // 16
         self.components, self.bits = components, bits
         self.per_face = self.merge == Channel.PER_FACE
+        self.of_row = False
         self.exact = bits == 32
         self.most_bits = 32 if self.exact else 26
 
     def is_valid(self):
         return self.kind < len(Channel.COMPONENTS) and self.components in Channel.COMPONENTS[self.kind] and \
             self.merge <= Channel.PER_FACE and not (self.per_face and self.components != 1) and \
-            (1 <= self.bits <= 24 or self.exact)
+            (1 <= self.bits <= 24 or self.exact) and not (self.kind == 9 and not (self.per_face and self.bits == 1))
 
     # 9.11
     def number(self, value):
@@ -176,6 +178,7 @@ class Header:
 
     def read_channels(self):  # 2.4
         count = self.uint(1)
+        extended, count = count // 128, count % 128
         if count > 8:
             raise End("unsupported")
         self.channels = []
@@ -187,10 +190,28 @@ class Header:
             if not channel.is_valid():
                 raise End("unsupported")
             self.add_channel(channel)
+        self.rows = self.aside_rows = self.aside_faces = self.metadata = 0
+        if extended:
+            self.read_extension()
 
     def add_channel(self, channel):
         channel.first = sum(c.components for c in self.channels if not c.per_face)
         self.channels.append(channel)
+
+    def read_extension(self):  # 2.6
+        counts = [self.varint() for _ in range(4)]
+        self.rows, self.aside_rows, self.aside_faces, self.metadata = counts
+        if not any(counts) or self.metadata > 1 << 20 or \
+           (self.rows and not self.vertices < self.rows <= 3 * self.faces):
+            raise End("corrupt")
+        channels, self.channels = self.channels, []
+        for channel in channels:  # 15.1
+            channel.of_row = self.rows > 0 and not channel.per_face and channel.kind in (2, 3, 4)
+            if channel.of_row:
+                channel.first = sum(c.components for c in self.channels if c.of_row)
+            else:
+                channel.first = sum(c.components for c in self.channels if not c.per_face and not c.of_row)
+            self.channels.append(channel)
 
     @property
     def position(self):
@@ -199,7 +220,10 @@ class Header:
 
     def numbers(self):
         """The channel of each number of a vertex."""
-        return [c for c in self.channels if not c.per_face for _ in range(c.components)]
+        return [c for c in self.channels if not c.per_face and not c.of_row for _ in range(c.components)]
+
+    def row_channels(self):
+        return [(k, c) for k, c in enumerate(self.channels) if c.of_row]
 
     def face_channels(self):
         return [c for c in self.channels if c.per_face]
@@ -249,6 +273,14 @@ class RangeDecoder:
         bit = self.chance(m)
         self.models[k] = adapted(m, bit, self.rate)
         self.log(f"bit {table}[{index}]", bit, m, 65536)
+        return bit
+
+    def adaptive(self, name, models, k, rate=None):
+        """A bit by a model of another table."""
+        m = models[k]
+        bit = self.chance(m)
+        models[k] = adapted(m, bit, self.rate if rate is None else rate)
+        self.log(f"bit {name}[{k}]", bit, m, 65536)
         return bit
 
     def fixed(self, name, m):
@@ -483,6 +515,18 @@ class Mesh:
         self.valence[a] += 2 - (q - p)
         self.valence[ring[p]] += 1
         self.valence[ring[q]] += 1
+
+    def flip(self, a, b):  # 17.7
+        triangles = self.left[a, b], self.left[b, a]
+        x, y = self.front[a, b], self.front[b, a]
+        places = triangles[0].index(a), triangles[1].index(b)
+        del self.left[a, b], self.left[b, a], self.front[a, b], self.front[b, a]
+        for triangle, k, corners in zip(triangles, places, ((y, x, a), (x, y, b))):
+            for n, corner in enumerate(corners):
+                triangle[(k + n) % 3] = corner
+            self.enter(triangle)
+        for v, change in (a, -1), (b, -1), (x, 1), (y, 1):
+            self.valence[v] += change
 
     def add(self, *corners):
         triangle = list(corners)
@@ -903,6 +947,447 @@ class Place:
             questions.count(Questions.SAME, self.same_gain)
 
 
+# -- 15. Rows ----------------------------------------------------------------------------------------------------------
+
+class RowFan:
+    """That of a row, 15.5."""
+
+    def __init__(self, v, w, at_boundary):
+        self.v, self.w, self.size, self.at_boundary = v, w, len(v), at_boundary
+        self.known = [k for k in range(self.size) if w[k] is not None]
+
+
+class Rows:
+    def __init__(self, decoder, base):
+        self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
+        self.of = {}          # rows of a real triangle's corners, by id
+        self.vertex, self.values = [], []
+        self.count, self.full = 0, False
+        self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME": [32768] * 3,
+                          "NEW": [32768] * 3} for _ in range(27)]
+        self.equal = [[32768] * 8 for _ in self.header.channels]
+        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(4)]
+        self.used = [[[0] * 16 for _ in range(20)] for _ in range(4)]
+        self.sizes = [[0] * 4 for _ in self.header.channels]
+        self.read_base(base)
+
+    def add(self, vertex):
+        if self.count == self.header.rows:
+            self.full = True
+            return 0
+        self.vertex.append(vertex)
+        self.values.append([None] * sum(c.components for _, c in self.header.row_channels()))
+        self.count += 1
+        return self.count - 1
+
+    # 15.2
+    def read_base(self, base):
+        self.mesh = mesh = base.mesh
+        for v in range(base.vertices):
+            first, before = self.count, None
+            for w in mesh.ring(v, base.next_corner(v)):
+                triangle = mesh.left[v, w]
+                if any(map(mesh.is_virtual, triangle)):
+                    before = None
+                    continue
+                rows = self.of.setdefault(id(triangle), [None] * 3)
+                at = triangle.index(v)
+                row, new = self.base_corner(first, before, v)
+                rows[at] = row
+                self.decoder.end_step()
+                if new:
+                    others = [rows[k % 3] for k in (at + 1, at + 2) if triangle[k % 3] < v]
+                    for k, channel in self.header.row_channels():
+                        self.base_row(k, channel, row, first, others)
+                        self.decoder.end_step()
+                before = row
+
+    def base_corner(self, first, before, v):
+        known, models, coder = self.count - first, self.contexts[0], self.coder
+        others = known - (before is not None)
+        m = min(known, 3) - 1
+        if before is not None and coder.adaptive("SAME", models["SAME"], m):
+            return before, False
+        if others == 0 or coder.adaptive("NEW", models["NEW"], m):
+            row = self.add(v)
+            if self.full:
+                self.decoder.reject("corrupt")
+            return row, True
+        n = coder.raw((others - 1).bit_length())
+        if n >= others:
+            self.decoder.reject("corrupt")
+        return [row for row in range(first, self.count) if row != before][n], False
+
+    def is_equal(self, k, channel, model, row, other):
+        if not self.coder.adaptive(f"EQUAL {k}", self.equal[k], model):
+            return False
+        part = self.part(channel)
+        self.values[row][part] = self.values[other][part]
+        return True
+
+    @staticmethod
+    def part(channel):
+        return slice(channel.first, channel.first + channel.components)
+
+    def base_row(self, k, channel, row, first, known):  # 15.3
+        if known and self.is_equal(k, channel, 6, row, known[0]):
+            return
+        if row > first and self.is_equal(k, channel, 7, row, row - 1):
+            return
+        if not known and row:
+            known = [row - 1]
+        for c in range(channel.components):
+            at = channel.first + c
+            near = [self.values[other][at] for other in known]
+            if len(near) == 2:
+                prediction = quotient(channel.rough(near[0]) + channel.rough(near[1]), 2) * channel.unit()
+            elif near:
+                prediction = channel.number(near[0])
+            else:
+                prediction = 0 if channel.exact else 1 << channel.bits - 1
+            self.values[row][at] = self.decoder.base_value(channel, prediction, self.sizes[k], c)
+
+    # 15.4
+    def row(self, u, v):
+        """The row of u in the triangle on the left of u -> v."""
+        triangle = self.mesh.left[u, v]
+        return self.of[id(triangle)][triangle.index(u)] if id(triangle) in self.of else None
+
+    def row_in(self, of, u, v):
+        """The row of a vertex in the triangle on the left of u -> v."""
+        triangle = self.mesh.left[u, v]
+        return self.of[id(triangle)][triangle.index(of)] if id(triangle) in self.of else None
+
+    def split(self, ring, p, q):
+        a, x, size = ring.centre, ring.x, ring.size
+        self.a, self.x, self.p, self.q, self.b = a, x, p, q, self.decoder.vertices
+        at_centre = [self.row(a, y) for y in x]
+        after = (q + 1) % size
+        kept = {at_centre[k] for k in range(size) if not p < k <= q}
+        self.made = []        # row, neighbour, corner (None: split)
+        self.run = {}
+        for k in range(p + 1, q + 1):
+            row = at_centre[k]
+            self.run[k] = self.split_row(row) if row is not None and row in kept else row
+        different = len(set(at_centre) - {None})
+        self.context = 3 * (3 * self.seam(at_centre[p], at_centre[p + 1]) + self.seam(at_centre[after], at_centre[q])) \
+            + max(min(different, 3), 1) - 1
+        there = [not self.mesh.is_virtual(x[p]), not self.mesh.is_virtual(x[q])]
+        corners = self.read_corners(there, [
+            (at_centre[p], None), (self.run[p + 1], None), (self.row_in(x[p], a, x[p]), self.row_in(x[p], x[p], a)),
+            (at_centre[after], None), (self.run[q], None), (self.row_in(x[q], x[q], a), self.row_in(x[q], a, x[q]))])
+        self.decoder.end_step()
+        if self.full:
+            self.decoder.reject("corrupt")
+        self.corners = corners
+        for n, (row, neighbour, corner) in enumerate(self.made):
+            fan = self.fan(row, neighbour) if corner is None and self.header.row_channels() else None
+            for k, channel in self.header.row_channels():
+                if corner is None:
+                    self.split_value(k, channel, n, row, neighbour, fan)
+                else:
+                    self.seam_value(k, channel, row, neighbour, corner)
+                self.decoder.end_step()
+        return corners
+
+    @staticmethod
+    def seam(a, b):
+        return 2 if a is None or b is None else int(a != b)
+
+    def make(self, vertex, neighbour, corner):
+        row = self.add(vertex)
+        self.made.append((row, neighbour, corner))
+        return row
+
+    def split_row(self, row):
+        for made, neighbour, _ in self.made:
+            if neighbour == row:
+                return made
+        if len(self.made) == 2:
+            self.full = True
+            return row
+        return self.make(self.b, row, None)
+
+    def read_corners(self, there, choices):
+        def choice(usual, other):
+            if usual is None:
+                return other, None
+            return usual, None if other == usual else other
+
+        choices = [choice(*c) for c in choices]
+        models, coder = self.contexts[self.context], self.coder
+        everything = all(choices[k][0] is not None for k in range(6) if there[k // 3])
+        if everything and coder.adaptive("ALL", models["ALL"], 0):
+            return [choices[k][0] if there[k // 3] else None for k in range(6)]
+        rows = [None] * 6
+        vertices = [self.a, self.b, self.x[self.p], self.a, self.b, self.x[self.q]]
+        for k in range(6):
+            if not there[k // 3]:
+                continue
+            if k in (3, 4) and there[0]:
+                choices[k] = choice(choices[k][0], rows[k - 3])
+            usual, other = choices[k]
+            u = [rows[n] == choices[n][0] for n in range(6)]
+            history = [0, u[0], 2 * (other is None) + (u[0] and u[1]), 2 * u[0] + u[1], 2 * u[1] + u[3],
+                       2 * (other is None) + (u[3] and u[4])][k]
+            if usual is not None and coder.adaptive("USUAL", models["USUAL"], 4 * k + history):
+                rows[k] = usual
+            elif other is not None and coder.adaptive("OTHER", models["OTHER"], k):
+                rows[k] = other
+            else:
+                rows[k] = self.make(vertices[k], usual, k)
+        return rows
+
+    def apply(self, ring, p, q, corners):
+        """After the split of the mesh."""
+        mesh, x = self.mesh, ring.x
+        for k in range(p + 1, q + 1):
+            triangle = mesh.left[self.b, x[k]]
+            if self.run[k] is not None:
+                self.of[id(triangle)][triangle.index(self.b)] = self.run[k]
+                self.vertex[self.run[k]] = self.b
+        if not mesh.is_virtual(x[p]):
+            self.of[id(mesh.left[x[p], ring.centre])] = [corners[2], corners[0], corners[1]]
+        if not mesh.is_virtual(x[q]):
+            self.of[id(mesh.left[ring.centre, x[q]])] = [corners[3], corners[5], corners[4]]
+        self.decoder.num_rows = self.count
+
+    # 15.5
+    def fan(self, row, neighbour):
+        mesh, a, x, p, q = self.mesh, self.a, self.x, self.p, self.q
+        v, w, whole = [neighbour], [None], True
+        for k in range(p, q + 1):
+            before = k > p and self.run[k] == row
+            after = k < q and self.run[k + 1] == row
+            whole = whole and (before or k == p) and (after or k == q)
+            if not before and not after:
+                continue
+            v.append(self.row_in(x[k], a, x[k]) if before else self.row_in(x[k], x[k], a))
+            w.append(self.beyond(x[k], x[k + 1]) if after else None)
+        w[0] = w[-1] = None
+        first, last = x[p - 1], x[(q + 1) % len(x)]
+        if self.row(a, x[p]) == neighbour and self.row_in(x[p], a, x[p]) == v[1]:
+            w[0] = self.row_in(first, a, x[p])
+        if self.row_in(a, x[q], a) == neighbour and self.row_in(x[q], x[q], a) == v[-1]:
+            w[-1] = self.row_in(last, x[q], a)
+        if not whole:
+            w = [None] * len(v)
+        return RowFan(v, w, not whole)
+
+    def beyond(self, y, z):
+        """Over the edge of ring vertices y, z; A lies on the left of z -> y."""
+        if self.row_in(y, y, z) != self.row_in(y, z, y) or self.row_in(z, y, z) != self.row_in(z, z, y):
+            return None
+        return self.row_in(self.mesh.front[y, z], y, z)
+
+    def is_pair(self, channel):
+        return self.header.position is not None and channel.kind == 2 and channel.merge == Channel.AVERAGE and \
+            channel.components == 2 and not channel.exact and channel.bits > 1
+
+    def same(self, channel, a, b):
+        part = self.part(channel)
+        return self.values[a][part] == self.values[b][part]
+
+    def split_value(self, k, channel, n, row, neighbour, fan):
+        if n == 1 and self.is_equal(k, channel, int(self.same(channel, self.made[0][1], neighbour)), row, row - 1):
+            return
+        if self.is_pair(channel):
+            self.pair(k, channel, row, None, fan.v)
+            return
+        for at in range(channel.first, channel.first + channel.components):
+            if channel.merge == Channel.COPY:
+                value = self.decoder.copied_value(channel, fan, at, self.values)
+            else:
+                value = self.decoder.plain_value(channel, fan, at, self.decoder.plain[k], self.values, self)
+            self.values[row][at] = value
+
+    def position(self, v):
+        at = self.header.position.first
+        return self.decoder.values[v][at:at + 3]
+
+    def fit(self, fan, t, m, spread):
+        """That of B less m, and how far it is from all of the fan."""
+        axes = self.decoder.axes
+        if axes is None:
+            return 0, spread
+        b = self.position(self.b)
+        at = [[self.position(self.vertex[row])[axis] - b[axis] for axis in axes[:2]] for row in fan.v]
+        everything = 0
+        for x, y in at:
+            everything |= abs(x) | abs(y)
+        at = [shifted(a, (everything >> 8).bit_length()) for a in at]
+        mx, my = (quotient(sum(a[c] for a in at), fan.size) for c in range(2))
+        d = [(x - mx, y - my, u - m >> 2) for (x, y), u in zip(at, t)]
+        xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
+        ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
+        r = (xx + yy) // 64 + 1
+        xx, yy = xx + r, yy + r
+        gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
+        n = 0
+        while abs(gx) >> n >= 1 << 50 or abs(gy) >> n >= 1 << 50:
+            n += 1
+        det = xx * yy - xy * xy >> n
+        if not det:
+            return 0, spread
+        hx, hy, limit = gx >> n, gy >> n, max(abs(u) for _, _, u in d)
+        off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
+        return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
+
+    # 15.6
+    def seam_value(self, k, channel, row, neighbour, corner):
+        face = corner // 3 * 3
+        companion = max((r for r in self.corners[face:face + 3] if r is not None and r < row), default=None)
+        if companion is not None:
+            as_neighbour = neighbour is not None and self.same(channel, companion, neighbour)
+            if self.is_equal(k, channel, 2 + as_neighbour, row, companion):
+                return
+        if neighbour is not None and self.is_equal(k, channel, 4 + (companion is not None), row, neighbour):
+            return
+        if self.is_pair(channel):
+            around = [r for r in (neighbour, companion) if r is not None][:1]
+            self.pair(k, channel, row, corner, around)
+            return
+        near, far = neighbour, companion
+        if near is None or (channel.kind == 2 and far is not None):
+            near, far = far, near
+        for at in range(channel.first, channel.first + channel.components):
+            values = [self.values[r][at] for r in (near, far) if r is not None]
+            self.values[row][at] = self.decoder.copy(channel, values) if channel.merge == Channel.COPY else \
+                self.near_value(channel, at, near, far)
+
+    def near_value(self, channel, at, near, far):
+        expected = 0 if near is None else channel.number(self.values[near][at])
+        apart = 1 << channel.bits >> 2 if channel.bits < 24 else 1 << 22
+        if near is not None and far is not None and near != far:
+            apart = channel.rough(self.values[far][at]) - channel.rough(self.values[near][at])
+        e = half(abs(apart)) + (16 if channel.exact else 0)
+        return self.decoder.value(channel, expected + self.residual(3, e, channel.most_bits))
+
+    # 15.7
+    def direction(self, row, corner):
+        a, b = self.position(self.a), self.position(self.b)
+        p, q = (None if self.mesh.is_virtual(v) else self.position(v) for v in (self.x[self.p], self.x[self.q]))
+        triangles = []
+        for k in range(self.p + 1, self.q + 1) if corner is None else ():
+            if self.run[k] == row:
+                triangles.append((b, self.position(self.x[k]), self.position(self.x[k - 1])))
+        for r, t in zip(self.corners, ((a, b, p), (b, p, a), (p, a, b), (a, q, b), (b, a, q), (q, b, a))):
+            if r == row:
+                triangles.append(t)
+        return total(map(self.normal, triangles))
+
+    @staticmethod
+    def normal(triangle):
+        o, a, b = triangle
+        u, v = minus(a, o), minus(b, o)
+        u = shifted(u, ((abs(u[0]) | abs(u[1]) | abs(u[2])) >> 14).bit_length())
+        v = shifted(v, ((abs(v[0]) | abs(v[1]) | abs(v[2])) >> 14).bit_length())
+        n = cross(u, v)
+        length = math.isqrt(dot(n, n))
+        if not length:
+            return [0, 0, 0]
+        x, y = dot(u, v), length
+        low, high = min(abs(x), y), max(abs(x), y)
+        t = 65536 * low // high
+        angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16
+        if abs(x) < y:
+            angle = 102944 - angle
+        if x < 0:
+            angle = 205887 - angle
+        weight = (angle << 24) // length
+        return [c * weight for c in n]
+
+    @staticmethod
+    def fold(pair, half1):
+        x, y = pair
+        u, v = half1 - abs(y), half1 - abs(x)
+        return [-u if x < 0 else u, -v if y < 0 else v]
+
+    def pair(self, k, channel, row, corner, around):
+        half1 = (1 << channel.bits - 1) - 1
+        around = [[c - half1 for c in self.values[r][self.part(channel)]] for r in around]
+        n = self.direction(row, corner)
+        m, shift = sum(map(abs, n)), 0
+        while m >> shift >= 1 << 38:
+            shift += 1
+        m >>= shift
+        if m:
+            expected = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
+            if n[2] < 0:
+                expected = self.fold(expected, half1)
+        else:
+            expected = around[0] if around else [0, 0]
+        out = sum(map(abs, expected)) > half1
+        if out:
+            expected = self.fold(expected, half1)
+            around = [self.fold(pair, half1) for pair in around]
+        spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
+        odd = self.coder.adaptive(f"EQUAL {k}", self.equal[k], 1) if out else 0
+        pair = [c + self.residual(0 if len(around) > 1 else 1, half(spread), 26) for c in expected]
+        if any(abs(c) >= 1 << 25 for c in pair):
+            self.decoder.reject("corrupt")
+        if out and not odd:
+            pair = self.fold(pair, half1)
+        values = [channel.value(c + half1) for c in pair]
+        if None in values:
+            self.decoder.reject("corrupt")
+        self.values[row][self.part(channel)] = values
+
+    # 15.8
+    def residual(self, which, e, most):
+        models, used = self.lengths[which][min(e, 19)], self.used[which][min(e, 19)]
+        n = 0
+        while n < 16:
+            rate = 1 + (min(used[n], 7) + 1) // 2
+            used[n] += 1
+            if not self.coder.adaptive(f"LENGTH {which} {min(e, 19)}", models, n, rate):
+                break
+            n += 1
+        if n == 16:
+            n += self.coder.raw(5)
+        if n == 0:
+            return 0
+        if n > most:
+            return 1 << 26
+        r = self.coder.raw(n)
+        magnitude = (1 << n - 1) + (r >> 1)
+        return Decoder.signed(-magnitude if r % 2 else magnitude)
+
+
+def read_aside(decoder):  # 16
+    header, coder = decoder.header, decoder.coder
+    rows, faces = decoder.aside
+    channels = [c for c in header.channels if not c.per_face]
+    sizes = [[0] * 4 for _ in channels]
+    for _ in range(header.aside_rows):
+        values = []
+        for k, channel in enumerate(channels):
+            for c in range(channel.components):
+                at = len(values)
+                prediction = channel.number(rows[-1][at]) if rows else 0 if channel.exact else 1 << channel.bits - 1
+                values.append(decoder.base_value(channel, prediction, sizes[k], c))
+            decoder.end_step()
+        rows.append(values)
+    count = (header.rows or header.vertices) + header.aside_rows
+    for _ in range(header.aside_faces):
+        face = []
+        for _ in range(3):
+            face.append(coder.raw((count - 1).bit_length() if count else 0))
+            if face[-1] >= count:
+                decoder.reject("corrupt")
+        for k, channel in enumerate(header.face_channels()):
+            face.append(decoder.copy(channel, [faces[-1][3 + k] if faces else 0]))
+        decoder.end_step()
+        faces.append(face)
+    letters = [32768] * 256
+    for _ in range(header.metadata):
+        node = 1
+        for _ in range(8):
+            node = 2 * node + coder.adaptive("LETTER", letters, node)
+        decoder.end_step()
+        decoder.metadata += bytes([node - 256])
+
+
 # -- The decoder -------------------------------------------------------------------------------------------------------
 
 FREE, HELD, HELD_OFTEN, TAKEN = range(4)  # 7.4
@@ -917,11 +1402,16 @@ class Decoder:
         self.values = []       # per vertex, all channels of vertices in a row
         self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
+        self.rows = None       # 15
+        self.num_rows = 0
+        self.aside = [], []    # 16: rows; triangles with their values
+        self.metadata = b""
         self.levels = self.error = 0
         self.stop = stop
         try:
             self.header = Header(data)
-            if limit is not None and max(self.header.vertices, self.header.faces, self.header.edges) > limit:
+            h = self.header
+            if limit is not None and max(h.vertices, h.faces, h.edges, h.rows, h.aside_rows, h.aside_faces) > limit:
                 raise End("limit")
             self.coder = RangeDecoder(self.header.payload, trace)
             self.decode()
@@ -952,6 +1442,9 @@ class Decoder:
         self.stop_here()
         while self.vertices < self.header.vertices:
             self.level()
+        if self.num_rows != self.header.rows:
+            raise End("corrupt")
+        read_aside(self)
         # 10.1
         if self.coder.used < self.header.size:
             raise End("corrupt")
@@ -963,6 +1456,9 @@ class Decoder:
     def start_mesh(self, base):
         self.base_values(base)
         self.base_face_values(base.mesh)
+        if self.header.rows:
+            self.rows = Rows(self, base)
+            self.num_rows = self.rows.count
         self.first_gates = base.first_gates
         self.mesh, self.vertices, self.base_vertices = base.mesh, base.vertices, base.vertices
 
@@ -973,8 +1469,9 @@ class Decoder:
     def start_models(self):
         self.pairs = Pairs(self.header.position is not None)
         self.questions, self.linear = Questions(), Linear()
-        self.plain = [self.linear.along[5][:3] for _ in self.header.channels]  # 9.9
+        self.plain = [[0, 0, 0, 65536] if c.of_row else self.linear.along[5][:3] for c in self.header.channels]  # 15.5
         self.code, self.active = 0, 0
+        self.regular = False
 
     # -- 6. Base values
 
@@ -1030,10 +1527,13 @@ class Decoder:
                     prediction = channel.number(self.values[v - 1][k])
                 else:
                     prediction = 0 if channel.exact else 1 << channel.bits - 1
-                residual = self.residual("BASE", sizes[k].bit_length(), 0, channel.most_bits)
-                sizes[k] = (3 * sizes[k] + min(abs(residual), 1 << 28)) // 4
-                values.append(self.value(channel, prediction + residual))
+                values.append(self.base_value(channel, prediction, sizes, k))
             self.end_step()
+
+    def base_value(self, channel, prediction, sizes, k):
+        residual = self.residual("BASE", sizes[k].bit_length(), 0, channel.most_bits)
+        sizes[k] = (3 * sizes[k] + min(abs(residual), 1 << 28)) // 4
+        return self.value(channel, prediction + residual)
 
     def copy(self, channel, near):  # 6.3
         refused = []
@@ -1059,11 +1559,15 @@ class Decoder:
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
-        if self.coder.bit("OTHER_LEVEL"):
-            self.reject("unsupported")
+        self.regular = self.regular or self.coder.bit("OTHER_LEVEL")
         self.end_step()
         self.read_error()
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
+        if self.regular:
+            if len(self.header.channels) > 1 or (self.header.channels and not self.header.position):
+                raise End("unsupported")
+            RegularLevel(self).decode()
+            return
         self.read_active()
         self.pairs.ruled = not self.header.position or self.coder.bit("RULED")
         self.end_step()
@@ -1164,15 +1668,19 @@ class Decoder:
         mesh = self.mesh
         ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
         p, q = self.pairs.decode(self.coder, ring)
+        self.axes = None
         values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
         self.end_step()
+        self.values.append(values)
+        corners = self.rows.split(ring, p, q) if self.rows else None
         virtual = mesh.is_virtual(x[p]) + mesh.is_virtual(x[q])
         if len(mesh.real) + 2 - virtual > self.header.faces or len(mesh.virtual) + virtual > self.header.edges:
             raise End("corrupt")
         mesh.split(centre, self.vertices, x, p, q)
         self.states[self.vertices] = TAKEN
         self.vertices += 1
-        self.values.append(values)
+        if corners:
+            self.rows.apply(ring, p, q, corners)
         new = mesh.real[virtual - 2:] if virtual < 2 else []
         self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
         self.splits += 1
@@ -1181,32 +1689,45 @@ class Decoder:
         """Those of B, and those of the new triangles for each channel of faces."""
         result, of_faces = [], []
         for k, channel in enumerate(self.header.channels):
+            if channel.of_row:
+                continue
             numbers = range(channel.first, channel.first + channel.components)
             if channel.per_face:
                 of_faces.append(self.new_face_values(len(of_faces), channel, ring, fan))
             elif channel is self.header.position:
                 origin = self.position(ring.centre)
-                offset = Place(self, ring, fan, self.position).decode()
+                place = Place(self, ring, fan, self.position)
+                self.axes = place.axes
+                offset = place.decode()
                 result += [self.value(channel, number) for number in plus(origin, offset)]
             elif channel.merge == Channel.AVERAGE:
-                result += [self.plain_value(channel, fan, c, self.plain[k]) for c in numbers]
+                result += [self.plain_value(channel, fan, c, self.plain[k], self.values) for c in numbers]
             else:
-                order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
-                result += [self.copy(channel, [self.values[fan.v[at]][c] for at in order]) for c in numbers]
+                result += [self.copied_value(channel, fan, c, self.values) for c in numbers]
         return result, of_faces
 
-    def plain_value(self, channel, fan, c, weights):  # 9.9
-        a = channel.rough(self.values[fan.v[0]][c])
-        t = [channel.rough(self.values[v][c]) - a for v in fan.v]
+    def copied_value(self, channel, fan, c, values):  # 9.10
+        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+        return self.copy(channel, [values[fan.v[at]][c] for at in order])
+
+    def plain_value(self, channel, fan, c, weights, values, rows=None):  # 9.9, and of rows 15.5
+        a = channel.rough(values[fan.v[0]][c])
+        t = [channel.rough(values[v][c]) - a for v in fan.v]
         m = mean(sum(t), fan.size)
-        outer = sum(2 * (channel.rough(self.values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
+        outer = sum(2 * (channel.rough(values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
                     for k in fan.known)
         g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
+        s = sum(abs(x - m) for x in t)
+        e = half(s // fan.size)
+        if rows:
+            fit, off = rows.fit(fan, t, m, s)
+            g.append(fit)
+            e = (e + half(off // fan.size)) // 2
+        e += 16 if channel.exact else 0
         prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
-        e = half(sum(abs(x - m) for x in t) // fan.size) + (16 if channel.exact else 0)
-        residual = self.difference("PLAIN", e, channel.most_bits)
-        for k in range(3):
-            follow(weights, k, residual * g[k])
+        residual = rows.residual(2, e, channel.most_bits) if rows else self.difference("PLAIN", e, channel.most_bits)
+        for k, feature in enumerate(g):
+            follow(weights, k, residual * feature)
         return self.value(channel, prediction + residual)
 
     def new_face_values(self, k, channel, ring, fan):  # 9.12
@@ -1220,6 +1741,428 @@ class Decoder:
         return made
 
 
+# -- 17. Regular levels ------------------------------------------------------------------------------------------------
+
+def size_class(size):
+    return min(half(size), 15)
+
+
+def ratio_class(a, b, low, middle, high):
+    x = log8(a + 1) - log8(b + 1)
+    return 0 if x < low else 1 if x < middle else 2 if x < high else 3
+
+
+def rounded(x):
+    return x + 128 >> 8
+
+
+class Tilt:
+    """17.4"""
+
+    def __init__(self, normal, axes):
+        nearest = 0
+        if axes:
+            k = axes - 1
+        else:
+            largest = 0
+            for c in normal:
+                largest |= abs(c)
+            normal = shifted(normal, 1 + (largest >> 20).bit_length())
+            k = 1 if abs(normal[1]) > abs(normal[0]) else 0
+            if abs(normal[2]) > abs(normal[k]):
+                k = 2
+            nearest = normal[k]
+        self.axis = [(k + 1) % 3, (k + 2) % 3, k]
+        self.slope = [-quotient(normal[c] * 256, nearest) if nearest else 0 for c in self.axis[:2]]
+
+    def tilted(self, vector):
+        return [vector[c] for c in self.axis]
+
+    def above(self, vector):
+        x, y, z = self.tilted(vector)
+        return [x, y, z - (self.slope[0] * x >> 8) - (self.slope[1] * y >> 8)]
+
+    def weighted(self, features, weights):
+        n = len(features)
+        sums = [0, 0, 0]
+        for k, feature in enumerate(map(self.above, features)):
+            for c in range(3):
+                sums[c] += weights[k + (n if c == 2 else 0)] * feature[c]
+        return sums
+
+
+class RegularLevel:
+    def __init__(self, decoder):
+        self.decoder, self.coder, self.mesh = decoder, decoder.coder, decoder.mesh
+        self.located = decoder.header.position is not None
+        self.old, self.faces = decoder.vertices, [list(t) for t in self.mesh.real]
+        self.of = {}
+        for f, t in enumerate(self.faces):
+            for k in range(3):
+                self.of[t[k], t[(k + 1) % 3]] = 3 * f + k
+        self.front, self.valence = dict(self.mesh.front), dict(self.mesh.valence)
+        self.marked = set()             # halfedges
+        self.on = {}                    # the new vertex of an edge, by both directions
+        self.edges = []                 # halfedges of the new vertices
+        self.dissolved = {}             # of a face: 1 + side
+        self.central = 2
+        self.length = self.size = 0
+        self.classes = {}               # of new vertices
+
+    # halfedges of the coarse mesh
+    def ends(self, h):
+        t = self.faces[h // 3]
+        return t[h % 3], t[(h + 1) % 3]
+
+    def twin(self, h):
+        """None: of a virtual triangle."""
+        a, b = self.ends(h)
+        return self.of.get((b, a))
+
+    def following(self, h):
+        return h // 3 * 3 + (h % 3 + 1) % 3
+
+    def previous(self, h):
+        return h // 3 * 3 + (h % 3 + 2) % 3
+
+    def new_on(self, h):
+        return self.on.get(self.ends(h))
+
+    def at(self, v):
+        return self.expected[v] if v >= self.decoder.vertices else self.decoder.values[v]
+
+    def offset(self, a, b):
+        return minus(self.at(b), self.at(a))
+
+    def distance(self, a, b):
+        return norm(self.offset(a, b))
+
+    def decode(self):
+        self.read_marks()
+        if self.located:
+            self.axes = self.coder.raw(2)
+            self.fixed = self.weights(6)
+            self.decoder.end_step()
+            self.expect()
+        self.read_dissolves()
+        if self.located:
+            self.fine = self.weights(14)
+            self.decoder.end_step()
+        self.sweep()
+
+    def weights(self, n):
+        return [(self.coder.raw(8) + 128) % 256 - 128 for _ in range(n)]
+
+    # 17.2
+    def read_marks(self):
+        for f in range(len(self.faces)):
+            for h in range(3 * f, 3 * f + 3):
+                twin = self.twin(h)
+                if twin is None or twin > h:
+                    self.read_mark(h, twin)
+            self.decoder.end_step()
+        count = len(self.edges)
+        if count < self.old // 16 + 1 or count <= len(self.faces) // 32:
+            raise End("corrupt")
+
+    def state(self, h, now):
+        twin = self.twin(h)
+        known = h < now or (twin is not None and twin < now)
+        return int(h in self.marked) if known else 2
+
+    def pair(self, h, now):
+        if h is None:
+            return 0
+        states = sorted((self.state(self.following(h), now), self.state(self.previous(h), now)))
+        return [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].index(tuple(states))
+
+    def read_mark(self, h, twin):
+        a, b = sorted((self.pair(h, h), self.pair(twin, h)))
+        row = 0
+        if self.located:
+            length = 16 * self.distance(*self.ends(h))
+            if self.edges:
+                row = 1 + ratio_class(length, self.length, -10, -4, 4)
+        if not self.coder.bit("MARK", 5 * (b * (b + 1) // 2 + a) + row):
+            return
+        v = self.old + len(self.edges)
+        if v >= self.decoder.header.vertices:
+            self.decoder.reject("corrupt")
+        if self.located:
+            self.length = self.length - (self.length >> 5) + (length >> 5) if self.edges else length
+        self.edges.append(h)
+        self.marked.add(h)
+        if twin is not None:
+            self.marked.add(twin)
+        start, end = self.ends(h)
+        self.on[start, end] = self.on[end, start] = v
+
+    # 17.3, 17.4
+    def straight(self, a, b):
+        n = self.valence[a]
+        if n > 24:
+            return None
+        right, left = self.front[b, a], self.front[a, b]
+        if self.mesh.is_virtual(right):
+            return self.front[right, a]
+        if self.mesh.is_virtual(left):
+            return self.front[a, left]
+        end = None
+        for k in range(n):
+            if self.mesh.is_virtual(b):
+                return None
+            if 2 * k == n:
+                end = b
+            b = self.front[b, a]
+        return end
+
+    def tilt(self, b, tips):
+        largest = 0
+        for vector in [b] + [tip for tip in tips if tip]:
+            for c in vector:
+                largest |= abs(c)
+        shift = (largest >> 13).bit_length()
+        b = shifted(b, shift)
+        normal = [0, 0, 0]
+        if tips[0]:
+            normal = cross(b, shifted(tips[0], shift))
+        if tips[1]:
+            normal = plus(normal, cross(shifted(tips[1], shift), b))
+        return Tilt(normal, self.axes)
+
+    def fixed_features(self, h):
+        a, b_vertex = self.ends(h)
+        b = self.offset(a, b_vertex)
+        tips, wings, ahead, found = [None, None], [], [0, 0, 0], 0
+        for i, s in enumerate((h, self.twin(h))):
+            start, end = (a, b_vertex) if i == 0 else (b_vertex, a)
+            on = self.straight(start, end)
+            if on is not None:
+                found += 1 + i
+                ahead = plus(ahead, self.offset(a, on))
+            if s is None:
+                continue
+            tips[i] = self.offset(a, self.front[start, end])
+            beyond = [self.twin(self.following(s)), self.twin(self.previous(s))]
+            if None not in beyond:
+                wings += [self.offset(a, self.ends(self.previous(g))[0]) for g in beyond]
+        none = [0, 0, 0]
+        both = tips[0] and tips[1]
+        first = [2 * (x + y - z) for x, y, z in zip(*tips, b)] if both else none
+        second = [x - 2 * y for x, y in zip(total(wings), b)] if len(wings) == 4 else first
+        if found == 1:
+            ahead = plus(ahead, [2 * x for x in b])
+        third = [2 * (x - (2 * y if found == 2 else y)) for x, y in zip(ahead, b)] if found else none
+        return [first, second, third], self.tilt(b, tips), b
+
+    def expect(self):
+        self.expected = {}
+        room = self.decoder.header.faces - len(self.faces)
+        most = (1 << self.decoder.header.position.bits) - 1
+        for n, h in enumerate(self.edges):
+            features, tilt, b = self.fixed_features(h)
+            sums = tilt.weighted(features, self.fixed)
+            b = tilt.tilted(b)
+            x, y = (rounded(sums[c] + 128 * b[c]) for c in range(2))
+            z = rounded(sums[2] + tilt.slope[0] * (x - (b[0] >> 1)) + tilt.slope[1] * (y - (b[1] >> 1)) + 128 * b[2])
+            place = list(self.at(self.ends(h)[0]))
+            for c, offset in zip(tilt.axis, (x, y, z)):
+                place[c] = clamp(place[c] + offset, 0, most)
+            self.expected[self.old + n] = place
+            room -= 1 if self.twin(h) is None else 2
+            if room < 0:
+                raise End("corrupt")
+
+    # 17.5
+    def marks_of(self, f):
+        return [h in self.marked for h in range(3 * f, 3 * f + 3)]
+
+    def expected_tip(self, h):
+        v, w = self.new_on(self.following(h)), self.new_on(self.previous(h))
+        return v if v is not None else w if w is not None else self.ends(self.previous(h))[0]
+
+    def shape(self, a, b, x, y):
+        return ratio_class(self.distance(x, y), self.distance(a, b), -4, 0, 4) if self.located else 4
+
+    def read_dissolves(self):
+        for f in range(len(self.faces)):
+            for h in range(3 * f, 3 * f + 3):
+                twin = self.twin(h)
+                if twin is not None and twin > h:
+                    self.read_dissolve(h, twin)
+            self.decoder.end_step()
+
+    def read_dissolve(self, h, g):
+        f, e = h // 3, g // 3
+        of_h, of_g = sum(self.marks_of(f)), sum(self.marks_of(e))
+        if h in self.marked or of_h + of_g == 0 or f in self.dissolved or e in self.dissolved:
+            return
+        if of_h + of_g >= 3:
+            around = of_h + of_g + 1
+        elif of_h + of_g < 2:
+            around = 0
+        elif of_h != of_g:
+            around = 1
+        else:
+            around = 2 + ((self.following(h) in self.marked) != (self.following(g) in self.marked))
+        shape = self.shape(*self.ends(h), self.expected_tip(h), self.expected_tip(g)) if self.located else 4
+        if not self.coder.bit("DISSOLVED", 5 * around + shape):
+            return
+        self.dissolved[e] = 1 + g % 3
+        if of_h:
+            self.dissolved[f] = 1 + self.marks_of(f).index(True)
+
+    # 17.6
+    def around(self, h):
+        """For each real side: new vertices next, previous; apex; straight on; beyond."""
+        a, b = self.ends(h)
+        for s, start, end in (h, a, b), (self.twin(h), b, a):
+            if s is None:
+                continue
+            on = self.straight(start, end)
+            beyond = []
+            for side, turned in (self.following(s), self.following), (self.previous(s), self.previous):
+                g = self.twin(side)
+                beyond.append(None if g is None else self.new_on(turned(g)))
+            yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
+                   None if on is None else self.on.get((start, on)), beyond)
+
+    def position(self, v, h):
+        a, b = self.ends(h)
+        sides = list(self.around(h))
+        features = [[0, 0, 0] for _ in range(7)]
+        total_size, weight = 0, 1
+
+        def add(k, w):
+            if w is not None:
+                features[k] = plus(features[k], self.offset(v, w))
+
+        for beside, tip, on, beyond in sides:
+            for w, u in zip(beside, beyond):
+                add(0 if w is not None and w < v else 1, w)
+                add(3 if u is not None and u < v else 4, u)
+                if w is not None and w < v:
+                    total_size += 2 * self.classes[w]
+                    weight += 2
+                if u is not None and u < v:
+                    total_size += self.classes[u]
+                    weight += 1
+            add(2, tip)
+            add(5, on)
+        for w in a, b:
+            add(6, w)
+        for k in 2, 5, 6:
+            features[k] = [2 * x for x in features[k]]
+        expected = (64 * total_size + self.size) // (16 * weight)
+        tips = [self.offset(a, tip) for _, tip, _, _ in sides]
+        tilt = self.tilt(self.offset(a, b), (tips + [None])[:2])
+        sums = tilt.weighted(features, self.fine)
+        x = self.coordinate("NEW_ALONG", expected, sums[0])
+        of_x = abs(x - rounded(sums[0]))
+        y = self.coordinate("NEW_ALONG", (3 * expected + 4 * size_class(3 * of_x)) // 4, sums[1])
+        of_y = abs(y - rounded(sums[1]))
+        sums[2] += tilt.slope[0] * x + tilt.slope[1] * y
+        z = self.coordinate("NEW_ABOVE", (3 * expected + 4 * size_class((of_x + of_y) * 3 // 2)) // 4, sums[2])
+        self.classes[v] = size_class(of_x + of_y + abs(z - rounded(sums[2])))
+        self.size += 2 * self.classes[v] - (self.size >> 5)
+        place = list(self.expected[v])
+        for c, offset in zip(tilt.axis, (x, y, z)):
+            place[c] += offset
+        return place
+
+    def coordinate(self, kind, size, predicted):
+        row = (size + 2) // 4
+        residual = self.decoder.residual(kind, 0 if row < 4 else (row - 3) // 2, 16 * min(row, 11), 26,
+                                         (predicted + 128 >> 6) % 4)
+        return rounded(predicted) + residual
+
+    # 17.7
+    def sweep(self):
+        for f in range(len(self.faces)):
+            while self.decoder.vertices < self.old + len(self.edges) and \
+                    self.edges[self.decoder.vertices - self.old] // 3 == f:
+                self.insert()
+                self.decoder.stop_here()
+            self.flip_face(f)
+
+    def insert(self):
+        decoder, mesh = self.decoder, self.mesh
+        v = decoder.vertices
+        h = self.edges[v - self.old]
+        a, b = self.ends(h)
+        place = self.position(v, h) if self.located else []
+        decoder.end_step()
+        bits = decoder.header.position.bits if self.located else 0
+        p, q = mesh.front[a, b], mesh.front[b, a]
+        virtual = mesh.is_virtual(p) + mesh.is_virtual(q)
+        if any(not 0 <= x < 1 << bits for x in place) or len(mesh.real) + 2 - virtual > decoder.header.faces or \
+                len(mesh.virtual) + virtual > decoder.header.edges:
+            raise End("corrupt")
+        mesh.split(a, v, [p, b, q], 0, 2)
+        decoder.values.append(place)
+        decoder.vertices += 1
+
+    # 17.7, 17.8
+    def is_flippable(self, a, b):
+        mesh = self.mesh
+        x, y = mesh.front[a, b], mesh.front[b, a]
+        return not any(map(mesh.is_virtual, (a, b, x, y))) and max(x, y) >= self.old and x != y and \
+            mesh.valence[a] > 3 and mesh.valence[b] > 3 and (x, y) not in mesh.left
+
+    def flip(self, a, b):
+        self.decoder.end_step()
+        if not self.is_flippable(a, b):
+            raise End("corrupt")
+        self.mesh.flip(a, b)
+
+    def shape_of(self, a, b):
+        return self.shape(a, b, self.mesh.front[a, b], self.mesh.front[b, a]) if self.located else 4
+
+    def flip_face(self, f):
+        marks, side = self.marks_of(f), self.dissolved.get(f, 0)
+        if sum(marks) > 1:
+            (self.diagonal if sum(marks) == 2 else self.middle)(*self.hub(f))
+        if side and not marks[side - 1]:
+            self.dissolve(*reversed(self.ends(3 * f + side - 1)))
+        self.decoder.end_step()
+
+    def hub(self, f):
+        """The hub, and the corner opposite to its side."""
+        sides = [self.new_on(h) for h in range(3 * f, 3 * f + 3)]
+        hub = min(v for v in sides if v is not None)
+        return hub, self.faces[f][(sides.index(hub) + 2) % 3]
+
+    def diagonal(self, hub, corner):
+        if self.coder.bit("TWO", self.shape_of(hub, corner)):
+            self.flip(hub, corner)
+
+    def middle(self, hub, corner):
+        front = self.mesh.front
+        right, left = front[corner, hub], front[hub, corner]
+        self.central = self.coder.bit("CENTRAL", self.central)
+        fan = 0
+        if not self.central:
+            lengths = [self.distance(hub, corner), self.distance(right, front[hub, left]),
+                       self.distance(left, front[right, hub])] if self.located else [0, 0, 0]
+            order = sorted(range(3), key=lambda k: lengths[k])
+            fan = order[0] if self.coder.bit("SHORTEST") else order[1] if self.coder.bit("SHORTER") else order[2]
+            if fan == 0:
+                return
+        self.flip(hub, corner)
+        if not self.central:
+            self.flip(hub, left if fan == 1 else right)
+
+    def dissolve(self, a, b):
+        x, y = self.mesh.front[a, b], self.mesh.front[b, a]
+        self.flip(a, b)
+        if not self.coder.bit("AFTER"):
+            return
+        for v in x, y:
+            for end in a, b:
+                if v >= self.old and self.is_flippable(v, end) and self.coder.bit("WHICH", self.shape_of(v, end)):
+                    self.flip(v, end)
+
+
 def dump(decoder):
     """The text of tests/reference/dump.c."""
     triangles = decoder.triangles()
@@ -1228,8 +2171,16 @@ def dump(decoder):
         lines.append(f"{decoder.levels} levels")
     if decoder.kind in ("done", "stopped", "truncated"):
         lines.append(f"error {decoder.error}")
+    rows = decoder.rows if decoder.vertices else None
     lines += [" ".join(map(str, values)) for values in decoder.values[:decoder.vertices] if values]
-    lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []))) for triangle in triangles]
+    if rows:
+        lines.append(f"{decoder.num_rows} rows")
+        lines += [" ".join(map(str, [rows.vertex[r]] + rows.values[r])) for r in range(decoder.num_rows)]
+    lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []) +
+                           (rows.of[id(triangle)] if rows else []))) for triangle in triangles]
+    if decoder.kind == "done":
+        lines += [" ".join(map(str, ["aside"] + values)) for part in decoder.aside for values in part]
+        lines += [f"metadata {decoder.metadata.hex()}"] if decoder.metadata else []
     return "\n".join(lines) + "\n"
 
 

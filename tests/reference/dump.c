@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: MIT
  *
  * The kind of result, counts, levels if the stream is complete, the error of the level; the values of each vertex, all channels in one line;
- * the triangles, each with its values. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
+ * the triangles, each with its values; rows, what is aside, and metadata. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
  * for memory. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
@@ -28,28 +28,69 @@ static const char *kind(cq_result result)
 
 static unsigned long number(cq_value value) { return (uint32_t)value; }
 
+/* Those of the channels of vertices, of rows or of faces. */
+static int print_values(const cq_decoder *d, size_t n, int of, const char *gap)
+{
+    uint32_t k, c;
+    int any = 0;
+    for (k = 0; k < d->shape.num_channels; k++)
+        for (c = 0; c < d->shape.channel[k].components && cqi_class(&d->shape, k) == of; c++, gap = " ", any = 1)
+            printf("%s%lu", gap, number(d->channel[k][n * d->shape.channel[k].components + c]));
+    return any;
+}
+
+static void print_corners(const cq_index *v)
+{
+    printf("%lu %lu %lu", (unsigned long)v[0], (unsigned long)v[1], (unsigned long)v[2]);
+}
+
+static void print_aside(const cq_decoder *d)
+{
+    size_t n;
+    uint32_t k, c;
+    for (n = 0; n < d->aside.num_rows; n++) {
+        printf("aside");
+        for (k = 0; k < d->shape.num_channels; k++)
+            for (c = 0; c < d->shape.channel[k].components && d->shape.channel[k].merge != CQ_PER_FACE; c++)
+                printf(" %lu", number(d->aside.channel[k][n * d->shape.channel[k].components + c]));
+        printf("\n");
+    }
+    for (n = 0; n < d->aside.num_faces; n++) {
+        printf("aside ");
+        print_corners(d->aside.index + 3 * n);
+        for (k = 0; k < d->shape.num_channels; k++)
+            if (d->shape.channel[k].merge == CQ_PER_FACE) printf(" %lu", number(d->aside.channel[k][n]));
+        printf("\n");
+    }
+    if (d->shape.metadata_bytes) printf("metadata ");
+    for (n = 0; n < d->shape.metadata_bytes; n++) printf("%02x", d->metadata[n]);
+    if (d->shape.metadata_bytes) printf("\n");
+}
+
 static void print(const cq_decoder *d, cq_result result)
 {
     size_t v, f;
-    uint32_t k, c;
     printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices,
            (unsigned long)d->mesh.num_faces);
     if (result == CQ_DONE) printf("%lu levels\n", (unsigned long)d->level);
     if (result >= CQ_OK) printf("error %lu\n", (unsigned long)d->error);
     for (v = 0; v < d->mesh.num_vertices; v++) {
-        const char *gap = "";
-        for (k = 0; k < d->shape.num_channels; k++)
-            for (c = 0; c < d->shape.channel[k].components && d->shape.channel[k].merge != CQ_PER_FACE; c++, gap = " ")
-                printf("%s%lu", gap, number(d->channel[k][v * d->shape.channel[k].components + c]));
-        if (*gap) printf("\n");
+        if (print_values(d, v, CQI_OF_VERTEX, "")) printf("\n");
     }
-    for (f = 0; f < d->mesh.num_faces; f++) {
-        printf("%lu %lu %lu", (unsigned long)d->mesh.origin[3 * f], (unsigned long)d->mesh.origin[3 * f + 1],
-               (unsigned long)d->mesh.origin[3 * f + 2]);
-        for (k = 0; k < d->shape.num_channels; k++)
-            if (d->shape.channel[k].merge == CQ_PER_FACE) printf(" %lu", number(d->channel[k][f]));
+    if (d->vertex && d->mesh.num_vertices) printf("%lu rows\n", (unsigned long)d->num_rows);
+    for (v = 0; d->vertex && d->mesh.num_vertices && v < d->num_rows; v++) {
+        printf("%lu", (unsigned long)d->vertex[v]);
+        print_values(d, v, CQI_OF_ROW, " ");
         printf("\n");
     }
+    for (f = 0; f < d->mesh.num_faces; f++) {
+        print_corners(d->mesh.origin + 3 * f);
+        print_values(d, f, CQI_OF_FACE, " ");
+        if (d->vertex) printf(" ");
+        if (d->vertex) print_corners(d->index + 3 * f);
+        printf("\n");
+    }
+    if (result == CQ_DONE) print_aside(d);
 }
 
 /* Standard input, in a block of its size; NULL if there is no memory. */

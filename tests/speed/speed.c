@@ -25,7 +25,7 @@ static double decode_once(struct decoding *d, const struct encoding *e)
 }
 
 /* Microseconds per split, or below 0 after a complaint. */
-static double measure(const struct mesh_file *mesh, const char *path, const struct options *options)
+static double measure(struct mesh_file *mesh, const char *path, const struct options *options)
 {
     static struct encoding e;
     static struct decoding d;

@@ -20,7 +20,7 @@ static double connectivity_bits(const cq_report *r)
     return (double)(r->header + r->base + r->flags + r->indices) / 65536;
 }
 
-static int measure_mesh(struct measurement *m, const struct mesh_file *mesh, const char *path)
+static int measure_mesh(struct measurement *m, struct mesh_file *mesh, const char *path)
 {
     static struct encoding located;
     int ok = encode_mesh(&located, mesh, path, &with_positions);

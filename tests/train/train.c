@@ -133,7 +133,7 @@ static struct options options_of(enum kind kind, cq_goal goal)
 }
 
 /* Encodes a sample and learns; returns its bits per vertex, or 0 if it was refused. */
-static double train_mesh(const struct sample *sample, enum kind kind, cq_goal goal)
+static double train_mesh(struct sample *sample, enum kind kind, cq_goal goal)
 {
     static struct encoding e;
     const struct options options = options_of(kind, goal);
@@ -145,7 +145,7 @@ static double train_mesh(const struct sample *sample, enum kind kind, cq_goal go
 
 /* Encodes all samples once; returns the mean bits per vertex. With positions every third mesh is encoded by valences
  * alone too: the priors are for both goals. */
-static double train_pass(const struct sample *samples, int n, enum kind kind)
+static double train_pass(struct sample *samples, int n, enum kind kind)
 {
     double sum = 0;
     int k;
@@ -272,7 +272,7 @@ static void cqi_model_omit(cqi_model *m)
 }
 
 /* Mean bits per vertex of the test meshes, with the model as it is: of connectivity, or of the whole. */
-static double measure(const struct sample *tests, int n, enum kind kind, cq_goal goal, int whole)
+static double measure(struct sample *tests, int n, enum kind kind, cq_goal goal, int whole)
 {
     const struct options options = options_of(kind, goal);
     double sum = 0;
@@ -289,7 +289,7 @@ static double measure(const struct sample *tests, int n, enum kind kind, cq_goal
     return sum / n;
 }
 
-static void print_effect(const char *name, struct sample *samples, int n, const struct sample *tests, int num_tests)
+static void print_effect(const char *name, struct sample *samples, int n, struct sample *tests, int num_tests)
 {
     double alone, located, whole;
     if (n) train(samples, n, CONNECTIVITY);
@@ -305,7 +305,7 @@ static void print_effect(const char *name, struct sample *samples, int n, const 
     fflush(stdout);
 }
 
-static void print_effects(struct sample *samples, int n, const struct sample *tests, int num_tests)
+static void print_effects(struct sample *samples, int n, struct sample *tests, int num_tests)
 {
     size_t k;
     printf("%-52s %27s %10s\n%-52s %12s %14s %10s\n", "", "connectivity", "all,", "without", "alone", "with positions",

@@ -142,11 +142,6 @@ TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
     check_goal(CQ_LEAST_CONNECTIVITY, 2);
 }
 
-/* Of two costs that differ only in how the coder's interval is rounded. */
-static int about_the_same(uint64_t a, uint64_t b) {
-    return a < b ? b - a <= b / 100 : a - b <= a / 100;
-}
-
 /* A roof over a square, rising from two eaves by `slope` a step to a ridge. */
 enum { ROOF = 33, ROOF_SPACING = 64 };
 
@@ -167,25 +162,25 @@ static void roof_make(sample *s, int32_t slope) {
     }
 }
 
-/* Of a roof; with its positions as numbers that mean something else; with its positions. */
+/* Of a roof: with its positions as numbers that mean something else; with its positions. A second channel keeps regular
+ * levels away, which have no indices. */
 TEST(connectivity_costs_less_with_positions) {
-    uint64_t cost[3];
+    uint64_t cost[2];
     int k;
-    for (k = 0; k < 3; ++k) {
+    for (k = 0; k < 2; ++k) {
         sample s;
         coded c;
         roof_make(&s, 1);
+        sample_channel(&s, CQ_GENERIC, 1, 1);
         s.input.goal = CQ_LEAST_CONNECTIVITY;
-        s.input.shape.num_channels = k > 0;
-        if (k < 2) s.input.shape.channel[0].kind = CQ_GENERIC;
+        if (k == 0) s.input.shape.channel[0].kind = CQ_GENERIC;
         code(&c, &s.input);
         REQUIRE_EQ(c.result, CQ_OK);
         cost[k] = c.report->indices;
         uncode(&c);
         sample_free(&s);
     }
-    CHECK(about_the_same(cost[1], cost[0]));
-    CHECK(cost[2] < cost[0] - cost[0] / 8);
+    CHECK(cost[1] < cost[0] - cost[0] / 8);
 }
 
 /* Twice the area of a face, seen from above. */
@@ -261,6 +256,7 @@ TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
         CHECK_EQ(area, all);
         CHECK_EQ(turned, 0);
         uncode(&c);
+        sample_channel(&s, CQ_GENERIC, 1, 1); /* no regular levels */
         s.input.goal = CQ_LEAST_CONNECTIVITY;
         code(&c, &s.input);
         roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);

@@ -368,7 +368,7 @@ TEST(no_exact_vertex_is_further_away_than_the_error_of_a_level) {
         }
     printf("  %d levels, told / measured: mean %.3f, largest %.2f\n", (int)r.levels, exp(r.sum / r.measured), r.largest);
     CHECK(r.levels > 300 && r.measured > 250);
-    CHECK(exp(r.sum / r.measured) < 1.15 && r.largest < 8);
+    CHECK(exp(r.sum / r.measured) < 1.2 && r.largest < 8);
 }
 
 /* Until its outline loses a corner: levels of a fifth of the vertices or more. */

@@ -4,7 +4,8 @@
 #include "sample.h"
 #include "test.h"
 
-enum { TORUS = -1, CONNECTIVITY = 4 };   /* samples: 144 vertices on a grid of 12 bits; 240 without positions */
+enum { TORUS = -1, SEAMS = -2, CONNECTIVITY = 4 };   /* samples: 144 vertices on a grid of 12 bits, with seams; 240
+                                                        without positions */
 
 /* A stream that is decoded with budgets of `budget`; levels are kept into memory of exactly `capacity`. */
 typedef struct chain {
@@ -16,12 +17,29 @@ typedef struct chain {
     cq_index *indices;
 } chain;
 
+/* A torus whose first 12 vertices have two rows each. */
+static void seams_begin(sample *s) {
+    triangles t = triangles_torus(12, 12);
+    uint32_t h;
+    for (h = 0; h < 3 * t.num_faces; ++h)
+        if (h / 3 % 2 && t.indices[h] < 12) t.indices[h] = (cq_index)(t.indices[h] + 144);
+    t.num_vertices += 12;
+    sample_begin(s, t);
+    sample_channel(s, CQ_POSITION, 3, 12);
+    sample_channel(s, CQ_TEXCOORD, 2, 12);
+    memcpy(s->values[0] + 3 * 144, s->values[0], 3 * 12 * sizeof(cq_value));
+}
+
 static void chain_begin(chain *t, int which, size_t count, size_t capacity) {
     size_t k;
     memset(t, 0, sizeof *t);
-    if (which == TORUS) {
-        sample_begin(&t->s, triangles_torus(12, 12));
-        sample_channel(&t->s, CQ_POSITION, 3, 12);
+    if (which < 0) {
+        if (which == SEAMS) {
+            seams_begin(&t->s);
+        } else {
+            sample_begin(&t->s, triangles_torus(12, 12));
+            sample_channel(&t->s, CQ_POSITION, 3, 12);
+        }
         code(&t->c, &t->s.input);
     } else {
         sample_code(&t->s, &t->c, which);
@@ -42,10 +60,10 @@ static void chain_free(chain *t) {
 
 /* Indices of the decoder are those of level k. */
 static int is_level(const chain *t, size_t k) {
-    const cq_mesh *m = &t->d.decoder->mesh;
+    const cq_decoder *d = t->d.decoder;
     const cq_lod *lod = &t->lod[k];
-    return lod->num_vertices == m->num_vertices && lod->num_faces == m->num_faces &&
-           !memcmp(t->indices + lod->first, m->origin, 3 * (size_t)m->num_faces * sizeof(cq_index));
+    return lod->num_vertices == d->num_rows && lod->num_faces == d->mesh.num_faces &&
+           !memcmp(t->indices + lod->first, d->index, 3 * (size_t)d->mesh.num_faces * sizeof(cq_index));
 }
 
 /* Decodes all; each level is that of the moment when it is kept, and stays so. Returns the steps of the last call. */
@@ -175,6 +193,25 @@ TEST(a_level_without_room_is_not_kept_nor_are_those_behind_it) {
     }
 }
 
+TEST(levels_with_seams_have_indices_of_rows) {
+    chain t;
+    size_t k, h;
+    cq_index largest = 0;
+    chain_begin(&t, SEAMS, 3, 3 * 3 * 288);
+    REQUIRE_EQ(t.c.result, CQ_OK);
+    for (k = 0; k < 3; ++k) t.lod[k].min_vertices = (cq_index)(50 + 53 * k);
+    chain_run(&t, 1);
+    CHECK_EQ(t.kept, 3);
+    CHECK_EQ(t.d.decoder->mesh.num_vertices, 144);
+    CHECK_EQ(t.lod[2].num_vertices, 156);
+    for (k = 0; k < 3; ++k) {
+        for (h = 0; h < 3 * (size_t)t.lod[k].num_faces; ++h)
+            if (t.indices[t.lod[k].first + h] > largest) largest = t.indices[t.lod[k].first + h];
+        CHECK_EQ(largest, t.lod[k].num_vertices - 1);
+    }
+    chain_free(&t);
+}
+
 TEST(levels_of_all_samples_are_kept) {
     int which;
     for (which = 0; which < SAMPLES; ++which) {
@@ -201,6 +238,7 @@ int main(int argc, char **argv) {
     RUN(without_errors_levels_come_by_vertices_or_when_all_is_there);
     RUN(both_conditions_hold_and_levels_that_are_due_at_once_share_indices);
     RUN(a_level_without_room_is_not_kept_nor_are_those_behind_it);
+    RUN(levels_with_seams_have_indices_of_rows);
     RUN(levels_of_all_samples_are_kept);
     return TEST_END();
 }

@@ -253,6 +253,27 @@ TEST(a_junction_is_in_the_base)
     uncode(&c);
 }
 
+TEST(the_macros_and_the_function_for_decoder_memory_agree)
+{
+    cq_shape s;
+    uint32_t n;
+    begin(15);
+    s = scene.input.shape; /* 3 + 1 numbers of vertices, 4 of rows, 1 of faces */
+    for (n = 3; n < 60; n++) {
+        size_t bytes = (size_t)CQ_DECODER_BYTES(n + 2, 2 * n + 7, 4) + (size_t)CQ_FACE_BYTES(2 * n);
+        s.num_vertices = n;
+        s.num_faces = 2 * n;
+        s.num_boundary_loops = 2;
+        s.num_boundary_edges = 7;
+        s.num_rows = n + 1;
+        s.num_aside_rows = n % 5;
+        s.num_aside_faces = n % 7;
+        s.metadata_bytes = n % 9;
+        bytes += (size_t)CQ_WEDGE_BYTES(2 * n, n + 1, 4) + (size_t)CQ_METADATA_BYTES(n % 9);
+        CHECK_EQ(cq_decoder_bytes(&s), bytes + (size_t)CQ_ASIDE_BYTES(n % 7, n % 5, 8, 1));
+    }
+}
+
 TEST(metadata_travel_with_a_mesh_that_has_nothing_else)
 {
     begin(0);
@@ -450,6 +471,7 @@ int main(int argc, char **argv)
     RUN(nothing_but_what_is_aside);
     RUN(a_clean_mesh_never_moves_a_row);
     RUN(a_junction_is_in_the_base);
+    RUN(the_macros_and_the_function_for_decoder_memory_agree);
     RUN(metadata_travel_with_a_mesh_that_has_nothing_else);
     RUN(the_locked_borders_of_two_tiles_meet_from_the_base_on);
     RUN(whatever_comes_in_comes_out);

@@ -44,7 +44,7 @@ install_moved() {
 # All options that the program tells of are in its manual page, which has no warnings of its own.
 manual_is_complete() {
     local page=$work/moved/share/man/man1/cqm.1 option
-    [ -z "$(man --warnings -l "$page" 2>&1 >"$work/page")" ] || return 1
+    [ -z "$(LC_ALL=C man --warnings -l "$page" 2>&1 >"$work/page")" ] || return 1
     for option in $(for c in encode decode info verify; do "$work/moved/bin/cqm" $c --help; done |
             grep -o '^  --[a-z-]*'); do
         col -b <"$work/page" | grep -q -e "^ *$option" || { echo "no $option"; return 1; }

@@ -187,7 +187,7 @@ def name_channels(shape: Any) -> list[str]:
     names: list[str] = []
     for channel in shape.channel[0:shape.num_channels]:
         of_faces = channel.merge == lib.CQ_PER_FACE
-        name = "positions" if channel.kind == lib.CQ_POSITION else next(
+        name = "positions" if channel.kind == lib.CQ_POSITION else "turned" if channel.kind == lib.CQ_TURNED else next(
             (k.name for k in KINDS.values() if k.kind == channel.kind
              and (k.kind != lib.CQ_GROUP or (k.merge == lib.CQ_PER_FACE) == of_faces)), "generic")
         earlier = sum(re.fullmatch(rf"{name}(_\d+)?", other) is not None for other in names)

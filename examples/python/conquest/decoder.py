@@ -48,9 +48,10 @@ class Decoder:
             draw(decoder.vertices, decoder.faces)
         decoder.finish()
 
-    Vertices never change once they are there, so their arrays only grow at the end: what was decoded is computed once,
-    and an array that was taken before stays right. Faces do change: `faces` is a view of the decoder's own memory,
-    to be copied if it has to stay as it is. All arrays are read-only.
+    Vertices never change once they are there (with encode's clean=False, those at seams may move), so their arrays
+    only grow at the end: what was decoded is computed once, and an array that was taken before stays right. Faces do
+    change: `faces` is a view of the decoder's own memory, to be copied if it has to stay as it is. All arrays are
+    read-only.
 
     max_memory  bytes that a header may ask for; more is a MemoryError.
     """
@@ -62,7 +63,7 @@ class Decoder:
         self._memory: NDArray[np.uint32] | None = None
         self._names: list[str] = []
         self._arrays: list[NDArray[Any]] = []  # of the channels, as readers want them, with room for the full mesh
-        self._filled: list[int] = []           # how much of them is there
+        self._filled: list[tuple[int, int]] = []   # how much of them is there, and mesh vertices when that came
         self._result = int(lib.CQ_NEED_INPUT)
         self._used = 0
 
@@ -117,7 +118,7 @@ class Decoder:
         lib.cq_decoder_init(self._decoder, ffi.from_buffer(self._memory), self._memory.nbytes)
         self._names = channels.name_channels(shape)
         self._arrays = [channels.make_array(channel, self._room(shape, channel)) for channel in self._channels(shape)]
-        self._filled = [0] * len(self._names)
+        self._filled = [(0, 0)] * len(self._names)
         return True
 
     def _decode(self, data: Buffer, steps: int) -> bytes:
@@ -137,7 +138,10 @@ class Decoder:
 
     @staticmethod
     def _room(shape: Any, channel: Any) -> int:
-        return int(shape.num_faces if channel.merge == lib.CQ_PER_FACE else shape.num_vertices)
+        """Rows or faces of the full mesh, with those aside."""
+        if channel.merge == lib.CQ_PER_FACE:
+            return int(shape.num_faces + shape.num_aside_faces)
+        return int((shape.num_rows or shape.num_vertices) + shape.num_aside_rows)
 
     def _view(self, pointer: Any, count: int, components: int) -> NDArray[np.uint32]:
         """Part of the decoder's memory, which it keeps alive."""
@@ -151,16 +155,53 @@ class Decoder:
 
     def _array(self, k: int) -> NDArray[Any]:
         """Channel k: what has come since the last call is computed."""
-        channel = self._decoder.shape.channel[k]
-        count = self._room(self._decoder.mesh, channel)
-        done, array = self._filled[k], self._arrays[k]
-        if count > done:
-            values = self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
-            channels.give_rows(channel, values[done:], array[done:count])
-            self._filled[k] = count
+        d = self._decoder
+        channel = d.shape.channel[k]
+        of_faces = channel.merge == lib.CQ_PER_FACE
+        count = int(d.mesh.num_faces) if of_faces else self._num_rows
+        (done, vertices), array = self._filled[k], self._arrays[k]
+        if not of_faces and d.vertex != ffi.NULL and done:
+            for row in self._moved_rows(vertices, done):
+                self._give(k, array, row, row + 1)
+        self._give(k, array, min(done, count), count)
+        self._filled[k] = max(done, count), int(d.mesh.num_vertices)
+        if self.complete:
+            count = self._add_aside(k, array, count)
         view = array[:count]
         view.flags.writeable = False
         return view
+
+    @property
+    def _num_rows(self) -> int:
+        d = self._decoder
+        return int(d.num_rows if d.vertex != ffi.NULL else d.mesh.num_vertices)
+
+    def _moved_rows(self, vertices: int, rows: int) -> list[int]:
+        """Rows that have moved since there were so many mesh vertices and rows."""
+        marks = np.zeros(self._num_rows, np.uint8)
+        lib.cq_moved_rows(self._decoder, vertices, rows, 0, ffi.from_buffer("uint8_t[]", marks))
+        return [int(row) for row in np.flatnonzero(marks)]
+
+    def _give(self, k: int, array: NDArray[Any], begin: int, end: int) -> None:
+        """Computes part of an array."""
+        d = self._decoder
+        channel = d.shape.channel[k]
+        if begin == end:
+            return
+        if channel.merge == lib.CQ_PER_FACE or d.vertex == ffi.NULL:
+            values = self._view(d.channel[k], end, channel.components).view(np.int32)[begin:]
+        else:
+            values = np.empty((end - begin, channel.components), np.int32)
+            lib.cq_read_rows(d, k, begin, end - begin, ffi.from_buffer("int32_t[]", values))
+        channels.give_rows(channel, values, array[begin:end])
+
+    def _add_aside(self, k: int, array: NDArray[Any], count: int) -> int:
+        aside, channel = self._decoder.aside, self._decoder.shape.channel[k]
+        more = int(aside.num_faces if channel.merge == lib.CQ_PER_FACE else aside.num_rows)
+        if more and channel.kind != lib.CQ_TURNED:
+            values = self._view(aside.channel[k], more, channel.components).view(np.int32)
+            channels.give_rows(channel, values, array[count:count + more])
+        return count + more
 
     @property
     def complete(self) -> bool:
@@ -174,8 +215,9 @@ class Decoder:
 
     @property
     def total_vertices(self) -> int | None:
-        """Vertices of the full mesh; None until the header has come."""
-        return int(self._decoder.shape.num_vertices) if self._memory is not None else None
+        """Vertices of the full mesh, as vertex buffers have them; None until the header has come."""
+        shape = self._decoder.shape
+        return int(shape.num_rows or shape.num_vertices) if self._memory is not None else None
 
     @property
     def total_faces(self) -> int | None:
@@ -204,28 +246,46 @@ class Decoder:
         """float32 (V, 3), or float64 where floats are too coarse for the grid; (V, 0) if the stream has none."""
         if "positions" in self._names:
             return self._array(self._names.index("positions"))
-        return np.empty((int(self._decoder.mesh.num_vertices), 0), np.float32)
+        aside = int(self._decoder.aside.num_rows) if self.complete else 0
+        return np.empty((self._num_rows + aside, 0), np.float32)
 
     @property
     def faces(self) -> NDArray[np.uint32]:
-        """uint32 (F, 3), a view of the decoder's memory: it changes while decoding goes on."""
-        return self._view(self._decoder.mesh.origin, int(self._decoder.mesh.num_faces), 3)
+        """uint32 (F, 3), a view of the decoder's memory: it changes while decoding goes on. A copy, if faces are turned
+        over or, in a complete mesh, aside."""
+        d = self._decoder
+        count, aside = int(d.mesh.num_faces), int(d.aside.num_faces) if self.complete else 0
+        if not aside and "turned" not in self._names:
+            return self._view(d.index, count, 3)
+        faces = np.empty((count + aside, 3), np.uint32)
+        lib.cq_read_triangles(d, 0, count, ffi.from_buffer("uint32_t[]", faces))
+        if aside:
+            faces[count:] = self._view(d.aside.index, aside, 3)
+        return faces
 
     @property
     def attributes(self) -> dict[str, NDArray[Any]]:
         """By name, as conquest.channels lists them: arrays (V, ...), of materials (F,)."""
-        return {name: self._array(k) for k, name in enumerate(self._names) if name != "positions"}
+        return {name: self._array(k) for k, name in enumerate(self._names) if name not in ("positions", "turned")}
 
     def values(self, name: str) -> NDArray[np.int32]:
-        """The integers of an attribute or of "positions" as they are in the stream, int32 (V, components), a view."""
+        """The integers of an attribute or of "positions" as they are in the stream, int32 (n, components), a view: of
+        the vertices of the surface, or where there are seams and it may differ at them, of the vertices of a GPU."""
         k = self._names.index(name)
-        channel = self._decoder.shape.channel[k]
-        count = self._room(self._decoder.mesh, channel)
+        d, channel = self._decoder, self._decoder.shape.channel[k]
+        of_rows = channel.kind in (lib.CQ_NORMAL, lib.CQ_TEXCOORD, lib.CQ_COLOR)
+        count = int(d.mesh.num_faces if channel.merge == lib.CQ_PER_FACE else
+                    self._num_rows if of_rows else d.mesh.num_vertices)
         return self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
 
+    @property
+    def surface_vertices(self) -> int:
+        """Vertices of the surface: fewer than those of a GPU where there are seams."""
+        return int(self._decoder.mesh.num_vertices)
+
     def changed_blocks(self, since: int, shift: int = 6) -> NDArray[np.bool_]:
-        """Which blocks of 2^shift faces have changed since the mesh had `since` vertices: bool (blocks,). Of vertices
-        those from `since` on are new, and no other changes."""
+        """Which blocks of 2^shift faces have changed since there were `since` surface_vertices: bool (blocks,).
+        Vertices that were there then are as they were, if the stream was encoded with clean."""
         blocks = np.zeros((int(self._decoder.mesh.num_faces) + (1 << shift) - 1) >> shift, np.uint8)
         if blocks.size:
             lib.cq_mesh_changes(ffi.addressof(self._decoder, "mesh"), since, shift,

@@ -76,10 +76,10 @@ class _Input:
         return watch
 
     def encode(self) -> bytes:
-        """Boundaries are known after the first try, the size of the stream after one that did not fit."""
+        """Boundaries and rows are known after the first tries, the size of the stream after one that did not fit."""
         place, size = ffi.new("cq_place *"), ffi.new("size_t *")
         capacity = 4096 + 16 * self.input.shape.num_vertices
-        for _ in range(4):
+        for _ in range(6):
             needed = lib.cq_encoder_bytes(ffi.addressof(self.input, "shape"))
             if needed == 0:
                 raise Error(lib.CQ_ERROR_TOO_LARGE)
@@ -114,30 +114,37 @@ def _as_faces(faces: ArrayLike) -> NDArray[np.uint32]:
 
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
-           progress: bool | Progress = ..., return_maps: Literal[False] = ..., **attributes: ArrayLike) -> bytes: ...
+           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
+           return_maps: Literal[False] = ..., **attributes: ArrayLike) -> bytes: ...
 
 
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
-           progress: bool | Progress = ..., return_maps: Literal[True], **attributes: ArrayLike,
+           clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
+           return_maps: Literal[True], **attributes: ArrayLike,
            ) -> tuple[bytes, NDArray[np.uint32], NDArray[np.uint32]]: ...
 
 
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = 12, goal: Goal = "balanced",
-           progress: bool | Progress = False, return_maps: bool = False, **attributes: ArrayLike) -> Any:
-    """Encodes a triangle mesh.
+           clean: bool = True, locked: ArrayLike | None = None, progress: bool | Progress = False,
+           return_maps: bool = False, **attributes: ArrayLike) -> Any:
+    """Encodes triangles, whatever they are.
 
-    vertices     float (V, 3), finite, in any unit.
-    faces        int (F, 3), 0 .. V - 1, counter-clockwise.
+    vertices     float (V, 3), finite, in any unit. Where a seam of normals, texture coordinates or colors runs, a place
+                 has several of them, as in the vertex buffers of a GPU.
+    faces        int (F, 3), 0 .. V - 1, counter-clockwise. What is no surface, as a face that names a vertex twice,
+                 comes back, too.
     bits         of a coordinate: 1 .. 24, positions are rounded to a grid with 2^bits points along the longest side of
                  their box; 32, they come back as 32-bit floats. Or of several: {"positions": 14, "normals": 12}.
     goal         "balanced": features of the surface go last; "least-connectivity": collapses by valences alone.
+    clean        True: a vertex never moves after it was decoded, at the cost of a larger base where there are seams.
+    locked       bool (V,): vertices that are in all levels, as those on the border of a tile.
     progress     True: a bar, if it takes more than two seconds; or a function that is called with done and total.
     return_maps  also return the decoded number of each vertex, uint32 (V,), and of each face, uint32 (F,).
     attributes   normals, texcoords, colors, weights, joints, numbers, groups, materials, generic: conquest.channels.
 
-    Returns the stream. Raises MeshError, with the place, if the mesh is no oriented 2-manifold or a number is not
-    finite; ValueError and TypeError for arrays of other shapes and types.
+    Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite;
+    ValueError and TypeError for arrays of other shapes and types.
     """
     if goal not in GOALS:
         raise ValueError(f"goal: {goal!r}, expected one of {', '.join(GOALS)}")
@@ -148,6 +155,10 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     source.add("positions", channels.POSITIONS, rows, _bits_of(bits, "positions"))
     for name, array in attributes.items():
         source.add(name, channels.find_kind(name), array, _bits_of(bits, name))
+    source.input.clean = clean
+    if locked is not None:
+        flags = channels.as_rows("locked", locked, len(rows), (1,)).astype(bool).astype(np.uint8)
+        source.input.locked = source.pointer("uint8_t[]", flags)
     stream = _watched(source, progress)
     return (stream, source.map, source.face_map) if return_maps else stream
 

@@ -1,0 +1,347 @@
+/* Regular levels: that they are taken and lose nothing; each insertion and each flip leaves a valid mesh; what has arrived
+ * is final; changed faces are told; streams that are cut or damaged. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "sample.h"
+#include "test.h"
+
+#include <math.h>
+
+/* -- Meshes that were subdivided ----------------------------------------------------------------------------------- */
+
+/* The vertex in the middle of an edge, for its two faces: they are looked for in a list. */
+typedef struct middles {
+    cq_index *a, *b;
+    uint32_t count, first;
+} middles;
+
+static cq_index middle_of(middles *m, cq_index a, cq_index b) {
+    uint32_t k;
+    for (k = 0; k < m->count; ++k)
+        if ((m->a[k] == a && m->b[k] == b) || (m->a[k] == b && m->b[k] == a)) return (cq_index)(m->first + k);
+    m->a[k] = a;
+    m->b[k] = b;
+    m->count++;
+    return (cq_index)(m->first + k);
+}
+
+/* Each face becomes four; frees t. With `skip`, one face in so many stays as it is, and those beside it become two or
+ * three. */
+static triangles subdivided(triangles t, uint32_t skip) {
+    triangles fine;
+    middles m;
+    uint32_t f, k, n = 0;
+    m.a = (cq_index *)exact_alloc(3 * (size_t)t.num_faces * sizeof(cq_index));
+    m.b = (cq_index *)exact_alloc(3 * (size_t)t.num_faces * sizeof(cq_index));
+    m.count = 0;
+    m.first = t.num_vertices;
+    fine.indices = (cq_index *)exact_alloc(12 * (size_t)t.num_faces * sizeof(cq_index));
+    for (f = 0; f < t.num_faces; ++f)
+        for (k = 0; k < 3 && !(skip && f % skip == 0); ++k)
+            middle_of(&m, t.indices[3 * f + k], t.indices[3 * f + (k + 1) % 3]);
+    if (skip) { /* edges of faces that are left have no middle */
+        middles kept = m;
+        kept.a = (cq_index *)exact_alloc(3 * (size_t)t.num_faces * sizeof(cq_index));
+        kept.b = (cq_index *)exact_alloc(3 * (size_t)t.num_faces * sizeof(cq_index));
+        kept.count = 0;
+        for (n = 0; n < m.count; ++n) {
+            int left = 0;
+            for (f = 0; f < t.num_faces; f += skip)
+                for (k = 0; k < 3; ++k) {
+                    const cq_index a = t.indices[3 * f + k], b = t.indices[3 * f + (k + 1) % 3];
+                    left |= (m.a[n] == a && m.b[n] == b) || (m.a[n] == b && m.b[n] == a);
+                }
+            if (!left) middle_of(&kept, m.a[n], m.b[n]);
+        }
+        exact_free(m.a);
+        exact_free(m.b);
+        m = kept;
+    }
+    n = 0;
+    for (f = 0; f < t.num_faces; ++f) {
+        const cq_index *c = t.indices + 3 * f;
+        cq_index side[3], around[6];
+        uint32_t size = 0, at = 0, known = m.count;
+        for (k = 0; k < 3; ++k) {
+            side[k] = middle_of(&m, c[k], c[(k + 1) % 3]);
+            if (m.count > known) m.count = known, side[k] = CQ_NONE;
+        }
+        if (side[0] != CQ_NONE && side[1] != CQ_NONE && side[2] != CQ_NONE) {
+            for (k = 0; k < 3; ++k) {
+                cq_index *to = fine.indices + 3 * n++;
+                to[0] = c[k], to[1] = side[k], to[2] = side[(k + 2) % 3];
+            }
+            fine.indices[3 * n] = side[0], fine.indices[3 * n + 1] = side[1], fine.indices[3 * n + 2] = side[2];
+            n++;
+            continue;
+        }
+        for (k = 0; k < 3; ++k) { /* a fan from the first middle, or the face itself */
+            around[size++] = c[k];
+            if (side[k] == CQ_NONE) continue;
+            at = size;
+            around[size++] = side[k];
+        }
+        for (k = 1; k + 1 < size; ++k) {
+            cq_index *to = fine.indices + 3 * n++;
+            to[0] = around[at], to[1] = around[(at + k) % size], to[2] = around[(at + k + 1) % size];
+        }
+    }
+    fine.num_vertices = t.num_vertices + m.count;
+    fine.num_faces = n;
+    exact_free(m.a);
+    exact_free(m.b);
+    triangles_free(&t);
+    return fine;
+}
+
+/* A height field of w x h, cut along one diagonal, along both in turn, or along any. */
+static triangles field(uint32_t w, uint32_t h, int diagonals, uint64_t *random) {
+    triangles t = triangles_sheet(w, h);
+    uint32_t q;
+    for (q = 0; q < t.num_faces / 2; ++q) {
+        cq_index *f = t.indices + 6 * q, a = f[0], b = f[1], c = f[2], d = f[5];
+        const uint32_t x = q % (w - 1), y = q / (w - 1);
+        const int other = diagonals == 1 ? (int)(x + y) & 1 : diagonals == 2 ? (int)(next_random(random) & 1) : 0;
+        if (other) f[0] = a, f[1] = b, f[2] = d, f[3] = b, f[4] = c, f[5] = d;
+    }
+    return t;
+}
+
+/* Random places, each then moved to the mean of the triangles around it, time and again; and some noise. */
+static void smooth(sample *s, uint64_t *random) {
+    const uint32_t n = s->mesh.num_vertices;
+    double *at = (double *)exact_alloc(3 * n * sizeof(double)), *sum = (double *)exact_alloc(4 * n * sizeof(double));
+    double low = 1e30, high = -1e30;
+    uint32_t v, f, k, c, pass;
+    for (v = 0; v < 3 * n; ++v) at[v] = (double)(next_random(random) % 10000);
+    for (pass = 0; pass < 40; ++pass) {
+        memset(sum, 0, 4 * n * sizeof(double));
+        for (f = 0; f < 3 * s->mesh.num_faces; ++f)
+            for (k = 0; k < 3; ++k) {
+                double *to = sum + 4 * s->mesh.indices[f];
+                for (c = 0; c < 3; ++c) to[c] += at[3 * s->mesh.indices[f / 3 * 3 + k] + c];
+                to[3] += 1;
+            }
+        for (v = 0; v < n; ++v)
+            for (c = 0; c < 3; ++c) at[3 * v + c] = sum[4 * v + c] / sum[4 * v + 3];
+    }
+    for (v = 0; v < 3 * n; ++v) low = fmin(low, at[v]), high = fmax(high, at[v]);
+    for (v = 0; v < 3 * n; ++v)
+        s->values[0][v] = (cq_value)(4080 * (at[v] - low) / (high - low) + (double)(next_random(random) % 9));
+    exact_free(at);
+    exact_free(sum);
+}
+
+enum { SHAPES = 11 };
+
+static void shape_sample(sample *s, int which, int located) {
+    uint64_t random = 11;
+    triangles t;
+    switch (which) {
+    case 0: t = subdivided(subdivided(subdivided(triangles_icosahedron(), 0), 0), 0); break;
+    case 1: t = triangles_torus(16, 20); break;
+    case 2: t = field(17, 17, 0, &random); break;
+    case 3: t = field(18, 16, 0, &random); break;       /* a row and a column too many */
+    case 4: t = field(17, 17, 1, &random); break;
+    case 5: t = subdivided(subdivided(triangles_annulus(9), 0), 0); break;
+    case 6: t = subdivided(subdivided(triangles_torus(5, 4), 0), 11); break;
+    case 7: t = subdivided(subdivided(triangles_disc(12), 0), 5); break;
+    case 8: t = field(17, 17, 2, &random); break;
+    case 9: t = subdivided(triangles_bipyramid(40), 3); break;
+    default:
+        t = subdivided(subdivided(triangles_torus(4, 4), 0), 0);
+        triangles_append(&t, field(9, 9, 0, &random));
+        triangles_append(&t, triangles_icosahedron());
+        triangles_append(&t, subdivided(subdivided(triangles_icosahedron(), 0), 0));
+    }
+    sample_begin(s, t);
+    if (!located) return;
+    sample_channel(s, CQ_POSITION, 3, 12);
+    smooth(s, &random);
+}
+
+static uint32_t regular_levels(const cq_report *r) {
+    uint32_t k, n = 0;
+    for (k = 0; k < r->num_levels; ++k) n += r->level[k].regular;
+    return n;
+}
+
+/* -- Round trips --------------------------------------------------------------------------------------------------- */
+
+static void check_result(const sample *s, const coded *c, const cq_decoder *d) {
+    uint32_t f, v, k;
+    CHECK_EQ(d->mesh.num_vertices, s->mesh.num_vertices);
+    CHECK_EQ(d->mesh.num_faces, s->mesh.num_faces);
+    for (v = 0; s->input.shape.num_channels && v < 3 * s->mesh.num_vertices; ++v)
+        CHECK_EQ(d->channel[0][3 * c->map[v / 3] + v % 3], s->values[0][v]);
+    for (f = 0; f < s->mesh.num_faces; ++f) {
+        const cq_index *to = d->mesh.origin + 3 * c->face_map[f], *from = s->mesh.indices + 3 * f;
+        for (k = 0; k < 3 && to[k] != c->map[from[0]]; ++k) {}
+        CHECK(k < 3 && to[(k + 1) % 3] == c->map[from[1]] && to[(k + 2) % 3] == c->map[from[2]]);
+    }
+}
+
+TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
+    int which, located, counted = 0;
+    for (which = 0; which < SHAPES; ++which)
+        for (located = 0; located < 2; ++located) {
+            sample s;
+            coded c;
+            decoding d;
+            shape_sample(&s, which, located);
+            code(&c, &s.input);
+            REQUIRE_EQ(c.result, CQ_OK);
+            counted += regular_levels(c.report) > 0;
+            decoding_begin(&d, c.bytes, c.size);
+            decoding_report(&d);
+            CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+            CHECK_EQ(memcmp(d.report, c.report, sizeof *c.report), 0);
+            check_result(&s, &c, d.decoder);
+            decoding_free(&d);
+            uncode(&c);
+            sample_free(&s);
+        }
+    CHECK(counted >= SHAPES);                   /* of two times as many */
+}
+
+/* -- Each step ------------------------------------------------------------------------------------------------------ */
+
+/* What somebody has seen: the index buffer, and positions. */
+typedef struct seen {
+    cq_index *origin;
+    cq_value *values;
+    cq_index num_vertices, num_faces;
+} seen;
+
+static void look(seen *s, const cq_decoder *d) {
+    const cq_mesh *m = &d->mesh;
+    uint8_t *changed = (uint8_t *)exact_alloc(m->num_faces + 1);
+    cq_index f, v;
+    memset(changed, 0, m->num_faces + 1);
+    cq_mesh_changes(m, s->num_vertices, 0, changed);
+    for (f = 0; f < m->num_faces; ++f) {
+        const int same = f < s->num_faces && memcmp(s->origin + 3 * f, m->origin + 3 * f, 3 * sizeof(cq_index)) == 0;
+        CHECK(same || changed[f]);
+    }
+    for (v = 0; v < 3 * s->num_vertices && d->channel[0]; ++v) CHECK_EQ(s->values[v], d->channel[0][v]);
+    memcpy(s->origin, m->origin, 3 * (size_t)m->num_faces * sizeof(cq_index));
+    if (d->channel[0]) memcpy(s->values, d->channel[0], 3 * (size_t)m->num_vertices * sizeof(cq_value));
+    s->num_vertices = m->num_vertices;
+    s->num_faces = m->num_faces;
+    exact_free(changed);
+}
+
+TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
+    uint64_t random = 5;
+    int which, located;
+    for (which = 0; which < SHAPES; ++which)
+        for (located = 0; located < 2; ++located) {
+            sample s;
+            coded c;
+            decoding d;
+            seen often, seldom;
+            cq_bytes in;
+            shape_sample(&s, which, located);
+            code(&c, &s.input);
+            REQUIRE_EQ(c.result, CQ_OK);
+            decoding_begin(&d, c.bytes, c.size);
+            often.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
+            often.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
+            seldom.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
+            seldom.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
+            often.num_vertices = often.num_faces = seldom.num_vertices = seldom.num_faces = 0;
+            in.data = c.bytes;
+            in.size = c.size;
+            while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
+                const cq_index before = often.num_vertices;
+                CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+                if (before) CHECK(d.decoder->mesh.num_vertices <= before + 1);
+                look(&often, d.decoder);
+                if (next_random(&random) % 50 == 0) look(&seldom, d.decoder);
+                if (test_state.failures) break;
+            }
+            CHECK_EQ(d.decoder->status, CQ_DONE);
+            look(&seldom, d.decoder);
+            exact_free(often.origin);
+            exact_free(often.values);
+            exact_free(seldom.origin);
+            exact_free(seldom.values);
+            decoding_free(&d);
+            uncode(&c);
+            sample_free(&s);
+            if (test_state.failures) return;
+        }
+}
+
+/* -- Streams that are not whole, or wrong ----------------------------------------------------------------------------- */
+
+TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
+    int which;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        decoding whole;
+        size_t size;
+        cq_index before = 0;
+        shape_sample(&s, which, 1);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        decoding_begin(&whole, c.bytes, c.size);
+        REQUIRE_EQ(decoding_run(&whole, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        for (size = 40; size < c.size; size += which < 3 ? 1 : 7) {
+            decoding d;
+            uint32_t v;
+            decoding_begin(&d, c.bytes, size);
+            CHECK_EQ(decoding_run(&d, c.bytes, size, size, CQ_NO_LIMIT), CQ_TRUNCATED);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(d.decoder->mesh.num_vertices >= before && d.decoder->mesh.num_vertices < s.mesh.num_vertices);
+            before = d.decoder->mesh.num_vertices;
+            for (v = 0; v < 3 * (uint32_t)before; ++v) CHECK_EQ(d.decoder->channel[0][v], whole.decoder->channel[0][v]);
+            decoding_free(&d);
+        }
+        decoding_free(&whole);
+        uncode(&c);
+        sample_free(&s);
+    }
+}
+
+TEST(damaged_streams_leave_a_valid_mesh) {
+    uint64_t random = 77;
+    int which, tries, wrong = 0;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        shape_sample(&s, which, which % 2);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        for (tries = 0; tries < 100; ++tries) {
+            uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size);
+            const size_t first = c.size > 60 ? 45 : 20;
+            const size_t at = first + (size_t)(next_random(&random) % (c.size - first));
+            decoding d;
+            cq_result result;
+            bytes[at] = (uint8_t)(bytes[at] ^ (1 + next_random(&random) % 255));
+            decoding_begin(&d, bytes, c.size);
+            result = decoding_run(&d, bytes, c.size, c.size, 1 + (uint32_t)(next_random(&random) % 100));
+            CHECK(result == CQ_ERROR_CORRUPT || result == CQ_ERROR_CHECKSUM || result == CQ_ERROR_UNSUPPORTED ||
+                  result == CQ_ERROR_FORMAT || result == CQ_ERROR_TOO_LARGE || result == CQ_ERROR_MEMORY ||
+                  result == CQ_TRUNCATED || result == CQ_ERROR_VERSION);
+            if (d.decoder->mesh.num_vertices) CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            wrong += result == CQ_ERROR_CORRUPT;
+            decoding_free(&d);
+            exact_free(bytes);
+        }
+        uncode(&c);
+        sample_free(&s);
+    }
+    CHECK(wrong > 50);
+}
+
+int main(int argc, char **argv) {
+    TEST_BEGIN(argc, argv);
+    RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
+    RUN(each_step_leaves_a_valid_mesh_and_all_that_has_arrived);
+    RUN(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices);
+    RUN(damaged_streams_leave_a_valid_mesh);
+    return TEST_END();
+}
