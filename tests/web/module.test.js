@@ -249,12 +249,12 @@ test("streams of the command line decode; its decoder takes ours", async () => {
     assert.equal((await decodeAll(theirs)).numFaces, index.length / 3);
 });
 
-test("the decoder has at most 40 KB, 16 KB compressed", () => {
+test("the decoder has at most 48 KB, 21 KB compressed", () => {
     const [decoder, seams, encoder] = ["decoder", "seams", "encoder"].map(name => {
         const wasm = readFileSync(join(root, "build", "web", `${name}.wasm`));
         return { bytes: wasm.length, compressed: brotliCompressSync(wasm).length };
     });
     for (const [name, { bytes, compressed }] of Object.entries({ decoder, "decoder of streams with seams": seams, encoder }))
         console.log(`${name}: ${bytes} bytes, ${compressed} compressed`);
-    assert.ok(decoder.bytes <= 40960 && decoder.compressed <= 16384);
+    assert.ok(decoder.bytes <= 49152 && decoder.compressed <= 21504);
 });
