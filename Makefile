@@ -106,7 +106,8 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 WEB = build/web/package
 WEB_PACKAGES = clang-19 lld-19 $(if $(shell command -v npm),,nodejs npm)
 WEB_TEST_PACKAGES = $(WEB_PACKAGES) chromium
-WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json examples/web/*.md)
+WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json) \
+    examples/web/README.md
 WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
     -Wno-unused-function -Iexamples/web/libc -Iinclude \
     -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
@@ -150,16 +151,17 @@ $(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder
 SITE = build/web/site
 SITE_MESHES = bunny00 elephant fandisk camel lion
 SITE_LIBRARIES = three/build/three.module.js three/build/three.core.js three/examples/jsm/controls/OrbitControls.js \
-    three/examples/jsm/loaders/OBJLoader.js three/examples/jsm/loaders/PLYLoader.js three/examples/jsm/loaders/STLLoader.js \
+    $(patsubst %,three/examples/jsm/loaders/%Loader.js,OBJ PLY STL) \
     three/examples/jsm/utils/BufferGeometryUtils.js meshoptimizer/meshopt_encoder.js meshoptimizer/meshopt_decoder.mjs \
-    draco3d/draco_encoder_nodejs.js draco3d/draco_decoder_nodejs.js draco3d/draco_encoder.wasm draco3d/draco_decoder.wasm
+    $(patsubst %,draco3d/draco_%,encoder_nodejs.js decoder_nodejs.js encoder.wasm decoder.wasm)
 PORT ?= 8000
 
 .PHONY: serve
 serve: web ## shows examples/web/viewer on a loopback port: PORT=8000
 	node examples/web/serve.js $(SITE) $(PORT)
 
-$(SITE)/complete: build/web/complete build/web/npm/complete $(wildcard examples/web/viewer/*) $(SITE_MESHES:%=$(SITE)/meshes/%.cqm)
+$(SITE)/complete: build/web/complete build/web/npm/complete $(wildcard examples/web/viewer/*) \
+    $(SITE_MESHES:%=$(SITE)/meshes/%.cqm)
 	@mkdir -p $(SITE)/conquest
 	cp examples/web/viewer/* $(SITE)
 	cp $(WEB)/*.js $(SITE)/conquest
@@ -176,7 +178,7 @@ build/meshes/%.off: | build/meshes
 
 # What npm packs, installed beside the tests, as a page or a program has it.
 WEB_TEST = build/web/test
-WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.html)
+WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.ts tests/web/*.html)
 
 $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 	@rm -rf $(WEB_TEST)
@@ -190,7 +192,7 @@ $(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
 FIRST_PICTURE_PACKAGES = $(WEB_PACKAGES) zstd
 
 .PHONY: first-picture
-first-picture: ## milliseconds until a mesh is seen and until it is exact, by ours and other codecs; plot in build/first-picture
+first-picture: ## milliseconds until a mesh is seen and until it is exact, by ours and other codecs, and a plot
 	$(call install,$(FIRST_PICTURE_PACKAGES))
 	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete build/meshes
 	@cp examples/web/viewer/codecs.js $(WEB_TEST)
@@ -203,7 +205,7 @@ readme-picture: ## draws README's picture of a mesh at 1, 5, 20, 100 % of its by
 	@cd $(WEB_TEST) && node strip.js ../site/meshes/bunny00.cqm ../../../examples/web/bunny.png
 
 .PHONY: web-test
-web-test: ## tests the package in node, and it and the page in a browser
+web-test: ## tests the package in node, and it and the page in a browser; GLTF=DIR adds glTF files
 	$(call install,$(WEB_TEST_PACKAGES))
 	@$(MAKE) --no-print-directory run LOGS='$(WEB_LOGS:%=build/log/%.log)'
 

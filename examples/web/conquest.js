@@ -5,13 +5,15 @@
  *     for await (const mesh of decode(await fetch("bunny.cqm"), { budget: 4 }))
  *         draw(mesh.attributes.positions.array, mesh.index, 3 * mesh.numFaces);
  *
- * Arrays are views of the decoder's memory, with room for the whole mesh: they are allocated once and grow at their end.
+ * Arrays are views of the decoder's memory, with room for the whole mesh: they are allocated once and grow at their
+ * end.
  * Of vertices those that are there never change; `ranges` tells what is new for a GPU. */
 import decoderCode from "./decoder.wasm.js";
 
 /** @typedef {{ start: number, count: number }} Range  Elements of a typed array, so that a GPU gets only these. */
 /** @typedef {Float32Array | Int32Array | Uint32Array} Numbers */
-/** @typedef {ArrayBuffer | ArrayBufferView | Blob | Response | ReadableStream<Uint8Array> | AsyncIterable<Uint8Array> | Iterable<Uint8Array> | string | URL} Source
+/** @typedef {ArrayBuffer | ArrayBufferView | Blob | Response | ReadableStream<Uint8Array> | AsyncIterable<Uint8Array>
+ * | Iterable<Uint8Array> | string | URL} Source
  *  A stream, all of its bytes, or where it is. */
 
 /**
@@ -56,10 +58,25 @@ import decoderCode from "./decoder.wasm.js";
  */
 
 /** Results of conquest.h. */
-export const OK = 0, NEED_INPUT = 1, DONE = 2, TRUNCATED = 3, ERROR_MEMORY = -2, ERROR_UNSUPPORTED = -14;
+export const OK = 0,
+    NEED_INPUT = 1,
+    DONE = 2,
+    TRUNCATED = 3,
+    ERROR_MEMORY = -2,
+    ERROR_UNSUPPORTED = -14;
 
-const COPY = 1, PER_FACE = 2, EXACT_BITS = 32, MAX_BITS = 24, MAX_HEADER_BYTES = 256, MAX_CHANNELS = 8;
-const PAGE = 65536, OWN_PAGES = 3, INPUT_BYTES = 65536, BLOCK = 64, NONE = 0xffffffff, NO_LIMIT = 0xffffffff;
+const COPY = 1,
+    PER_FACE = 2,
+    EXACT_BITS = 32,
+    MAX_BITS = 24,
+    MAX_HEADER_BYTES = 256,
+    MAX_CHANNELS = 8;
+const PAGE = 65536,
+    OWN_PAGES = 3,
+    INPUT_BYTES = 65536,
+    BLOCK = 64,
+    NONE = 0xffffffff,
+    NO_LIMIT = 0xffffffff;
 
 /** Steps between two looks at the clock: some tenths of a millisecond. */
 const STEPS = 64;
@@ -101,7 +118,9 @@ export class TruncatedError extends StreamError {
     }
 }
 
-/** The mesh cannot be encoded; `face`, `vertex` and `other`, the second vertex of an edge, are undefined or say where. */
+/**
+ * The mesh cannot be encoded; `face`, `vertex` and `other`, the second vertex of an edge, are undefined or say where.
+ */
 export class MeshError extends Error {
     /** @param {string} message @param {number} result @param {(number | undefined)[]} place */
     constructor(message, result, [face, vertex, other] = []) {
@@ -125,7 +144,7 @@ let decoderModule;
 
 /** @type {Promise<WebAssembly.Module> | undefined} the same for streams with seams, or with what is no surface */
 let seamsModule;
-const openSeams = () => seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default));
+const openSeams = () => (seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default)));
 
 /** @param {WebAssembly.Memory} memory @param {number} at  of a string that ends in zero */
 function readString(memory, at) {
@@ -149,9 +168,28 @@ function nameChannels(channels) {
 }
 
 /** Words of web_state and web_channel in decoder.c, in their order. */
-const [, USED, ROWS, FACES, TOTAL_ROWS, TOTAL_FACES, LEVEL, ERROR, , STREAM, CHANNELS, MEMORY, INDEX, FACE_BLOCKS,
-    ROW_BLOCKS, METADATA, METADATA_BYTES, STATE_WORDS] = Array(18).keys();
-const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] = Array(15).keys();
+const [
+    ,
+    USED,
+    ROWS,
+    FACES,
+    TOTAL_ROWS,
+    TOTAL_FACES,
+    LEVEL,
+    ERROR,
+    ,
+    STREAM,
+    CHANNELS,
+    MEMORY,
+    INDEX,
+    FACE_BLOCKS,
+    ROW_BLOCKS,
+    METADATA,
+    METADATA_BYTES,
+    STATE_WORDS,
+] = Array(18).keys();
+const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
+    Array(15).keys();
 
 /** Decodes one stream: feed() pieces, decode(), look at state(). */
 export class Decoder {
@@ -171,25 +209,27 @@ export class Decoder {
     #words = new Uint32Array(0);
 
     /** @param {WebAssembly.Memory} memory */
-    constructor(memory) { this.#memory = memory; }
+    constructor(memory) {
+        this.#memory = memory;
+    }
 
     /** @param {Options} [options] */
     static async create({ memory, maxMemory = 2 ** 30 } = {}) {
         const maximum = Math.min(65536, Math.ceil(maxMemory / PAGE) + OWN_PAGES);
         const own = memory ?? new WebAssembly.Memory({ initial: OWN_PAGES, maximum });
-        if (own.buffer.byteLength < OWN_PAGES * PAGE)
-            own.grow(OWN_PAGES - own.buffer.byteLength / PAGE);
+        if (own.buffer.byteLength < OWN_PAGES * PAGE) own.grow(OWN_PAGES - own.buffer.byteLength / PAGE);
         const decoder = new Decoder(own);
         await decoder.#load(await (decoderModule ??= compile(decoderCode)));
         return decoder;
     }
 
-    /** One more piece of the stream, of any size. It is kept until it was decoded: do not change it. @param {Uint8Array} piece */
+    /**
+     * One more piece of the stream, of any size. It is kept until it was decoded: do not change it.
+     * @param {Uint8Array} piece
+     */
     async feed(piece) {
-        if (piece.length)
-            this.#pieces.push(piece);
-        if (!this.#open && piece.length)
-            await this.#begin();
+        if (piece.length) this.#pieces.push(piece);
+        if (!this.#open && piece.length) await this.#begin();
     }
 
     /**
@@ -200,8 +240,7 @@ export class Decoder {
     decode(milliseconds = Infinity) {
         const end = performance.now() + milliseconds;
         while (this.#open && this.#result !== DONE) {
-            if (this.#result === NEED_INPUT && !this.#refill())
-                return false;
+            if (this.#result === NEED_INPUT && !this.#refill()) return false;
             this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
             if (milliseconds !== Infinity && performance.now() >= end)
                 return this.#result === OK || (this.#result === NEED_INPUT && this.#pieces.length > 0);
@@ -212,35 +251,51 @@ export class Decoder {
     /** Says that no more will come. Throws a TruncatedError if the stream has not ended. */
     finish() {
         this.decode();
-        if (this.#result === DONE)
-            return;
+        if (this.#result === DONE) return;
         this.#check(this.#open ? this.#wasm.finish() : TRUNCATED);
     }
 
     /** Drops what has not been decoded. Memory goes when the last view of it goes. */
-    free() { this.#pieces = []; }
+    free() {
+        this.#pieces = [];
+    }
 
     /** Decoded to the end? */
-    get complete() { return this.#result === DONE; }
+    get complete() {
+        return this.#result === DONE;
+    }
 
-    /** The mesh of this moment; null until there is one. What is new is new since the last call. @returns {State | null} */
+    /**
+     * The mesh of this moment; null until there is one. What is new is new since the last call.
+     * @returns {State | null}
+     */
     state() {
-        if (!this.#open)
-            return null;
+        if (!this.#open) return null;
         this.#wasm.update();
-        const s = this.#words, [numVertices, numFaces] = [s[ROWS], s[FACES]];
-        if (numVertices === 0 && !this.complete)
-            return null;
-        for (const [k, a] of this.#attributes.entries())
-            a.ranges = this.#news(a, this.#channel(k)[MOVES]);
+        const s = this.#words,
+            [numVertices, numFaces] = [s[ROWS], s[FACES]];
+        if (numVertices === 0 && !this.complete) return null;
+        for (const [k, a] of this.#attributes.entries()) a.ranges = this.#news(a, this.#channel(k)[MOVES]);
         const ranges = this.#blocks(s[FACE_BLOCKS], numFaces, 3);
         [this.#rows, this.#faces] = [numVertices, numFaces];
         return {
-            numVertices, numFaces, totalVertices: s[TOTAL_ROWS], totalFaces: s[TOTAL_FACES],
-            index: new Uint32Array(this.#memory.buffer, s[INDEX], 3 * s[TOTAL_FACES]), ranges,
-            attributes: Object.fromEntries(this.#attributes.filter(a => a.name !== "turned").map(({ name, ...a }) => [name, a])),
-            level: s[LEVEL], error: this.#error(), bytes: s[USED], totalBytes: s[STREAM], complete: this.complete,
-            metadata: this.complete ? new Uint8Array(this.#memory.buffer, s[METADATA], s[METADATA_BYTES]).slice() : new Uint8Array(0),
+            numVertices,
+            numFaces,
+            totalVertices: s[TOTAL_ROWS],
+            totalFaces: s[TOTAL_FACES],
+            index: new Uint32Array(this.#memory.buffer, s[INDEX], 3 * s[TOTAL_FACES]),
+            ranges,
+            attributes: Object.fromEntries(
+                this.#attributes.filter(a => a.name !== "turned").map(({ name, ...a }) => [name, a]),
+            ),
+            level: s[LEVEL],
+            error: this.#error(),
+            bytes: s[USED],
+            totalBytes: s[STREAM],
+            complete: this.complete,
+            metadata: this.complete
+                ? new Uint8Array(this.#memory.buffer, s[METADATA], s[METADATA_BYTES]).slice()
+                : new Uint8Array(0),
         };
     }
 
@@ -250,7 +305,13 @@ export class Decoder {
         this.#view();
     }
 
-    #view() { this.#words = new Uint32Array(this.#memory.buffer, this.#wasm.state(), STATE_WORDS + MAX_CHANNELS * CHANNEL_WORDS); }
+    #view() {
+        this.#words = new Uint32Array(
+            this.#memory.buffer,
+            this.#wasm.state(),
+            STATE_WORDS + MAX_CHANNELS * CHANNEL_WORDS,
+        );
+    }
 
     /** @param {number} result */
     #check(result) {
@@ -258,24 +319,25 @@ export class Decoder {
         if (result < 0 || result === TRUNCATED) {
             const byte = this.#open ? this.#words[USED] : this.#headerBytes;
             const message = readString(this.#memory, this.#wasm.message(result));
-            if (result === TRUNCATED)
-                throw new TruncatedError(message, byte);
+            if (result === TRUNCATED) throw new TruncatedError(message, byte);
             const asked = result === ERROR_MEMORY ? `: it asks for ${this.#words[MEMORY]} bytes` : "";
             throw new StreamError(message + asked, result, byte);
         }
     }
 
-    /** Moves up to `room` bytes of what has arrived to the input, behind `at`. @param {number} at @param {number} room */
+    /**
+     * Moves up to `room` bytes of what has arrived to the input, behind `at`.
+     * @param {number} at
+     * @param {number} room
+     */
     #take(at, room) {
         let taken = 0;
         while (this.#pieces.length && taken < room) {
             const part = this.#pieces[0].subarray(0, room - taken);
             new Uint8Array(this.#memory.buffer, this.#wasm.input() + at + taken, part.length).set(part);
             taken += part.length;
-            if (part.length === this.#pieces[0].length)
-                this.#pieces.shift();
-            else
-                this.#pieces[0] = this.#pieces[0].subarray(part.length);
+            if (part.length === this.#pieces[0].length) this.#pieces.shift();
+            else this.#pieces[0] = this.#pieces[0].subarray(part.length);
         }
         return taken;
     }
@@ -286,9 +348,14 @@ export class Decoder {
         return size > 0;
     }
 
-    /** Decodes all of a stream without waiting. @param {WebAssembly.Module} module  that knows seams @param {Uint8Array} data */
+    /**
+     * Decodes all of a stream without waiting.
+     * @param {WebAssembly.Module} module  that knows seams
+     * @param {Uint8Array} data
+     */
     static decodeNow(module, data) {
-        const memory = new WebAssembly.Memory({ initial: OWN_PAGES, maximum: 65536 }), decoder = new Decoder(memory);
+        const memory = new WebAssembly.Memory({ initial: OWN_PAGES, maximum: 65536 }),
+            decoder = new Decoder(memory);
         decoder.#wasm = new WebAssembly.Instance(module, { env: { memory } }).exports;
         decoder.#view();
         decoder.#pieces.push(data);
@@ -316,8 +383,7 @@ export class Decoder {
     #start(result) {
         this.#view();
         this.#check(result);
-        if (result === NEED_INPUT)
-            return;
+        if (result === NEED_INPUT) return;
         this.#open = true;
         this.#wasm.give(this.#headerBytes);
         this.#result = OK;
@@ -325,16 +391,23 @@ export class Decoder {
     }
 
     /** @param {number} k */
-    #channel(k) { return this.#words.subarray(STATE_WORDS + k * CHANNEL_WORDS, STATE_WORDS + (k + 1) * CHANNEL_WORDS); }
+    #channel(k) {
+        return this.#words.subarray(STATE_WORDS + k * CHANNEL_WORDS, STATE_WORDS + (k + 1) * CHANNEL_WORDS);
+    }
 
     #describe() {
-        const s = this.#words, channels = Array.from({ length: s[CHANNELS] }, (_, k) => this.#channel(k));
+        const s = this.#words,
+            channels = Array.from({ length: s[CHANNELS] }, (_, k) => this.#channel(k));
         const names = nameChannels(channels.map(c => ({ kind: c[KIND], merge: c[MERGE] })));
         this.#attributes = channels.map((c, k) => {
-            const origin = Array.from(new Float32Array(c.slice(ORIGIN, ORIGIN + 4).buffer)), perFace = c[MERGE] === PER_FACE;
+            const origin = Array.from(new Float32Array(c.slice(ORIGIN, ORIGIN + 4).buffer)),
+                perFace = c[MERGE] === PER_FACE;
             const array = new (c[IS_INTEGER] ? Uint32Array : Float32Array)(
-                this.#memory.buffer, c[ARRAY], (perFace ? s[TOTAL_FACES] : s[TOTAL_ROWS]) * c[WIDTH]);
-            const offset = origin.slice(0, c[WIDTH]).map(x => c[IS_RELATIVE] ? x : 0);
+                this.#memory.buffer,
+                c[ARRAY],
+                (perFace ? s[TOTAL_FACES] : s[TOTAL_ROWS]) * c[WIDTH],
+            );
+            const offset = origin.slice(0, c[WIDTH]).map(x => (c[IS_RELATIVE] ? x : 0));
             return { name: names[k], array, itemSize: c[WIDTH], perFace, offset, bits: c[BITS], ranges: [] };
         });
     }
@@ -349,12 +422,17 @@ export class Decoder {
 
     /** Runs of blocks that are marked. @param {number} at @param {number} end @param {number} itemSize */
     #blocks(at, end, itemSize) {
-        const count = Math.ceil(end / BLOCK), blocks = new Uint8Array(this.#memory.buffer, at, count);
+        const count = Math.ceil(end / BLOCK),
+            blocks = new Uint8Array(this.#memory.buffer, at, count);
         /** @type {Range[]} */
         const ranges = [];
         for (let first = blocks.indexOf(1); first >= 0;) {
-            const after = blocks.indexOf(0, first), stop = after < 0 ? count : after;
-            ranges.push({ start: first * BLOCK * itemSize, count: (Math.min(stop * BLOCK, end) - first * BLOCK) * itemSize });
+            const after = blocks.indexOf(0, first),
+                stop = after < 0 ? count : after;
+            ranges.push({
+                start: first * BLOCK * itemSize,
+                count: (Math.min(stop * BLOCK, end) - first * BLOCK) * itemSize,
+            });
             first = after < 0 ? -1 : blocks.indexOf(1, after);
         }
         return ranges;
@@ -362,11 +440,9 @@ export class Decoder {
 
     #error() {
         const k = this.#attributes.findIndex(a => a.name === "positions");
-        if (this.complete)
-            return 0;
-        if (k < 0 || this.#attributes[k].bits === EXACT_BITS || this.#words[LEVEL] === 0)
-            return NaN;
-        return this.#words[ERROR] / 16 * new Float32Array(this.#channel(k).slice(STEP, STEP + 1).buffer)[0];
+        if (this.complete) return 0;
+        if (k < 0 || this.#attributes[k].bits === EXACT_BITS || this.#words[LEVEL] === 0) return NaN;
+        return (this.#words[ERROR] / 16) * new Float32Array(this.#channel(k).slice(STEP, STEP + 1).buffer)[0];
     }
 }
 
@@ -376,23 +452,25 @@ export class Decoder {
 async function* readStream(stream) {
     const reader = stream.getReader();
     try {
-        for (let r = await reader.read(); !r.done; r = await reader.read())
-            yield r.value;
+        for (let r = await reader.read(); !r.done; r = await reader.read()) yield r.value;
     } finally {
         await reader.cancel().catch(() => {});
     }
 }
 
-/** Pieces of a source. @param {Source | Promise<Source>} from @param {AbortSignal} [signal] @returns {AsyncGenerator<Uint8Array>} */
+/**
+ * Pieces of a source.
+ * @param {Source | Promise<Source>} from
+ * @param {AbortSignal} [signal]
+ * @returns {AsyncGenerator<Uint8Array>}
+ */
 async function* pieces(from, signal) {
     const source = await from;
     if (typeof source === "string" || source instanceof URL) {
         yield* pieces(await fetch(source, { signal }));
     } else if (source instanceof Response) {
-        if (!source.ok)
-            throw new Error(`${source.url}: ${source.status} ${source.statusText}`);
-        if (source.body)
-            yield* readStream(source.body);
+        if (!source.ok) throw new Error(`${source.url}: ${source.status} ${source.statusText}`);
+        if (source.body) yield* readStream(source.body);
     } else if (source instanceof Blob) {
         yield* readStream(source.stream());
     } else if (source instanceof ReadableStream) {
@@ -409,7 +487,8 @@ async function* pieces(from, signal) {
 /**
  * Decodes a stream: one state for each piece that arrives, and for each budget that is spent.
  *
- * Throws a StreamError, or a TruncatedError after the last state of a stream that ends early; an error of the connection
+ * Throws a StreamError, or a TruncatedError after the last state of a stream that ends early; an error of the
+ * connection
  * comes after the last state, too.
  * @param {Source | Promise<Source>} source
  * @param {Options} [options]
@@ -424,20 +503,20 @@ export async function* decode(source, options = {}) {
             options.signal?.throwIfAborted();
             /** @type {unknown} */
             let failure;
-            const piece = await input.next().catch(error => { failure = error; return { done: true, value: undefined }; });
+            const piece = await input.next().catch(error => {
+                failure = error;
+                return { done: true, value: undefined };
+            });
             ended = Boolean(piece.done);
-            if (piece.value)
-                await decoder.feed(piece.value);
+            if (piece.value) await decoder.feed(piece.value);
             for (let more = true; more;) {
                 options.signal?.throwIfAborted();
                 more = await decoder.decode(options.budget);
                 const state = decoder.state();
-                if (state && (state.bytes !== bytes || state.ranges.length))
-                    yield state;
+                if (state && (state.bytes !== bytes || state.ranges.length)) yield state;
                 bytes = state?.bytes ?? -1;
             }
-            if (ended && !decoder.complete)
-                yield* finish(decoder, failure, options);
+            if (ended && !decoder.complete) yield* finish(decoder, failure, options);
         }
     } finally {
         decoder.free();
@@ -451,15 +530,12 @@ async function* finish(decoder, failure, options) {
     try {
         await decoder.finish();
     } catch (error) {
-        if (!(error instanceof TruncatedError))
-            throw error;
+        if (!(error instanceof TruncatedError)) throw error;
         failure ??= options.partial ? undefined : error;
     }
     const state = decoder.state();
-    if (state)
-        yield state;
-    if (failure)
-        throw failure;
+    if (state) yield state;
+    if (failure) throw failure;
 }
 
 /**
@@ -471,22 +547,23 @@ async function* finish(decoder, failure, options) {
 export async function decodeAll(source, options = {}) {
     /** @type {State | undefined} */
     let last;
-    for await (const state of decode(source, options))
-        last = state;
-    if (!last)
-        throw new TruncatedError("the input ends early", 0);
+    for await (const state of decode(source, options)) last = state;
+    if (!last) throw new TruncatedError("the input ends early", 0);
     return last;
 }
 
 // -- Worker --
 
 /** @typedef {{ array: Numbers, ranges: Range[] }} Part  What is new of an array, its ranges one behind the other. */
-/** @typedef {Omit<State, "index" | "attributes" | "ranges"> & { parts: Part[], names: string[], attributes: Attribute[] }} Message */
+/**
+ * @typedef {Omit<State, "index" | "attributes" | "ranges"> & { parts: Part[], names: string[], attributes: Attribute[]
+ * }} Message
+ */
 
 /** Copies the ranges of an array. @template {Numbers} T @param {T} array @param {Range[]} ranges @returns {T} */
 function gather(array, ranges) {
     const length = ranges.reduce((sum, r) => sum + r.count, 0);
-    const to = /** @type {T} */ (new (/** @type {any} */ (array.constructor))(length));
+    const to = /** @type {T} */ (new /** @type {any} */ (array.constructor)(length));
     let at = 0;
     for (const { start, count } of ranges) {
         to.set(array.subarray(start, start + count), at);
@@ -517,33 +594,37 @@ function pack({ index, attributes, ranges, ...counts }) {
 }
 
 /** What a page and its worker say to each other, on any port. */
-/** @typedef {{ postMessage(message: any, transfer: any[]): void, addEventListener(type: "message", listener: (event: any) => void): void }} Port */
+/**
+ * @typedef {{ postMessage(message: any, transfer: any[]): void, addEventListener(type: "message", listener: (event:
+ * any) => void): void }} Port
+ */
 
 /** Serves decoders to a page: what worker.js runs. @param {Port} port */
 export function serve(port) {
     /** @type {Map<number, Promise<Decoder>>} */
     const decoders = new Map();
     port.addEventListener("message", async ({ data: { id, call, value } }) => {
-        if (call === "open")
-            return decoders.set(id, Decoder.create(value));
-        if (call === "free")
-            return decoders.delete(id);
+        if (call === "open") return decoders.set(id, Decoder.create(value));
+        if (call === "free") return decoders.delete(id);
         const decoder = await decoders.get(id);
-        if (!decoder)
-            return undefined;
-        let error, more = false;
+        if (!decoder) return undefined;
+        let error,
+            more = false;
         try {
-            if (call === "feed")
-                await decoder.feed(value);
-            else
-                more = call === "finish" ? (decoder.finish(), false) : decoder.decode(value);
+            if (call === "feed") await decoder.feed(value);
+            else more = call === "finish" ? (decoder.finish(), false) : decoder.decode(value);
         } catch (e) {
-            error = e instanceof StreamError ? { message: e.message, result: e.result, byte: e.byte } : { message: String(e) };
+            error =
+                e instanceof StreamError
+                    ? { message: e.message, result: e.result, byte: e.byte }
+                    : { message: String(e) };
         }
         const state = call === "feed" ? null : decoder.state();
         const message = state && pack(state);
-        return port.postMessage({ id, error, more, complete: decoder.complete, message },
-            message ? message.parts.map(p => p.array.buffer) : []);
+        return port.postMessage(
+            { id, error, more, complete: decoder.complete, message },
+            message ? message.parts.map(p => p.array.buffer) : [],
+        );
     });
 }
 
@@ -551,13 +632,16 @@ export function serve(port) {
 export class WorkerDecoder {
     static #count = 0;
     #id = ++WorkerDecoder.#count;
-    #port; #owned;
+    #port;
+    #owned;
     /** @type {((reply: any) => void) | undefined} */
     #resolve;
     /** @type {State | null} */
     #state = null;
     complete = false;
-    #listener = (/** @type {MessageEvent} */ event) => { if (event.data.id === this.#id) this.#resolve?.(event.data); };
+    #listener = (/** @type {MessageEvent} */ event) => {
+        if (event.data.id === this.#id) this.#resolve?.(event.data);
+    };
 
     /** @param {Worker} port @param {boolean} owned  to be terminated with the last piece */
     constructor(port, owned) {
@@ -581,21 +665,28 @@ export class WorkerDecoder {
     }
 
     /** @param {number} [milliseconds] @returns {Promise<boolean>} */
-    async decode(milliseconds) { return (await this.#ask("decode", milliseconds)).more; }
+    async decode(milliseconds) {
+        return (await this.#ask("decode", milliseconds)).more;
+    }
 
-    async finish() { await this.#ask("finish"); }
+    async finish() {
+        await this.#ask("finish");
+    }
 
-    state() { return this.#state; }
+    state() {
+        return this.#state;
+    }
 
     free() {
         this.#send("free");
         this.#port.removeEventListener("message", this.#listener);
-        if (this.#owned)
-            this.#port.terminate();
+        if (this.#owned) this.#port.terminate();
     }
 
     /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
-    #send(call, value, transfer = []) { this.#port.postMessage({ id: this.#id, call, value }, transfer); }
+    #send(call, value, transfer = []) {
+        this.#port.postMessage({ id: this.#id, call, value }, transfer);
+    }
 
     /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
     async #ask(call, value, transfer) {
@@ -603,11 +694,9 @@ export class WorkerDecoder {
             this.#resolve = resolve;
             this.#send(call, value, transfer);
         });
-        if (reply.message)
-            this.#unpack(reply.message);
+        if (reply.message) this.#unpack(reply.message);
         this.complete = reply.complete;
-        if (reply.error)
-            throw rebuild(reply.error);
+        if (reply.error) throw rebuild(reply.error);
         return reply;
     }
 
@@ -618,7 +707,7 @@ export class WorkerDecoder {
         scatter(index, parts[0]);
         const all = attributes.map((a, k) => {
             const room = (a.perFace ? counts.totalFaces : counts.totalVertices) * a.itemSize;
-            const array = before?.attributes[names[k]].array ?? new (/** @type {any} */ (a.array.constructor))(room);
+            const array = before?.attributes[names[k]].array ?? new /** @type {any} */ (a.array.constructor)(room);
             scatter(array, parts[k + 1]);
             return [names[k], { ...a, array }];
         });
@@ -627,12 +716,13 @@ export class WorkerDecoder {
 }
 
 /** A worker of this package, for the option `worker`. */
-export function startWorker() { return new Worker(new URL("./worker.js", import.meta.url), { type: "module" }); }
+export function startWorker() {
+    return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+}
 
 /** An exception that has crossed to the page. @param {{ message: string, result?: number, byte?: number }} e */
 function rebuild({ message, result, byte = 0 }) {
-    if (result === undefined)
-        return new Error(message);
+    if (result === undefined) return new Error(message);
     const words = message.replace(/ \(byte \d+\)$/, "");
     return result === TRUNCATED ? new TruncatedError(words, byte) : new StreamError(words, result, byte);
 }
@@ -642,7 +732,8 @@ function rebuild({ message, result, byte = 0 }) {
 /**
  * A mesh to encode: triangles over vertices, and attributes by name, as in a State. Floats are rounded to a grid, whole
  * numbers stay as they are. Colors and weights are floats of 0 .. 1, or bytes.
- * @typedef {{ index: ArrayLike<number>, positions?: ArrayLike<number> } & Record<string, ArrayLike<number> | undefined>} Mesh
+ * @typedef {{ index: ArrayLike<number>, positions?: ArrayLike<number> } & Record<string, ArrayLike<number> |
+ * undefined>} Mesh
  */
 
 /**
@@ -658,7 +749,7 @@ function rebuild({ message, result, byte = 0 }) {
 
 /** @type {Promise<WebAssembly.Module> | undefined} */
 let encoderModule;
-const openEncoder = () => encoderModule ??= import("./encoder.wasm.js").then(m => compile(m.default));
+const openEncoder = () => (encoderModule ??= import("./encoder.wasm.js").then(m => compile(m.default)));
 
 /** Both directions for those who cannot wait: each call blocks until it is done. */
 export async function openCodec() {
@@ -676,8 +767,7 @@ export async function openCodec() {
 /** @param {string} name */
 function findKind(name) {
     const kind = KINDS.find(k => k.name === name.replace(/_[1-9]\d*$/, ""));
-    if (!kind)
-        throw new TypeError(`no attribute ${name}; there are ${KINDS.map(k => k.name).join(", ")}`);
+    if (!kind) throw new TypeError(`no attribute ${name}; there are ${KINDS.map(k => k.name).join(", ")}`);
     return kind;
 }
 
@@ -696,27 +786,38 @@ export async function encode(mesh, options = {}) {
 function prepare(mesh, options) {
     const memory = new WebAssembly.Memory({ initial: 4, maximum: 65536 });
     const imports = { env: { memory }, page: { progress: options.progress ?? (() => {}) } };
-    return { imports, run: (/** @type {WebAssembly.Instance} */ { exports }) => encodeIn(memory, exports, mesh, options) };
+    return {
+        imports,
+        run: (/** @type {WebAssembly.Instance} */ { exports }) => encodeIn(memory, exports, mesh, options),
+    };
 }
 
-/** @param {WebAssembly.Memory} memory @param {any} wasm @param {Mesh} mesh @param {EncodeOptions} options @returns {Encoded} */
+/**
+ * @param {WebAssembly.Memory} memory
+ * @param {any} wasm
+ * @param {Mesh} mesh
+ * @param {EncodeOptions} options
+ * @returns {Encoded}
+ */
 function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }) {
     const { index, ...attributes } = mesh;
-    const names = Object.keys(attributes).filter(name => attributes[name]).sort(byKind);
+    const names = Object.keys(attributes)
+        .filter(name => attributes[name])
+        .sort(byKind);
     const faces = index.length / 3;
     const vertices = countVertices(mesh, names);
-    if (names.length > MAX_CHANNELS)
-        throw new RangeError(`${names.length} attributes, of at most ${MAX_CHANNELS}`);
+    if (names.length > MAX_CHANNELS) throw new RangeError(`${names.length} attributes, of at most ${MAX_CHANNELS}`);
     const copy = (/** @type {ArrayLike<number>} */ from, /** @type {any} */ Type) => {
         const at = wasm.take(4 * from.length) >>> 0;
-        if (from.length && !at)
-            throw new RangeError("the mesh needs more memory than WebAssembly has");
+        if (from.length && !at) throw new RangeError("the mesh needs more memory than WebAssembly has");
         new Type(memory.buffer, at, from.length).set(from);
         return at;
     };
     const check = (/** @type {number} */ result, name = "") => {
         if (result < 0) {
-            const place = Array.from(new Uint32Array(memory.buffer, wasm.place(), 3), n => n === NONE ? undefined : n);
+            const place = Array.from(new Uint32Array(memory.buffer, wasm.place(), 3), n =>
+                n === NONE ? undefined : n,
+            );
             throw new MeshError((name && `${name}: `) + readString(memory, wasm.message(result)), result, place);
         }
     };
@@ -729,7 +830,17 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }
     for (const name of names) {
         const array = /** @type {ArrayLike<number>} */ (attributes[name]);
         const wanted = typeof bits === "number" ? (name === "positions" ? bits : undefined) : bits[name];
-        check(addChannel(wasm, copy, name, array, array.length / (name.startsWith("materials") ? faces : vertices), wanted), name);
+        check(
+            addChannel(
+                wasm,
+                copy,
+                name,
+                array,
+                array.length / (name.startsWith("materials") ? faces : vertices),
+                wanted,
+            ),
+            name,
+        );
     }
     check(wasm.encode());
     const [stream, size, map, faceMap] = new Uint32Array(memory.buffer, wasm.output(), 4);
@@ -741,16 +852,17 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }
 }
 
 /** Positions first. @param {string} a @param {string} b */
-function byKind(a, b) { return KINDS.indexOf(findKind(a)) - KINDS.indexOf(findKind(b)) || a.localeCompare(b, "en", { numeric: true }); }
+function byKind(a, b) {
+    return KINDS.indexOf(findKind(a)) - KINDS.indexOf(findKind(b)) || a.localeCompare(b, "en", { numeric: true });
+}
 
 /** @param {Mesh} mesh @param {string[]} names */
 function countVertices(mesh, names) {
-    if (mesh.index.length % 3)
-        throw new RangeError(`index: ${mesh.index.length} numbers are no triangles`);
-    if (mesh.positions)
-        return mesh.positions.length / 3;
+    if (mesh.index.length % 3) throw new RangeError(`index: ${mesh.index.length} numbers are no triangles`);
+    if (mesh.positions) return mesh.positions.length / 3;
     const fixed = names.find(name => findKind(name).components.length === 1 && !findKind(name).merge);
-    return fixed ? /** @type {any} */ (mesh[fixed]).length / findKind(fixed).components[0]
+    return fixed
+        ? /** @type {any} */ (mesh[fixed]).length / findKind(fixed).components[0]
         : Array.from(mesh.index).reduce((most, v) => Math.max(most, v + 1), 0);
 }
 
@@ -764,7 +876,13 @@ function addChannel(wasm, copy, name, array, components, wanted) {
     if (usual === 0 || (kind === 1 && !isFloat)) {
         const most = Array.from(array).reduce((a, b) => Math.max(a, b), 0);
         const needed = Math.max(32 - Math.clz32(most), 1);
-        wasm.integers(kind, components, needed <= MAX_BITS ? needed : EXACT_BITS, merge || COPY, copy(array, Uint32Array));
+        wasm.integers(
+            kind,
+            components,
+            needed <= MAX_BITS ? needed : EXACT_BITS,
+            merge || COPY,
+            copy(array, Uint32Array),
+        );
         return OK;
     }
     const scale = unit && !isFloat ? 2 ** (8 * /** @type {any} */ (array).BYTES_PER_ELEMENT) - 1 : 1;
@@ -777,25 +895,37 @@ function addChannel(wasm, copy, name, array, components, wanted) {
         wasm.grid(bits, grid.step, ...grid.origin, copy(grid.values, Int32Array));
         return OK;
     }
-    return wasm.floats(kind, components, bits, merge, unit && bits !== EXACT_BITS ? 1 / (2 ** bits - 1) : 0, copy(floats, Float32Array));
+    return wasm.floats(
+        kind,
+        components,
+        bits,
+        merge,
+        unit && bits !== EXACT_BITS ? 1 / (2 ** bits - 1) : 0,
+        copy(floats, Float32Array),
+    );
 }
 
 /** The next float above, or below if `sign` is negative. @param {number} x @param {number} sign */
 function nextFloat(x, sign) {
-    const float = Math.fround(x), away = Math.max(Math.abs(float) * 2 ** -23, 2 ** -140);
+    const float = Math.fround(x),
+        away = Math.max(Math.abs(float) * 2 ** -23, 2 ** -140);
     return Math.sign(x - float) === -sign || x === float ? float : Math.fround(float + sign * away);
 }
 
 /** Positions on a grid that is computed in doubles; null if floats are fine enough. @param {Float64Array} array
  *  @param {number} bits */
 function fitDoubles(array, bits) {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const low = [Infinity, Infinity, Infinity],
+        high = [-Infinity, -Infinity, -Infinity];
     array.forEach((x, i) => {
         low[i % 3] = Math.min(low[i % 3], x);
         high[i % 3] = Math.max(high[i % 3], x);
     });
     const far = Math.max(...low.map(Math.abs), ...high.map(Math.abs));
-    if (!array.every(Number.isFinite) || far * 2 ** -23 <= Math.max(...high.map((x, k) => x - low[k])) / (2 ** bits - 1))
+    if (
+        !array.every(Number.isFinite) ||
+        far * 2 ** -23 <= Math.max(...high.map((x, k) => x - low[k])) / (2 ** bits - 1)
+    )
         return null;
     const origin = low.map(x => nextFloat(x, -1));
     const step = nextFloat(Math.max(...high.map((x, k) => x - origin[k])) / (2 ** bits - 1), 1);

@@ -52,6 +52,8 @@ static float float_of(uint32_t bits)
     return f;
 }
 
+static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
 static uint32_t blocks_of(uint32_t count) { return (count + (1u << SHIFT) - 1) >> SHIFT; }
 
 static uint32_t mesh_rows(const cq_shape *s) { return s->num_rows ? s->num_rows : s->num_vertices; }
@@ -91,7 +93,8 @@ static void describe(uint32_t k)
     w->is_integer = (uint32_t)is_integer(c);
     w->is_relative = (uint32_t)is_relative(c);
     w->width = c->kind == CQ_NORMAL ? 3 : c->components;
-    w->moves = decoder.shape.num_rows && cqi_class(&decoder.shape, k) == CQI_OF_VERTEX;
+    w->moves = decoder.shape.num_rows && c->merge != CQ_PER_FACE
+        && c->kind != CQ_NORMAL && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR;
     grid[k] = *c;
     if (w->is_relative)
         memset(grid[k].origin, 0, sizeof grid[k].origin);
@@ -123,7 +126,8 @@ static uint8_t *grow(uint64_t bytes)
 /* Does the index buffer differ from the decoder's? */
 static int has_own_index(const cq_shape *s)
 {
-    return MAY_HAVE_ROWS && (s->num_aside_faces || (s->num_channels && s->channel[s->num_channels - 1].kind == CQ_TURNED));
+    const int is_turned = s->num_channels && s->channel[s->num_channels - 1].kind == CQ_TURNED;
+    return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned);
 }
 
 static void carve(uint8_t *at)
@@ -199,7 +203,7 @@ static void convert_rows(uint32_t k, uint32_t first, uint32_t end)
 {
     cq_value block[(1 << SHIFT) * CQ_MAX_COMPONENTS];
     while (first < end) {
-        const uint32_t count = end - first < 1u << SHIFT ? end - first : 1u << SHIFT;
+        const uint32_t count = least(end - first, 1u << SHIFT);
         cq_read_rows(&decoder, k, first, count, block);
         convert(k, block, first, count);
         first += count;
@@ -211,7 +215,8 @@ static void append_aside(uint32_t faces, uint32_t rows)
 {
     const cq_aside *aside = &decoder.aside;
     for (uint32_t k = 0; k < state.num_channels; k++)
-        if (aside->channel[k] && state.channel[k].merge == CQ_PER_FACE) convert(k, aside->channel[k], faces, aside->num_faces);
+        if (aside->channel[k] && state.channel[k].merge == CQ_PER_FACE)
+            convert(k, aside->channel[k], faces, aside->num_faces);
         else if (aside->channel[k]) convert(k, aside->channel[k], rows, aside->num_rows);
     if (aside->num_faces)
         memcpy(state.index + 3 * (size_t)faces, aside->index, 3 * sizeof(cq_index) * aside->num_faces);
@@ -225,7 +230,7 @@ static void copy_triangles(uint32_t faces)
     for (uint32_t b = 0; b << SHIFT < faces; b++) {
         const uint32_t first = b << SHIFT, left = faces - first;
         if (state.face_blocks[b])
-            cq_read_triangles(&decoder, first, left < 1u << SHIFT ? left : 1u << SHIFT, state.index + 3 * (size_t)first);
+            cq_read_triangles(&decoder, first, least(left, 1u << SHIFT), state.index + 3 * (size_t)first);
     }
 }
 
@@ -237,10 +242,10 @@ static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_befo
     }
     convert_rows(k, rows_before, rows);
     for (uint32_t b = 0; MAY_HAVE_ROWS && state.channel[k].moves && b << SHIFT < rows_before; b++)
-        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, (b + 1) << SHIFT < rows_before ? (b + 1) << SHIFT : rows_before);
+        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, least((b + 1) << SHIFT, rows_before));
 }
 
-/* Brings the arrays and counts up to date, and marks the blocks of faces that have changed and of rows that have moved. */
+/* Brings arrays and counts up to date, and marks the blocks of faces that have changed and of rows that have moved. */
 EXPORT("update") void update(void)
 {
     const uint32_t rows = decoder.vertex ? decoder.num_rows : decoder.mesh.num_vertices, faces = decoder.mesh.num_faces;

@@ -63,7 +63,8 @@ static uint32_t bits_of(float f)
 }
 
 /* One more channel, of whole numbers. */
-EXPORT("integers") void add_integers(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge, const cq_value *values)
+EXPORT("integers") void add_integers(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge,
+                                     const cq_value *values)
 {
     cq_channel *c = next_channel(kind, components, bits, merge);
     c->step = bits_of(1);
@@ -82,7 +83,8 @@ EXPORT("grid") void add_grid(uint32_t bits, float step, float x, float y, float 
 }
 
 /* One more channel, of floats; with a step of 0 the grid is fitted to them. */
-EXPORT("floats") int32_t add_floats(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge, float step, float *from)
+EXPORT("floats") int32_t add_floats(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge, float step,
+                                    const float *from)
 {
     const size_t count = merge == CQ_PER_FACE ? in.shape.num_faces : in.shape.num_vertices;
     const int is_pair = kind == CQ_NORMAL && bits != CQ_EXACT_BITS;
@@ -93,7 +95,8 @@ EXPORT("floats") int32_t add_floats(uint32_t kind, uint32_t components, uint32_t
     if (result == CQ_OK && bits != CQ_EXACT_BITS && !is_pair && step == 0)
         result = cq_fit_grid(c, from, count, &place);
     if (result == CQ_OK)
-        result = is_pair ? cq_quantise_normals((int)bits, from, count, to, &place) : cq_quantise(c, from, count, to, &place);
+        result = is_pair ? cq_quantise_normals((int)bits, from, count, to, &place)
+                         : cq_quantise(c, from, count, to, &place);
     in.values[in.shape.num_channels++] = to;
     return result;
 }

@@ -6,8 +6,15 @@ import { extname, join, normalize, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const TYPES = {
-    ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".mjs": "text/javascript", ".css": "text/css",
-    ".json": "application/json", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".png": "image/png", ".glb": "model/gltf-binary",
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript",
+    ".mjs": "text/javascript",
+    ".css": "text/css",
+    ".json": "application/json",
+    ".wasm": "application/wasm",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".glb": "model/gltf-binary",
 };
 
 /** What a Range header asks for: [first, last]; all if it is none that is known. */
@@ -20,12 +27,14 @@ function readRange(header, size) {
 async function respond(root, request, response) {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
     const file = join(root, path.endsWith(sep) ? join(path, "index.html") : path);
-    const found = file.startsWith(root + sep) && await stat(file).catch(() => null);
-    if (!found || !found.isFile())
-        return response.writeHead(404).end("no such file\n");
-    const range = readRange(request.headers.range, found.size), [first, last] = range ?? [0, found.size - 1];
+    const found = file.startsWith(root + sep) && (await stat(file).catch(() => null));
+    if (!found || !found.isFile()) return response.writeHead(404).end("no such file\n");
+    const range = readRange(request.headers.range, found.size),
+        [first, last] = range ?? [0, found.size - 1];
     response.writeHead(range ? 206 : 200, {
-        "content-type": TYPES[extname(file)] ?? "application/octet-stream", "content-length": last - first + 1, "accept-ranges": "bytes",
+        "content-type": TYPES[extname(file)] ?? "application/octet-stream",
+        "content-length": last - first + 1,
+        "accept-ranges": "bytes",
         ...(range && { "content-range": `bytes ${first}-${last}/${found.size}` }),
     });
     return found.size ? createReadStream(file, { start: first, end: last }).pipe(response) : response.end();
@@ -36,7 +45,9 @@ export function serveFolder(folder, port, routes = {}) {
     const root = resolve(folder);
     const server = createServer((request, response) => {
         const route = routes[new URL(request.url, "http://localhost").pathname];
-        Promise.resolve(route ? route(request, response) : respond(root, request, response)).catch(() => response.writeHead(400).end());
+        Promise.resolve(route ? route(request, response) : respond(root, request, response)).catch(() =>
+            response.writeHead(400).end(),
+        );
     });
     return new Promise(done => server.listen(port, "127.0.0.1", () => done(server)));
 }

@@ -15,7 +15,8 @@ import { decode, startWorker } from "./conquest.js";
 /** @typedef {import("three").PerspectiveCamera | import("three").OrthographicCamera} Camera */
 
 /**
- * When a mesh is fine enough: so many vertices, an error in its own unit, or in pixels on a screen of that height. An error
+ * When a mesh is fine enough: so many vertices, an error in its own unit, or in pixels on a screen of that height. An
+ * error
  * in pixels makes it wait, and go on when the camera comes nearer; the others end it.
  * @typedef {object} Goal
  * @property {number} [vertices]
@@ -27,9 +28,16 @@ import { decode, startWorker } from "./conquest.js";
  */
 
 const NAMES = /** @type {Record<string, string>} */ ({
-    positions: "position", normals: "normal", texcoords: "uv", colors: "color", joints: "skinIndex", weights: "skinWeight",
+    positions: "position",
+    normals: "normal",
+    texcoords: "uv",
+    colors: "color",
+    joints: "skinIndex",
+    weights: "skinWeight",
 });
-const BUDGET = 4, WORKER_BUDGET = 16, MANY_RANGES = 256;
+const BUDGET = 4,
+    WORKER_BUDGET = 16,
+    MANY_RANGES = 256;
 
 /** @param {string} name  texcoords_1 is uv1 */
 function nameAttribute(name) {
@@ -38,25 +46,26 @@ function nameAttribute(name) {
 }
 
 /** Resolves when the next frame is drawn, or soon if none is. */
-const nextFrame = () => new Promise(resolve => {
-    const timer = setTimeout(resolve, 100);
-    requestAnimationFrame(() => { clearTimeout(timer); resolve(undefined); });
-});
+const nextFrame = () =>
+    new Promise(resolve => {
+        const timer = setTimeout(resolve, 100);
+        requestAnimationFrame(() => {
+            clearTimeout(timer);
+            resolve(undefined);
+        });
+    });
 
 /** What an error in the unit of a geometry is on the screen, in pixels. @param {number} error
  *  @param {BufferGeometry} geometry @param {Goal} view */
 export function errorInPixels(error, geometry, { camera, height = 1, object }) {
-    if (!camera || !geometry.boundingSphere)
-        return NaN;
+    if (!camera || !geometry.boundingSphere) return NaN;
     const sphere = geometry.boundingSphere.clone();
-    if (object)
-        sphere.applyMatrix4(object.matrixWorld);
+    if (object) sphere.applyMatrix4(object.matrixWorld);
     const scaled = error * (object ? object.matrixWorld.getMaxScaleOnAxis() : 1);
-    if ("isOrthographicCamera" in camera)
-        return scaled * height * camera.zoom / (camera.top - camera.bottom);
+    if ("isOrthographicCamera" in camera) return (scaled * height * camera.zoom) / (camera.top - camera.bottom);
     const at = new Vector3().setFromMatrixPosition(camera.matrixWorld);
     const distance = Math.max(camera.near, at.distanceTo(sphere.center) - sphere.radius);
-    return scaled * height * camera.zoom / (2 * Math.tan(camera.fov * Math.PI / 360) * distance);
+    return (scaled * height * camera.zoom) / (2 * Math.tan((camera.fov * Math.PI) / 360) * distance);
 }
 
 /** A geometry that grows. */
@@ -69,26 +78,27 @@ export class ProgressiveGeometry extends BufferGeometry {
     #stopped = new AbortController();
 
     /** Ends refining; what is there stays. */
-    stop() { this.#stopped.abort(); }
+    stop() {
+        this.#stopped.abort();
+    }
 
-    get stopped() { return this.#stopped.signal.aborted; }
+    get stopped() {
+        return this.#stopped.signal.aborted;
+    }
 
     /** Takes what is new in a state. @param {State} state */
     grow(state) {
         for (const [name, from] of Object.entries(state.attributes).filter(([, a]) => !a.perFace)) {
             const key = nameAttribute(name);
-            if (!this.hasAttribute(key))
-                this.setAttribute(key, new BufferAttribute(makeArray(from), from.itemSize));
+            if (!this.hasAttribute(key)) this.setAttribute(key, new BufferAttribute(makeArray(from), from.itemSize));
             update(/** @type {BufferAttribute} */ (this.getAttribute(key)), from.array, from.ranges);
         }
         const materials = state.attributes.materials;
         if (!this.index)
             this.setIndex(new BufferAttribute(materials ? new Uint32Array(state.index.length) : state.index, 1));
         const index = /** @type {BufferAttribute} */ (this.index);
-        if (materials)
-            this.#group(index, state, materials.array);
-        else
-            update(index, state.index, state.ranges);
+        if (materials) this.#group(index, state, materials.array);
+        else update(index, state.index, state.ranges);
         this.setDrawRange(0, 3 * state.numFaces);
         this.#bound(state.attributes.positions);
         this.state = state;
@@ -98,8 +108,7 @@ export class ProgressiveGeometry extends BufferGeometry {
      *  @param {ArrayLike<number>} materials */
     #group(index, state, materials) {
         const counts = /** @type {number[]} */ ([]);
-        for (let f = 0; f < state.numFaces; f++)
-            counts[materials[f]] = (counts[materials[f]] ?? 0) + 1;
+        for (let f = 0; f < state.numFaces; f++) counts[materials[f]] = (counts[materials[f]] ?? 0) + 1;
         this.clearGroups();
         const next = /** @type {number[]} */ ([]);
         let first = 0;
@@ -115,12 +124,11 @@ export class ProgressiveGeometry extends BufferGeometry {
 
     /** @param {Attribute | undefined} positions */
     #bound(positions) {
-        if (!positions)
-            return;
-        const box = this.boundingBox ??= new Box3(), point = new Vector3();
+        if (!positions) return;
+        const box = (this.boundingBox ??= new Box3()),
+            point = new Vector3();
         for (const { start, count } of positions.ranges)
-            for (let i = start; i < start + count; i += 3)
-                box.expandByPoint(point.fromArray(positions.array, i));
+            for (let i = start; i < start + count; i += 3) box.expandByPoint(point.fromArray(positions.array, i));
         this.boundingSphere = box.getBoundingSphere(new Sphere());
         this.userData.offset = positions.offset;
     }
@@ -144,8 +152,7 @@ function update(attribute, from, ranges) {
         attribute.clearUpdateRanges();
         attribute.addUpdateRange(start, end - start);
     }
-    if (ranges.length)
-        attribute.needsUpdate = true;
+    if (ranges.length) attribute.needsUpdate = true;
 }
 
 /** Loads conquest streams. @extends {Loader<ProgressiveGeometry, string>} */
@@ -196,7 +203,9 @@ export class CQMLoader extends Loader {
      * @param {(geometry: ProgressiveGeometry) => void} onLoad
      * @param {(error: unknown) => void} [onError]
      */
-    parse(buffer, onLoad, onError = console.error) { this.refine(buffer, () => {}).loaded.then(onLoad, onError); }
+    parse(buffer, onLoad, onError = console.error) {
+        this.refine(buffer, () => {}).loaded.then(onLoad, onError);
+    }
 
     /**
      * Makes a geometry that grows with its source; `onFirst` gets it when it can be drawn.
@@ -214,25 +223,40 @@ export class CQMLoader extends Loader {
     /** @param {ProgressiveGeometry} geometry @param {Source | Promise<Source>} source
      *  @param {(geometry: ProgressiveGeometry) => void} onFirst @param {(event: ProgressEvent) => void} [onProgress] */
     async #run(geometry, source, onFirst, onProgress) {
-        const slot = this.#takeWorker(), goal = this.#goal;
+        const slot = this.#takeWorker(),
+            goal = this.#goal;
         try {
-            for await (const state of decode(source, { worker: slot?.worker, budget: slot ? WORKER_BUDGET : BUDGET })) {
+            for await (const state of decode(source, {
+                worker: slot?.worker,
+                budget: slot ? WORKER_BUDGET : BUDGET,
+            })) {
                 const isFirst = !geometry.state;
                 geometry.grow(state);
-                onProgress?.(new ProgressEvent("progress", { lengthComputable: true, loaded: state.bytes, total: state.totalBytes }));
-                if (isFirst)
-                    onFirst(geometry);
+                onProgress?.(
+                    new ProgressEvent("progress", {
+                        lengthComputable: true,
+                        loaded: state.bytes,
+                        total: state.totalBytes,
+                    }),
+                );
+                if (isFirst) onFirst(geometry);
                 this.onRefine(geometry, state);
-                if (geometry.stopped || state.numVertices >= (goal.vertices ?? Infinity) || state.error <= (goal.error ?? -1))
+                if (
+                    geometry.stopped ||
+                    state.numVertices >= (goal.vertices ?? Infinity) ||
+                    state.error <= (goal.error ?? -1)
+                )
                     break;
-                if (!slot && !state.complete)
-                    await nextFrame();
-                while (!geometry.stopped && !state.complete && errorInPixels(state.error, geometry, goal) <= (goal.pixels ?? -1))
+                if (!slot && !state.complete) await nextFrame();
+                while (
+                    !geometry.stopped &&
+                    !state.complete &&
+                    errorInPixels(state.error, geometry, goal) <= (goal.pixels ?? -1)
+                )
                     await nextFrame();
             }
         } finally {
-            if (slot)
-                slot.users--;
+            if (slot) slot.users--;
         }
         return geometry;
     }
@@ -240,9 +264,8 @@ export class CQMLoader extends Loader {
     #takeWorker() {
         if (this.#workers.length < this.#workerLimit && this.#workers.every(w => w.users > 0))
             this.#workers.push({ worker: startWorker(), users: 0 });
-        const slot = this.#workerLimit > 0 ? this.#workers.reduce((a, b) => b.users < a.users ? b : a) : undefined;
-        if (slot)
-            slot.users++;
+        const slot = this.#workerLimit > 0 ? this.#workers.reduce((a, b) => (b.users < a.users ? b : a)) : undefined;
+        if (slot) slot.users++;
         return slot;
     }
 
