@@ -1,5 +1,6 @@
 /* glTF files with CONQUEST_mesh_progressive: there and back, valid, all else untouched. SPDX-License-Identifier: MIT */
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { readdirSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { test } from "node:test";
@@ -127,6 +128,18 @@ test("with 14 bits it is smaller and as close as the grid", async () => {
     for (const end of ["min", "max"])
         a[end].forEach((x, k) => assert.ok(Math.abs(x - b[end][k]) < 1e-3, `${end} ${x}, ${b[end][k]}`));
     assert.deepEqual(describeRest(small.back), describeRest(exact.back));
+});
+
+test("the command makes a file progressive, and plain again", async () => {
+    const command = join("node_modules", ".bin", "conquest-gltf"), before = makeDocument();
+    const triangles = d => d.getRoot().listMeshes().flatMap(m => m.listPrimitives().map(p => listTriangles(p)));
+    await io.write("plain.glb", before);
+    execFileSync(command, ["plain.glb", "progressive.glb", "32"]);
+    execFileSync(command, ["progressive.glb", "again.glb", "--plain"]);
+    assert.deepEqual(triangles(await io.read("again.glb")), triangles(before));
+    const uses = async name => (await io.readAsJSON(name)).json.extensionsUsed?.includes(NAME) ?? false;
+    assert.deepEqual([await uses("progressive.glb"), await uses("again.glb")], [true, false]);
+    assert.throws(() => execFileSync(command, ["plain.glb"], { stdio: "pipe" }), { status: 2 });
 });
 
 // Files of others: those of a folder, GLTF=DIR.
