@@ -184,12 +184,14 @@ test("stops at a number of vertices, at an error, at pixels until the camera com
         far.position.multiplyScalar(20);
         far.updateMatrixWorld();
         const screen = await load({ pixels: 1, camera: far, height: 400 });
-        await new Promise(r => setTimeout(r, 1500));
+        const pixelsNow = () => errorInPixels(screen.state.error, screen, { camera: far, height: 400 });
+        await until(() => screen.state && pixelsNow() <= 1);
+        await new Promise(r => setTimeout(r, 500)); // it does not go on
         const paused = screen.state.numVertices,
-            pixels = errorInPixels(screen.state.error, screen, { camera: far, height: 400 });
+            pixels = pixelsNow();
         far.position.multiplyScalar(1 / 20);
         far.updateMatrixWorld();
-        await Promise.race([screen.loaded, new Promise(r => setTimeout(r, 4000))]);
+        await until(() => screen.state.numVertices > 2 * paused);
         return {
             few: few.state.numVertices,
             near: [near.state.error, near.state.numVertices],
@@ -212,6 +214,7 @@ test("a cut connection, a corrupt file and one that is none are errors with word
                 errors.push(String(error));
                 return null;
             });
+            window.started = url;
             await geometry?.loaded.catch(error => errors.push(String(error)));
             if (geometry) draw(geometry);
             return { errors, vertices: geometry?.state.numVertices };
@@ -222,8 +225,7 @@ test("a cut connection, a corrupt file and one that is none are errors with word
     assert.match((await load("/none.cqm")).errors[0], /^StreamError: not a conquest stream \(byte 16\)$/);
     assert.match((await load("/missing.cqm")).errors[0], /404/);
     const cut = load("/slow.cqm");
-    while (!waiting.length) await new Promise(r => setTimeout(r, 50));
-    await new Promise(r => setTimeout(r, 500));
+    await page.waitForFunction(() => window.started === "/slow.cqm");
     waiting.pop().destroy();
     const broken = await cut;
     assert.match(broken.errors[0], /network error/);
@@ -250,7 +252,8 @@ test("encodes in the browser, the same bytes", async () => {
 test("a glTF file is drawn while it arrives, and whole", async () => {
     const early = await page.evaluate(async () => {
         window.gltf = await loadProgressive("/slow.glb", new GLTFLoader());
-        await new Promise(resolve => setTimeout(resolve, 1000));
+        const drawn = () => gltf.scene.getObjectByProperty("isMesh", true)?.geometry.drawRange.count > 30;
+        await until(drawn);
         window.early = drawScene(gltf.scene);
         let faces = 0;
         gltf.scene.traverse(o => {
