@@ -448,9 +448,10 @@ export class Decoder {
 
 // -- Where bytes come from --
 
-/** @param {ReadableStream<Uint8Array>} stream */
-async function* readStream(stream) {
+/** A signal ends a read that waits. @param {ReadableStream<Uint8Array>} stream @param {AbortSignal} [signal] */
+async function* readStream(stream, signal) {
     const reader = stream.getReader();
+    signal?.addEventListener("abort", () => reader.cancel().catch(() => {}));
     try {
         for (let r = await reader.read(); !r.done; r = await reader.read()) yield r.value;
     } finally {
@@ -470,11 +471,11 @@ async function* pieces(from, signal) {
         yield* pieces(await fetch(source, { signal }));
     } else if (source instanceof Response) {
         if (!source.ok) throw new Error(`${source.url}: ${source.status} ${source.statusText}`);
-        if (source.body) yield* readStream(source.body);
+        if (source.body) yield* readStream(source.body, signal);
     } else if (source instanceof Blob) {
-        yield* readStream(source.stream());
+        yield* readStream(source.stream(), signal);
     } else if (source instanceof ReadableStream) {
-        yield* readStream(source);
+        yield* readStream(source, signal);
     } else if (source instanceof ArrayBuffer) {
         yield new Uint8Array(source);
     } else if (ArrayBuffer.isView(source)) {
@@ -500,13 +501,13 @@ export async function* decode(source, options = {}) {
     let bytes = -1;
     try {
         for (let ended = false; !decoder.complete && !ended;) {
-            options.signal?.throwIfAborted();
             /** @type {unknown} */
             let failure;
             const piece = await input.next().catch(error => {
                 failure = error;
                 return { done: true, value: undefined };
             });
+            options.signal?.throwIfAborted();
             ended = Boolean(piece.done);
             if (piece.value) await decoder.feed(piece.value);
             for (let more = true; more;) {
@@ -636,18 +637,22 @@ export class WorkerDecoder {
     #owned;
     /** @type {((reply: any) => void) | undefined} */
     #resolve;
+    /** @type {((error: Error) => void) | undefined} */
+    #reject;
     /** @type {State | null} */
     #state = null;
     complete = false;
     #listener = (/** @type {MessageEvent} */ event) => {
         if (event.data.id === this.#id) this.#resolve?.(event.data);
     };
+    #failed = (/** @type {ErrorEvent} */ event) => this.#reject?.(new Error(event.message || "the worker cannot start"));
 
     /** @param {Worker} port @param {boolean} owned  to be terminated with the last piece */
     constructor(port, owned) {
         this.#port = port;
         this.#owned = owned;
         port.addEventListener("message", this.#listener);
+        port.addEventListener("error", this.#failed);
     }
 
     /** @param {Options} options */
@@ -680,6 +685,7 @@ export class WorkerDecoder {
     free() {
         this.#send("free");
         this.#port.removeEventListener("message", this.#listener);
+        this.#port.removeEventListener("error", this.#failed);
         if (this.#owned) this.#port.terminate();
     }
 
@@ -690,8 +696,8 @@ export class WorkerDecoder {
 
     /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
     async #ask(call, value, transfer) {
-        const reply = await new Promise(resolve => {
-            this.#resolve = resolve;
+        const reply = await new Promise((resolve, reject) => {
+            [this.#resolve, this.#reject] = [resolve, reject];
             this.#send(call, value, transfer);
         });
         if (reply.message) this.#unpack(reply.message);

@@ -82,8 +82,9 @@ export class ProgressiveGeometry extends BufferGeometry {
         this.#stopped.abort();
     }
 
-    get stopped() {
-        return this.#stopped.signal.aborted;
+    /** Aborts when it is stopped. */
+    get signal() {
+        return this.#stopped.signal;
     }
 
     /** Takes what is new in a state. @param {State} state */
@@ -229,6 +230,7 @@ export class CQMLoader extends Loader {
             for await (const state of decode(source, {
                 worker: slot?.worker,
                 budget: slot ? WORKER_BUDGET : BUDGET,
+                signal: geometry.signal,
             })) {
                 const isFirst = !geometry.state;
                 geometry.grow(state);
@@ -242,19 +244,20 @@ export class CQMLoader extends Loader {
                 if (isFirst) onFirst(geometry);
                 this.onRefine(geometry, state);
                 if (
-                    geometry.stopped ||
                     state.numVertices >= (goal.vertices ?? Infinity) ||
                     state.error <= (goal.error ?? -1)
                 )
                     break;
                 if (!slot && !state.complete) await nextFrame();
                 while (
-                    !geometry.stopped &&
+                    !geometry.signal.aborted &&
                     !state.complete &&
                     errorInPixels(state.error, geometry, goal) <= (goal.pixels ?? -1)
                 )
                     await nextFrame();
             }
+        } catch (error) {
+            if (!geometry.signal.aborted) throw error;
         } finally {
             if (slot) slot.users--;
         }

@@ -233,6 +233,20 @@ test("a cut connection, a corrupt file and one that is none are errors with word
     assert.equal((await load("/whole.cqm")).vertices, vertices);
 });
 
+test("a geometry that is stopped waits for no more bytes; a worker that cannot start is an error", async () => {
+    const got = await page.evaluate(async () => {
+        const geometry = await new CQMLoader().loadAsync("/slow.cqm");
+        geometry.stop();
+        const stopped = await geometry.loaded;
+        const worker = new Worker("/test/none.js", { type: "module" });
+        const error = await conquest.decodeAll("/whole.cqm", { worker }).catch(e => e);
+        return { vertices: stopped.state.numVertices, error: String(error) };
+    });
+    waiting.pop().destroy();
+    assert.ok(got.vertices > 20 && got.vertices < vertices, JSON.stringify(got));
+    assert.match(got.error, /^Error: the worker cannot start$/);
+});
+
 test("encodes in the browser, the same bytes", async () => {
     const bytes = await page.evaluate(
         async mesh =>

@@ -258,6 +258,12 @@ test("a loop that is left cancels the stream; so does a signal", async () => {
     assert.equal(cancelled, 2);
 });
 
+test("a signal ends a wait for bytes that do not come", async () => {
+    const abort = new AbortController(), silent = new ReadableStream({});
+    setTimeout(() => abort.abort(), 20);
+    await assert.rejects(decodeAll(silent, { signal: abort.signal }), { name: "AbortError" });
+});
+
 test("a worker decodes the same", async () => {
     const worker = new Worker(
         `const { parentPort } = require("node:worker_threads");
@@ -269,11 +275,11 @@ test("a worker decodes the same", async () => {
     const listeners = new Map();
     const port = {
         postMessage: (message, transfer) => worker.postMessage(message, transfer),
-        addEventListener: (_, listener) => {
-            listeners.set(listener, data => listener({ data }));
-            worker.on("message", listeners.get(listener));
+        addEventListener: (type, listener) => {
+            listeners.set(listener, data => listener({ data, message: data.message }));
+            worker.on(type, listeners.get(listener));
         },
-        removeEventListener: (_, listener) => worker.off("message", listeners.get(listener)),
+        removeEventListener: (type, listener) => worker.off(type, listeners.get(listener)),
     };
     const both = [data.subarray(0, data.length), data].map(d => decodeAll(cut(d, 300), { worker: port, budget: 1 }));
     for (const state of await Promise.all(both)) compare(state, mesh, { map, faceMap }, tolerances);
