@@ -138,7 +138,7 @@ build/web/seams.wasm: examples/web/decoder.c examples/web/libc/string.h $(HEADER
 
 $(WEB)/%.wasm.js: build/web/%.wasm
 	@mkdir -p $(@D)
-	{ printf 'export default "'; base64 -w 0 $<; printf '";\n'; } >$@
+	{ printf '/** @type {string} */\nconst code = "'; base64 -w 0 $<; printf '";\nexport default code;\n'; } >$@
 
 $(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder seams encoder) build/web/npm/complete \
     tests/web/tsconfig.json
