@@ -178,6 +178,7 @@ test("a phone's width, dark: nothing is cut off, all can be reached by keys", as
         ink: getComputedStyle(document.body).color,
     }));
     assert.equal(width, 360);
+    assert.equal(await phone.evaluate(() => document.getElementById("views").style.touchAction), "pan-y");
     const light = colour =>
         colour
             .match(/\d+/g)

@@ -73,6 +73,7 @@ const ours = new View("ours"),
     others = { draco: new View("draco"), meshopt: new View("meshopt") },
     all = [ours, ...Object.values(others)];
 const controls = new OrbitControls(camera, views);
+views.style.touchAction = "pan-y"; // a finger that goes up or down moves the page
 let drawing = false;
 
 function requestDraw() {
