@@ -99,6 +99,132 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $(call SDL,cflags) $(filter %.c,$^) $(call SDL,libs) $(LDLIBS) -lm -o $@
 
+# -- Web: WebAssembly by clang and lld, an ES module, three.js; the page --
+#
+# build/web/package is what npm packs, build/web/site what `make serve` shows. Packages of npm are in build/web/npm.
+
+WEB = build/web/package
+WEB_PACKAGES = clang-19 lld-19 $(if $(shell command -v npm),,nodejs npm)
+WEB_TEST_PACKAGES = $(WEB_PACKAGES) chromium
+WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json) \
+    examples/web/README.md
+WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
+    -Wno-unused-function -Iexamples/web/libc -Iinclude \
+    -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
+
+.PHONY: web
+web: ## builds the package for npm in build/web/package, and the page that shows it in build/web/site
+	$(call install,$(WEB_PACKAGES))
+	@$(MAKE) --no-print-directory build/web/complete $(SITE)/complete
+
+build/web/complete: $(WEB)/types/conquest.d.ts
+	@touch $@
+
+build/web/npm/complete: tests/web/package.json tests/web/package-lock.json tests/web/.npmrc
+	@mkdir -p $(@D)
+	cp $^ $(@D)
+	cd $(@D) && npm ci --ignore-scripts --loglevel=error
+	@touch $@
+
+build/web/%.wasm: examples/web/%.c examples/web/libc/string.h $(HEADER)
+	@mkdir -p $(@D)
+	$(WASM) $< -o $@
+
+# The decoder without seams is the small one; streams that have any load this one instead.
+build/web/decoder.wasm: WASM += -DCQ_NO_WEDGES
+build/web/seams.wasm: examples/web/decoder.c examples/web/libc/string.h $(HEADER)
+	@mkdir -p $(@D)
+	$(WASM) $< -o $@
+
+$(WEB)/%.wasm.js: build/web/%.wasm
+	@mkdir -p $(@D)
+	{ printf '/** @type {string} */\nconst code = "'; base64 -w 0 $<; printf '";\nexport default code;\n'; } >$@
+
+$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder seams encoder) build/web/npm/complete \
+    tests/web/tsconfig.json
+	cp $(WEB_SOURCES) LICENSE $(WEB)
+	@ln -sfn npm/node_modules build/web/node_modules
+	build/web/npm/node_modules/.bin/tsc -p tests/web/tsconfig.json
+	@touch $@
+
+# The page: static files, meshes of build/meshes encoded by cqm.
+SITE = build/web/site
+SITE_MESHES = bunny00 elephant fandisk camel lion
+SITE_LIBRARIES = three/build/three.module.js three/build/three.core.js three/examples/jsm/controls/OrbitControls.js \
+    $(patsubst %,three/examples/jsm/loaders/%Loader.js,OBJ PLY STL) \
+    three/examples/jsm/utils/BufferGeometryUtils.js meshoptimizer/meshopt_encoder.js meshoptimizer/meshopt_decoder.mjs \
+    $(patsubst %,draco3d/draco_%,encoder_nodejs.js decoder_nodejs.js encoder.wasm decoder.wasm)
+PORT ?= 8000
+
+.PHONY: serve
+serve: web ## shows examples/web/viewer on a loopback port: PORT=8000
+	node examples/web/serve.js $(SITE) $(PORT)
+
+$(SITE)/complete: build/web/complete build/web/npm/complete $(wildcard examples/web/viewer/*) \
+    $(SITE_MESHES:%=$(SITE)/meshes/%.cqm)
+	@mkdir -p $(SITE)/conquest
+	cp examples/web/viewer/* $(SITE)
+	cp $(WEB)/*.js $(SITE)/conquest
+	cd build/web/npm/node_modules && cp --parents $(SITE_LIBRARIES) $(CURDIR)/$(SITE)
+	@cd $(SITE)/meshes && printf '["%s"]\n' "$$(echo $(SITE_MESHES:%=%.cqm) | sed 's/ /", "/g')" >list.json
+	@touch $@
+
+$(SITE)/meshes/%.cqm: build/meshes/%.off build/cqm
+	@mkdir -p $(@D)
+	build/cqm encode --bits 14 $< $@
+
+build/meshes/%.off: | build/meshes
+	@test -e $@
+
+# What npm packs, installed beside the tests, as a page or a program has it.
+WEB_TEST = build/web/test
+WEB_TESTS = $(wildcard tests/web/*.js tests/web/*.ts tests/web/*.html)
+
+$(WEB_TEST)/complete: build/web/complete $(WEB_TESTS)
+	@rm -rf $(WEB_TEST)
+	@mkdir -p $(WEB_TEST)
+	cp $(WEB_TESTS) examples/web/serve.js $(WEB_TEST)
+	echo '{ "private": true, "type": "module" }' >$(WEB_TEST)/package.json
+	cd $(WEB) && npm pack --silent --pack-destination ../test >/dev/null
+	cd $(WEB_TEST) && npm install --offline --no-audit --no-fund --omit=peer --loglevel=error ./conquest-mesh-*.tgz
+	@touch $@
+
+FIRST_PICTURE_PACKAGES = $(WEB_PACKAGES) zstd
+
+.PHONY: first-picture
+first-picture: ## milliseconds until a mesh is seen and until it is exact, by ours and other codecs, and a plot
+	$(call install,$(FIRST_PICTURE_PACKAGES))
+	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete build/meshes
+	@cp examples/web/viewer/codecs.js $(WEB_TEST)
+	@$(call KEEP,(cd $(WEB_TEST) && node first-picture.js ../../meshes ../../first-picture))
+
+.PHONY: readme-picture
+readme-picture: ## draws README's picture of a mesh at 1, 5, 20, 100 % of its bytes
+	$(call install,$(WEB_TEST_PACKAGES))
+	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete $(SITE)/meshes/bunny00.cqm
+	@cd $(WEB_TEST) && node strip.js ../site/meshes/bunny00.cqm ../../../examples/web/bunny.png
+
+.PHONY: web-test
+web-test: ## tests the package in node, and it and the page in a browser; GLTF=DIR adds glTF files
+	$(call install,$(WEB_TEST_PACKAGES))
+	@$(MAKE) --no-print-directory run LOGS='$(WEB_LOGS:%=build/log/%.log)'
+
+WEB_LOGS = web-module web-gltf web-browser web-viewer
+NODE_TEST = timeout 300 node --test --test-reporter=./reporter.js --test-concurrency=1
+
+build/log/web-module.log: $(WEB_TEST)/complete build/cqm
+	@mkdir -p $(@D)
+	@cd $(WEB_TEST) && $(NODE_TEST) module.test.js >../../../$@ 2>&1 || true
+	@echo "web-module: $$(tail -n 1 $@)"
+
+build/log/web-browser.log: $(WEB_TEST)/complete
+build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete
+build/log/web-gltf.log: $(WEB_TEST)/complete
+build/log/web-gltf.log build/log/web-browser.log build/log/web-viewer.log: build/log/web-%.log:
+	@mkdir -p $(@D)
+	@cd $(WEB_TEST) && $(NODE_TEST) $*.test.js >../../../$@ 2>&1 || true
+	@echo "web-$*: $$(tail -n 1 $@)"
+
 # -- Meshes --------------------------------------------------------------------------------------------------------
 
 meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo into build/meshes
@@ -218,8 +344,8 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
 EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
 CGAL = cgal/splits
-TESTS = headers vendor python engine ref_data examples channels inputs seams embedded meshes bases \
-    reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
+TESTS = headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams \
+    embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
     $(CGAL) $(EXHAUSTIVE) \
     $(filter-out unit/words-16,$(foreach suffix,- -16 -O3 -O0,$(PROGRAMS:%=%$(suffix:-=))))
 LOGS = $(TESTS:%=build/log/%.log)
@@ -295,7 +421,7 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS)))
 
 PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
     python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils xvfb xauth libgl1-mesa-dri \
-    $(ENGINE_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
+    $(ENGINE_PACKAGES) $(WEB_TEST_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
 EMBEDDED_PACKAGES = gcc-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf qemu-system-misc gcc-avr avr-libc simavr \
     tcc gcc-s390x-linux-gnu libc6-dev-s390x-cross qemu-user
 

@@ -32,6 +32,7 @@ SOURCES = {
     "test": ["build/log/**/*.log"],
     "figures": ["tests/embedded/figures.tsv", "tests/embedded/budgets.tsv"],
     "embedded": ["tests/embedded/figures.tsv", "tests/embedded/budgets.tsv"],
+    "web-test": ["build/log/web-*.log"],
     "fuzz": ["build/printed/fuzz.txt"],
     "bench": ["build/printed/bench.txt", "build/bench/results.csv"],
 }
