@@ -2619,7 +2619,7 @@ static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
     123, 153, 129, 113, 83, 128, 128, 128, 128, 203, 221, 179, 176, 130, 79, 58, 117, 153, 137, 124, 67, 128,
     128, 128, 128, 170, 168, 129, 92, 37, 84, 128, 128, 142, 146, 129, 129, 95, 96, 127, 128, 198, 180, 157,
     98, 43, 70, 128, 128, 162, 156, 135, 130, 70, 128, 127, 128, 162, 161, 117, 102, 143, 135, 123, 112, 138,
-    134, 124, 118
+    134, 124, 118,
 };
 #ifndef CQ_NO_REGULAR
 static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
@@ -2649,7 +2649,7 @@ static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
     91, 64, 56, 138, 134, 110, 170, 105, 0, 128, 128, 128, 128, 128, 128, 136, 118, 78, 54, 75, 121, 157,
     149, 104, 0, 128, 128, 128, 128, 128, 128, 96, 96, 68, 77, 121, 201, 123, 39, 153, 108, 0, 128, 128,
     128, 128, 128, 123, 122, 105, 83, 119, 206, 122, 4, 137, 100, 0, 128, 128, 128, 128, 128, 108, 158, 139,
-    135, 144, 117, 30, 4, 168, 146, 128, 74, 5, 40, 128, 128
+    135, 144, 117, 30, 4, 168, 146, 128, 74, 5, 40, 128, 128,
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
@@ -6971,7 +6971,10 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
     cq_result result = CQ_OK;
     while (budget) {
         cqi_take_payload(d, in);
-        if (!cqi_is_ready(d)) return CQ_NEED_INPUT;
+        if (!cqi_is_ready(d)) {
+            result = CQ_NEED_INPUT;
+            break;
+        }
         if (!d->range.data) {
             cq_range_decoder_init(&d->range, d->input.buffer, d->range.size);
             if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
@@ -6981,6 +6984,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         if (result != CQ_OK) break;
     }
     if (!d->seams) d->num_rows = d->mesh.num_vertices;
+    if (result == CQ_NEED_INPUT) return result;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
     d->status = result;
     return result;

@@ -338,6 +338,7 @@ TEST(pieces_of_no_bytes_only_ask_for_more) {
             CHECK_EQ(result, CQ_NEED_INPUT);
             result = decoding_feed(&d, c.bytes + k, 1, CQ_NO_LIMIT);
             CHECK_EQ(cq_decode(d.decoder, &none, CQ_NO_LIMIT), k + 1 == c.size ? CQ_DONE : CQ_NEED_INPUT);
+            CHECK_EQ(d.decoder->num_rows, d.decoder->mesh.num_vertices);
         }
         CHECK_EQ(result, CQ_DONE);
         decoding_free(&d);
