@@ -214,7 +214,7 @@ static cq_result encode(coded *c, const model *m, uint32_t num_channels)
     in.map = c->map = (cq_index *)allocate((size_t)m->num_vertices * sizeof(cq_index));
     c->bytes = (uint8_t *)allocate(capacity);
     c->size = 0;
-    for (tries = 0; result == CQ_ERROR_MEMORY && tries < 2; tries++) {
+    for (tries = 0; result == CQ_ERROR_MEMORY && tries < 4; tries++) {
         size_t size = cq_encoder_bytes(&in.shape);
         void *memory = allocate(size);
         result = cq_encode(&in, memory, size, c->bytes, capacity, &c->size, NULL, NULL);
@@ -223,17 +223,28 @@ static cq_result encode(coded *c, const model *m, uint32_t num_channels)
     return result;
 }
 
+/* Of a row, aside or not. */
+static void read_row(const cq_decoder *d, uint32_t channel, cq_index row, cq_value *to)
+{
+    if (row < d->num_rows) cq_read_rows(d, channel, row, 1, to);
+    else memcpy(to, d->aside.channel[channel] + 3 * (size_t)(row - d->num_rows), 3 * sizeof *to);
+}
+
 static void check_values(const cq_decoder *d, const model *m, const coded *c, const char *name)
 {
-    size_t v, k, channel;
-    check(d->mesh.num_vertices == m->num_vertices && d->mesh.num_faces == m->num_faces, name, "other counts");
-    for (channel = 0; channel < d->shape.num_channels; channel++)
-        for (v = 0; v < m->num_vertices; v++)
+    size_t v, k;
+    uint32_t channel;
+    check(d->mesh.num_faces + d->aside.num_faces == m->num_faces, name, "other counts");
+    for (channel = 0; channel < d->shape.num_channels && d->shape.channel[channel].kind != CQ_TURNED; channel++)
+        for (v = 0; v < m->num_vertices; v++) {
+            cq_value row[3];
+            read_row(d, channel, c->map[v], row);
             for (k = 0; k < 3; k++)
-                if (d->channel[channel][3 * (size_t)c->map[v] + k] != m->positions[3 * v + k]) {
+                if (row[k] != m->positions[3 * v + k]) {
                     check(0, name, "other values");
                     return;
                 }
+        }
 }
 
 /* The hashes after each quarter of the stream, which is fed in pieces of 7 bytes. */
