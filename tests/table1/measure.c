@@ -7,8 +7,12 @@
 
 /* -- Rates --------------------------------------------------------------------------------------------------------- */
 
-static const struct options alone = { .connectivity = 1, .quiet = 1 };
-static const struct options with_positions = { .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .quiet = 1 };
+/* Levels of the paper's kind; and as one would have it. */
+static const struct options alone = { .connectivity = 1, .conquest_only = 1, .quiet = 1 };
+static const struct options with_positions = {
+    .bits = 12, .goal = CQ_LEAST_CONNECTIVITY, .conquest_only = 1, .quiet = 1
+};
+static const struct options regular = { .connectivity = 1, .quiet = 1 };
 
 static double per_vertex(const struct encoding *e, double bits)
 {
@@ -20,14 +24,21 @@ static double connectivity_bits(const cq_report *r)
     return (double)(r->header + r->base + r->flags + r->indices) / 65536;
 }
 
+/* Encodes, and keeps a rate of it. */
+static int measure_rate(double *rate, struct mesh_file *mesh, const char *path, const struct options *options)
+{
+    static struct encoding e;
+    const int ok = encode_mesh(&e, mesh, path, options);
+    if (ok)
+        *rate = per_vertex(&e, options->connectivity ? 8 * (double)e.size : connectivity_bits(&e.report));
+    free_encoding(&e);
+    return ok;
+}
+
 static int measure_mesh(struct measurement *m, struct mesh_file *mesh, const char *path)
 {
-    static struct encoding located;
-    int ok = encode_mesh(&located, mesh, path, &with_positions);
-    if (ok)
-        m->with_positions = per_vertex(&located, connectivity_bits(&located.report));
-    free_encoding(&located);
-    if (!ok || !encode_mesh(&m->encoding, mesh, path, &alone))
+    if (!measure_rate(&m->with_positions, mesh, path, &with_positions) ||
+        !measure_rate(&m->regular, mesh, path, &regular) || !encode_mesh(&m->encoding, mesh, path, &alone))
         return 0;
     m->alone = per_vertex(&m->encoding, 8 * (double)m->encoding.size);
     return 1;

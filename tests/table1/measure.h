@@ -8,6 +8,7 @@
 struct measurement {
     struct encoding encoding;      /* of the connectivity alone */
     double alone;                  /* the whole stream: header, base mesh and check values too */
+    double regular;                /* the same, with regular levels if these make it smaller */
     double with_positions;         /* of a stream with 12-bit positions: header, base, flags, indices */
 };
 

@@ -109,12 +109,12 @@ static void print_claims(void)
 
 static void print_heading(void)
 {
-    printf("%-14s%-8s%16s%8s%14s%10s%10s%16s%10s\n", "", "", "", "", "mean of", "isolated", "order-0",
-           "bits per vertex", "Alliez,");
-    printf("%-14s%-8s%16s%8s%14s%10s%10s%8s%8s%10s\n", "", "", "vertices", "", "index", "patches", "entropy", "alone",
-           "with", "Desbrun");
-    printf("%-14s%-8s%16s%8s%7s%7s%10s%10s%8s%8s%10s\n", "model", "", "to base", "levels", "1", "2", "per cent", "",
-           "", "pos.", "2001");
+    printf("%-14s%-8s%16s%8s%14s%10s%10s%16s%10s%9s\n", "", "", "", "", "mean of", "isolated", "order-0",
+           "bits per vertex", "Alliez,", "regular");
+    printf("%-14s%-8s%16s%8s%14s%10s%10s%8s%8s%10s%9s\n", "", "", "vertices", "", "index", "patches", "entropy", "alone",
+           "with", "Desbrun", "levels,");
+    printf("%-14s%-8s%16s%8s%7s%7s%10s%10s%8s%8s%10s%9s\n", "model", "", "to base", "levels", "1", "2", "per cent", "",
+           "", "pos.", "2001", "alone");
 }
 
 static void print_counts(const char *name, const char *source, unsigned vertices, unsigned base, unsigned levels)
@@ -145,8 +145,8 @@ static void print_here(const struct measurement *m, const struct split_statistic
 {
     const cq_report *r = &m->encoding.report;
     print_counts("", "here", r->shape.num_vertices, r->base_vertices, r->num_levels);
-    printf("%7.2f%7.2f%10.1f%10.2f%8.3f%8.3f\n", s->mean_i, s->mean_j, 100 * s->isolated, s->order0, m->alone,
-           m->with_positions);
+    printf("%7.2f%7.2f%10.1f%10.2f%8.3f%8.3f%10s%9.3f\n", s->mean_i, s->mean_j, 100 * s->isolated, s->order0, m->alone,
+           m->with_positions, "", m->regular);
 }
 
 static int print_expected(const struct model *p, const struct measurement *m)
