@@ -70,6 +70,10 @@ def div(a, b):
     return a * TABLES.inverse[(b << 6 >> n) % 64] >> 14 + n
 
 
+def norm(v):
+    return 11 * max(map(abs, v)) + 5 * sum(map(abs, v)) >> 4
+
+
 def sign(a):
     return (a > 0) - (a < 0)
 
