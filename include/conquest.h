@@ -5325,7 +5325,7 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *                                                                                 around m1 or m2
  *
  * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
- * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face,
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face, if that is real,
  * and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the coarse faces are in
  * the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
 
@@ -5367,6 +5367,7 @@ static int cqi_marks_of(const cq_decoder *d, cq_index f)
            cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
 }
 
+#define CQI_NO_SIDE 3
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 
 /* -- Regular levels: marks -- */
@@ -5434,7 +5435,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     r->length = r->count ? r->length - (r->length >> 5) + (length >> 5) : length;
     r->count++;
     d->mesh.out[v] = h;
-    d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
+    d->mesh.mark[v] = (uint8_t)((cqi_is_real_face(m, g) ? (int)(g % 3) : CQI_NO_SIDE) << 4);
     cqi_set_mark(d, h);
     if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
     return CQ_OK;
@@ -6106,15 +6107,30 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
  *
  *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
  *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
- *       a-----b          a--v--b        later of two insertions is taken back first. */
+ *       a-----b          a--v--b        later of two insertions is taken back first.
+ *
+ * Flips that no encoder makes can turn the walk into a circle, or lead it to another edge. So it ends after CQI_MOVES,
+ * of which an encoder needs no more than half; and cqi_can_insert has another look. */
+#define CQI_MOVES 16
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
-    for (;;) {
+    int k;
+    for (k = 0; k < CQI_MOVES; k++) {
         const cq_index from = m->origin[h], to = cq_target(m, h);
         if (from < d->regular.vertices && to < d->regular.vertices) return h;
         h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
     }
+    return CQ_NONE;
+}
+
+/* Does the edge have as many real faces as the record of v was made for? And are there more than two faces in all: where
+ * these share all three edges, a vertex in one of them would be joined to their third corner twice. */
+static int cqi_can_insert(const cq_decoder *d, cq_index v, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    return h != CQ_NONE && cqi_is_real_face(m, h) && m->valence[m->origin[h]] > 2 &&
+           cqi_is_real_face(m, m->twin[h]) == (m->mark[v] >> 4 != CQI_NO_SIDE);
 }
 
 /* Inserts the next new vertex into its edge: a split of the edge's start. */
@@ -6123,7 +6139,9 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
-    const int ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    int ok = cqi_can_insert(d, v, h);
+    if (!ok) return CQ_ERROR_CORRUPT;
+    ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
@@ -6164,7 +6182,7 @@ static int cqi_side_here(const cq_decoder *d, cq_index v)
 /* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
  * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
  * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
- * after that, the start of the side. */
+ * after that, the start of the side. CQ_NONE: there is no hub, after flips that no encoder makes. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -6173,6 +6191,7 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     int next;
     for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
         if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
+    if (h == CQ_NONE) return h;
     next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];
@@ -6276,9 +6295,14 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
     cq_result result = CQ_OK;
     cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
-    if (side && !(marks >> (side - 1) & 1)) beyond = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
+    if (side && !(marks >> (side - 1) & 1)) {
+        beyond = cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1));
+        if (beyond == CQ_NONE) return CQ_ERROR_CORRUPT;
+        beyond = d->mesh.twin[beyond];
+    }
     if (cqi_ones[marks] > 1) {
         const cq_index hub = cqi_find_hub(d, f, marks);
+        if (hub == CQ_NONE) return CQ_ERROR_CORRUPT;
         result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
     }
     if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
