@@ -5325,9 +5325,9 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *                                                                                 around m1 or m2
  *
  * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
- * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face, if that is real,
- * and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the coarse faces are in
- * the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face
+ * (CQI_NO_SIDE: that is virtual), and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
@@ -6200,10 +6200,14 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
+/* Has the edge a real face on either side? So has any that an encoder's hub has in its face. */
+static int cqi_is_inner(const cq_mesh *m, cq_index h) { return cqi_is_real_face(m, h) && cqi_is_real_face(m, m->twin[h]); }
+
 /* Two new vertices: which of them the opposite corner is joined to. */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
 {
     const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
+    if (!cqi_is_inner(&d->mesh, hub)) return CQ_ERROR_CORRUPT;
     return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
 }
 
@@ -6227,6 +6231,7 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
     uint32_t length[3] = { 0, 0, 0 };
     cq_result result;
     int fan = 0, central = 0;
+    if (!cqi_is_inner(m, hub) || !cqi_is_inner(m, left) || !cqi_is_inner(m, right)) return CQ_ERROR_CORRUPT;
     if (CQI_ENCODING(d)) {
         fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
         central = !fan && !cqi_plan_hub(d->plan, m, hub);
