@@ -371,7 +371,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
         shape_sample(&s, which, which % 2);
         code(&c, &s.input);
         REQUIRE_EQ(c.result, CQ_OK);
-        for (tries = 0; tries < 40; ++tries) {
+        for (tries = 0; tries < 60; ++tries) {
             const uint32_t marks = 2000 + (uint32_t)(next_random(&random) % 60000);
             const uint32_t flips = 500 + (uint32_t)(next_random(&random) % 40000);
             decoding d;
@@ -382,7 +382,8 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
                 do {
                     CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
                     set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, marks);
-                    set_models(d.decoder, CQI_DISSOLVED, CQI_NEW_ALONG, flips);
+                    set_models(d.decoder, CQI_DISSOLVED, CQI_TWO, 35000);
+                    set_models(d.decoder, CQI_TWO, CQI_NEW_ALONG, flips);
                 } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
