@@ -1168,7 +1168,8 @@ static int cqi_countable(const cq_shape *s)
     if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
     return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
-           s->num_aside_rows <= CQI_MAX_HALFEDGES && s->num_aside_faces <= limit;
+           s->num_aside_rows <= CQI_MAX_HALFEDGES - (s->num_rows ? s->num_rows : s->num_vertices) &&
+           s->num_aside_faces <= limit;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -6658,7 +6659,13 @@ static void cqi_code_letter(cq_decoder *d)
     d->metadata[d->metadata_read++] = (uint8_t)node;
 }
 
-/* One channel of a row aside, or a face, or a byte of metadata. */
+/* Have rows any values? Else there is nothing to read, nor memory that bounds how many there are. */
+static int cqi_has_rows(const cq_shape *s)
+{
+    return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
+}
+
+/* One channel of a row aside, or a face, or a byte of metadata; all rows, if they have no values. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -6667,7 +6674,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
         if (k < d->shape.num_channels && cqi_class(&d->shape, k) != CQI_OF_FACE) ok = cqi_code_aside_row(d, k);
         if (++d->base.value >= d->shape.num_channels && ok && !cqi_starved(d)) {
             d->base.value = 0;
-            d->aside.num_rows++;
+            d->aside.num_rows = cqi_has_rows(&d->shape) ? d->aside.num_rows + 1 : d->shape.num_aside_rows;
         }
     } else if (d->aside.num_faces < d->shape.num_aside_faces) {
         ok = cqi_code_aside_face(d);
