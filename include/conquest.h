@@ -456,13 +456,15 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes of input that one step can need, in bits: at most 11 for an adaptive bit or a question, 7.2 for a pair that
- * is asked about. A residual has 10 adaptive bits and 27 raw ones, if exact 32: 142, two less than here; a copy has 6
- * and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4 questions about a position: 199.4, of
- * 200 here; face values 6 and 64, of a component. A join of the base has 3 and 32. */
-#define CQI_STEP_BYTES(components) (25 + 18 * (size_t)(components))
+/* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
+ * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
+ * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
+ * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
+ * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component. A join of the base has
+ * 3 and 32. Of regular levels, an insertion has three residuals; weights are 112 raw bits. */
+#define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
 
-/* One channel of a row, if there are seams: two questions of 11 bits, and for each component 16, 5 and 32. */
+/* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
