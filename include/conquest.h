@@ -6153,12 +6153,20 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     return CQ_OK;
 }
 
+/* May flips give the vertex another neighbour? New ones have no more than CQ_MAX_VALENCE by flips, and by insertions as
+ * many again, one in each edge opposite: so walks around them are short. No encoder comes near. */
+static int cqi_may_gain(const cq_decoder *d, cq_index v)
+{
+    return v < d->regular.vertices || d->mesh.valence[v] < CQ_MAX_VALENCE;
+}
+
 /* Is the flip of this edge possible, and does it make an edge with a new vertex? */
 static int cqi_is_flippable(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(m->twin[h])];
-    return (x >= d->regular.vertices || y >= d->regular.vertices) && cqi_can_flip(m, h);
+    if (x < d->regular.vertices && y < d->regular.vertices) return 0;
+    return cqi_may_gain(d, x) && cqi_may_gain(d, y) && cqi_can_flip(m, h);
 }
 
 static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
