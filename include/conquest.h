@@ -5330,7 +5330,8 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
  * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face
  * (CQI_NO_SIDE: that is virtual), and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
- * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
+ * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those
+ * of that mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
@@ -6212,7 +6213,10 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 }
 
 /* Has the edge a real face on either side? So has any that an encoder's hub has in its face. */
-static int cqi_is_inner(const cq_mesh *m, cq_index h) { return cqi_is_real_face(m, h) && cqi_is_real_face(m, m->twin[h]); }
+static int cqi_is_inner(const cq_mesh *m, cq_index h)
+{
+    return cqi_is_real_face(m, h) && cqi_is_real_face(m, m->twin[h]);
+}
 
 /* Two new vertices: which of them the opposite corner is joined to. */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
