@@ -456,13 +456,15 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes of input that one step can need, in bits: at most 11 for an adaptive bit or a question, 7.2 for a pair that
- * is asked about. A residual has 10 adaptive bits and 27 raw ones, if exact 32: 142, two less than here; a copy has 6
- * and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4 questions about a position: 199.4, of
- * 200 here; face values 6 and 64, of a component. A join of the base has 3 and 32. */
-#define CQI_STEP_BYTES(components) (25 + 18 * (size_t)(components))
+/* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
+ * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
+ * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
+ * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
+ * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component. A join of the base has
+ * 3 and 32. Of regular levels, an insertion has three residuals; weights are 112 raw bits. */
+#define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
 
-/* One channel of a row, if there are seams: two questions of 11 bits, and for each component 16, 5 and 32. */
+/* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
@@ -1168,7 +1170,8 @@ static int cqi_countable(const cq_shape *s)
     if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
     return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
-           s->num_aside_rows <= CQI_MAX_HALFEDGES && s->num_aside_faces <= limit;
+           s->num_aside_rows <= CQI_MAX_HALFEDGES - (s->num_rows ? s->num_rows : s->num_vertices) &&
+           s->num_aside_faces <= limit;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -5325,9 +5328,10 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *                                                                                 around m1 or m2
  *
  * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
- * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face,
- * and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the coarse faces are in
- * the queue. All this is written while the mesh is coarse, and halfedges below are those of that mesh. */
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face
+ * (CQI_NO_SIDE: that is virtual), and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those
+ * of that mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
@@ -5367,6 +5371,7 @@ static int cqi_marks_of(const cq_decoder *d, cq_index f)
            cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
 }
 
+#define CQI_NO_SIDE 3
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 
 /* -- Regular levels: marks -- */
@@ -5434,7 +5439,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     r->length = r->count ? r->length - (r->length >> 5) + (length >> 5) : length;
     r->count++;
     d->mesh.out[v] = h;
-    d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
+    d->mesh.mark[v] = (uint8_t)((cqi_is_real_face(m, g) ? (int)(g % 3) : CQI_NO_SIDE) << 4);
     cqi_set_mark(d, h);
     if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
     return CQ_OK;
@@ -6106,15 +6111,30 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
  *
  *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
  *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
- *       a-----b          a--v--b        later of two insertions is taken back first. */
+ *       a-----b          a--v--b        later of two insertions is taken back first.
+ *
+ * Flips that no encoder makes can turn the walk into a circle, or lead it to another edge. So it ends after CQI_MOVES,
+ * of which an encoder needs no more than half; and cqi_can_insert has another look. */
+#define CQI_MOVES 16
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
-    for (;;) {
+    int k;
+    for (k = 0; k < CQI_MOVES; k++) {
         const cq_index from = m->origin[h], to = cq_target(m, h);
         if (from < d->regular.vertices && to < d->regular.vertices) return h;
         h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
     }
+    return CQ_NONE;
+}
+
+/* Does the edge have as many real faces as the record of v was made for? And are there more than two faces in all: where
+ * these share all three edges, a vertex in one of them would be joined to their third corner twice. */
+static int cqi_can_insert(const cq_decoder *d, cq_index v, cq_index h)
+{
+    const cq_mesh *m = &d->mesh;
+    return h != CQ_NONE && cqi_is_real_face(m, h) && m->valence[m->origin[h]] > 2 &&
+           cqi_is_real_face(m, m->twin[h]) == (m->mark[v] >> 4 != CQI_NO_SIDE);
 }
 
 /* Inserts the next new vertex into its edge: a split of the edge's start. */
@@ -6123,7 +6143,9 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
-    const int ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    int ok = cqi_can_insert(d, v, h);
+    if (!ok) return CQ_ERROR_CORRUPT;
+    ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
@@ -6132,12 +6154,20 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     return CQ_OK;
 }
 
+/* May flips give the vertex another neighbour? New ones have no more than CQ_MAX_VALENCE by flips, and by insertions as
+ * many again, one in each edge opposite: so walks around them are short. No encoder comes near. */
+static int cqi_may_gain(const cq_decoder *d, cq_index v)
+{
+    return v < d->regular.vertices || d->mesh.valence[v] < CQ_MAX_VALENCE;
+}
+
 /* Is the flip of this edge possible, and does it make an edge with a new vertex? */
 static int cqi_is_flippable(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(m->twin[h])];
-    return (x >= d->regular.vertices || y >= d->regular.vertices) && cqi_can_flip(m, h);
+    if (x < d->regular.vertices && y < d->regular.vertices) return 0;
+    return cqi_may_gain(d, x) && cqi_may_gain(d, y) && cqi_can_flip(m, h);
 }
 
 static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
@@ -6164,7 +6194,7 @@ static int cqi_side_here(const cq_decoder *d, cq_index v)
 /* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
  * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
  * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
- * after that, the start of the side. */
+ * after that, the start of the side. CQ_NONE: there is no hub, after flips that no encoder makes. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -6173,6 +6203,7 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     int next;
     for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
         if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
+    if (h == CQ_NONE) return h;
     next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];
@@ -6181,10 +6212,17 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
+/* Has the edge a real face on either side? So has any that an encoder's hub has in its face. */
+static int cqi_is_inner(const cq_mesh *m, cq_index h)
+{
+    return cqi_is_real_face(m, h) && cqi_is_real_face(m, m->twin[h]);
+}
+
 /* Two new vertices: which of them the opposite corner is joined to. */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
 {
     const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
+    if (!cqi_is_inner(&d->mesh, hub)) return CQ_ERROR_CORRUPT;
     return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
 }
 
@@ -6208,6 +6246,7 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
     uint32_t length[3] = { 0, 0, 0 };
     cq_result result;
     int fan = 0, central = 0;
+    if (!cqi_is_inner(m, hub) || !cqi_is_inner(m, left) || !cqi_is_inner(m, right)) return CQ_ERROR_CORRUPT;
     if (CQI_ENCODING(d)) {
         fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
         central = !fan && !cqi_plan_hub(d->plan, m, hub);
@@ -6276,9 +6315,14 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
     cq_result result = CQ_OK;
     cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
-    if (side && !(marks >> (side - 1) & 1)) beyond = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
+    if (side && !(marks >> (side - 1) & 1)) {
+        beyond = cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1));
+        if (beyond == CQ_NONE) return CQ_ERROR_CORRUPT;
+        beyond = d->mesh.twin[beyond];
+    }
     if (cqi_ones[marks] > 1) {
         const cq_index hub = cqi_find_hub(d, f, marks);
+        if (hub == CQ_NONE) return CQ_ERROR_CORRUPT;
         result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
     }
     if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
@@ -6629,7 +6673,13 @@ static void cqi_code_letter(cq_decoder *d)
     d->metadata[d->metadata_read++] = (uint8_t)node;
 }
 
-/* One channel of a row aside, or a face, or a byte of metadata. */
+/* Have rows any values? Else there is nothing to read, nor memory that bounds how many there are. */
+static int cqi_has_rows(const cq_shape *s)
+{
+    return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
+}
+
+/* One channel of a row aside, or a face, or a byte of metadata; all rows, if they have no values. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -6638,7 +6688,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
         if (k < d->shape.num_channels && cqi_class(&d->shape, k) != CQI_OF_FACE) ok = cqi_code_aside_row(d, k);
         if (++d->base.value >= d->shape.num_channels && ok && !cqi_starved(d)) {
             d->base.value = 0;
-            d->aside.num_rows++;
+            d->aside.num_rows = cqi_has_rows(&d->shape) ? d->aside.num_rows + 1 : d->shape.num_aside_rows;
         }
     } else if (d->aside.num_faces < d->shape.num_aside_faces) {
         ok = cqi_code_aside_face(d);

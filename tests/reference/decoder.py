@@ -2094,6 +2094,8 @@ class RegularLevel:
         v = decoder.vertices
         h = self.edges[v - self.old]
         a, b = self.ends(h)
+        if mesh.front[a, b] == mesh.front[b, a]:
+            raise End("corrupt")
         place = self.position(v, h) if self.located else []
         decoder.end_step()
         bits = decoder.header.position.bits if self.located else 0
@@ -2111,6 +2113,7 @@ class RegularLevel:
         mesh = self.mesh
         x, y = mesh.front[a, b], mesh.front[b, a]
         return not any(map(mesh.is_virtual, (a, b, x, y))) and max(x, y) >= self.old and x != y and \
+            all(v < self.old or mesh.valence[v] < 24 for v in (x, y)) and \
             mesh.valence[a] > 3 and mesh.valence[b] > 3 and (x, y) not in mesh.left
 
     def flip(self, a, b):

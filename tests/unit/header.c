@@ -396,6 +396,46 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
     }
 }
 
+/* A stream of nothing but rows aside and a mesh of so many vertices. */
+static header of_rows_aside(uint32_t vertices, uint32_t rows) {
+    header h;
+    put_start(&h, vertices, 0, 0, vertices > 0);
+    put(&h, 0x80, 1);
+    put_varint(&h, 0);
+    put_varint(&h, rows);
+    put_varint(&h, 0);
+    put_varint(&h, 0);
+    put_varint(&h, 0);
+    put(&h, 0, 4);
+    put(&h, crc32(h.bytes, h.size), 2);
+    return h;
+}
+
+TEST(rows_aside_without_values_take_no_time) {
+    const uint32_t many = CQ_INDEX_BITS == 16 ? 0xffff : 0xffffffff;
+    const header h = of_rows_aside(0, many);
+    cq_decoder d;
+    cq_bytes in = { h.bytes, h.size };
+    uint32_t memory[1024];
+    cq_result result = CQ_OK;
+    int steps = 0;
+    cq_decoder_init(&d, memory, sizeof memory);
+    for (; steps < 10 && result == CQ_OK; ++steps) result = cq_decode(&d, &in, 1);
+    CHECK_EQ(result, CQ_DONE);
+    CHECK_EQ(d.aside.num_rows, many);
+}
+
+TEST(rows_and_rows_aside_are_no_more_than_can_be_numbered) {
+    const uint32_t many = CQ_INDEX_BITS == 16 ? 0xffff : 0xffffffff;
+    header most = of_rows_aside(4, many - 4), more = of_rows_aside(4, many - 3);
+    cq_shape shape;
+    CHECK_EQ(peek(&most, &shape), CQ_OK);
+    CHECK(cq_decoder_bytes(&shape) > 0);
+    CHECK_EQ(peek(&more, &shape), CQ_OK);
+    CHECK_EQ(cq_decoder_bytes(&shape), 0);
+    CHECK_EQ(decode(&more), CQ_ERROR_TOO_LARGE);
+}
+
 #if CQ_INDEX_BITS == 16
 TEST(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits) {
     header h;
@@ -516,6 +556,8 @@ int main(int argc, char **argv) {
     RUN(exactly_the_channels_of_the_specification_are_supported);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
+    RUN(rows_aside_without_values_take_no_time);
+    RUN(rows_and_rows_aside_are_no_more_than_can_be_numbered);
 #if CQ_INDEX_BITS == 16
     RUN(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits);
 #endif

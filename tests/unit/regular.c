@@ -337,11 +337,98 @@ TEST(damaged_streams_leave_a_valid_mesh) {
     CHECK(wrong > 50);
 }
 
+/* -- Decisions that no encoder makes ---------------------------------------------------------------------------------- */
+
+static void set_models(cq_decoder *d, int from, int to, uint32_t probability) {
+    int k;
+    for (k = from; k < to; ++k) d->model.bit[k] = (cq_bit_model)probability;
+}
+
+/* A step with input of any bytes, so that bits are as likely as their models say. */
+static cq_result any_step(cq_decoder *d, uint64_t *random) {
+    uint8_t bytes[64];
+    cq_bytes in = { bytes, sizeof bytes };
+    size_t k;
+    for (k = 0; k < sizeof bytes; ++k) bytes[k] = (uint8_t)(next_random(random) >> 13);
+    d->input.payload_left = 1 << 20;
+    return cq_decode(d, &in, 1);
+}
+
+/* Decodes up to the first regular level; 0: there is none. */
+static int reach_regular_level(cq_decoder *d, const coded *c) {
+    cq_bytes in = { c->bytes, c->size };
+    while (d->phase != CQI_WIPE)
+        if (cq_decode(d, &in, 1) != CQ_OK) return 0;
+    return 1;
+}
+
+TEST(any_marks_and_flips_leave_a_valid_mesh) {
+    uint64_t random = 3;
+    int which, tries, reached = 0, done = 0;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        shape_sample(&s, which, which % 2);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        for (tries = 0; tries < 60; ++tries) {
+            const uint32_t marks = 2000 + (uint32_t)(next_random(&random) % 60000);
+            const uint32_t flips = 500 + (uint32_t)(next_random(&random) % 40000);
+            decoding d;
+            decoding_begin(&d, c.bytes, c.size);
+            memset(d.memory, 0xa5, d.memory_size);
+            if (reach_regular_level(d.decoder, &c)) {
+                ++reached;
+                do {
+                    CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+                    set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, marks);
+                    set_models(d.decoder, CQI_DISSOLVED, CQI_TWO, 35000);
+                    set_models(d.decoder, CQI_TWO, CQI_NEW_ALONG, flips);
+                } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
+                done += d.decoder->phase == CQI_LEVEL;
+                CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
+                CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            }
+            decoding_free(&d);
+        }
+        uncode(&c);
+        sample_free(&s);
+    }
+    CHECK(reached > 100 && done > 10);
+}
+
+/* Their third corner would be joined to a vertex on one of the edges twice. */
+TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
+    uint64_t random = 9;
+    cq_shape shape;
+    decoding d;
+    memset(&shape, 0, sizeof shape);
+    shape.num_vertices = 6;
+    shape.num_faces = 8;
+    decoding_begin_with(&d, cq_decoder_bytes(&shape));
+    d.decoder->shape = shape;
+    cqi_start(d.decoder);
+    do {
+        set_models(d.decoder, CQI_COMPONENT, CQI_COMPONENT + 1, 1);
+        set_models(d.decoder, CQI_OTHER_LEVEL, CQI_OTHER_LEVEL + 1, 65534);
+        set_models(d.decoder, CQI_KIND_GROW, CQI_KIND_TURN, 1);
+        set_models(d.decoder, CQI_KIND_TURN, CQI_KIND_CLOSE, 65534);
+        set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, 65534);
+    } while (any_step(d.decoder, &random) == CQ_OK);
+    CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
+    CHECK_EQ(d.decoder->phase, CQI_SWEEP);
+    CHECK_EQ(d.decoder->mesh.num_vertices, 3);
+    CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+    decoding_free(&d);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(each_step_leaves_a_valid_mesh_and_all_that_has_arrived);
     RUN(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices);
     RUN(damaged_streams_leave_a_valid_mesh);
+    RUN(any_marks_and_flips_leave_a_valid_mesh);
+    RUN(no_vertex_goes_into_two_faces_that_share_their_edges);
     return TEST_END();
 }
