@@ -6106,15 +6106,20 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
  *
  *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
  *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
- *       a-----b          a--v--b        later of two insertions is taken back first. */
+ *       a-----b          a--v--b        later of two insertions is taken back first.
+ *
+ * CQ_NONE: a flip after that of a dissolved edge has changed the face before its turn, so that the slot is of no use. Not
+ * more than two insertions are taken back: then the face has three new vertices, and the edge is one of them. */
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
-    for (;;) {
+    int k;
+    for (k = 0; k < 3; k++) {
         const cq_index from = m->origin[h], to = cq_target(m, h);
         if (from < d->regular.vertices && to < d->regular.vertices) return h;
         h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
     }
+    return CQ_NONE;
 }
 
 /* Inserts the next new vertex into its edge: a split of the edge's start. */
@@ -6123,7 +6128,7 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
-    const int ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    const int ok = h != CQ_NONE && (d->located < 0 || cqi_code_new_position(d, v, h, input));
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
@@ -6158,7 +6163,7 @@ static int cqi_shape_of(const cq_decoder *d, cq_index h)
 /* Side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
-    return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
+    return v < d->regular.own || cq_is_virtual(&d->mesh, v) ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
 /* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
@@ -6173,6 +6178,7 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     int next;
     for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
         if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
+    if (h == CQ_NONE || cq_is_virtual(m, m->origin[h])) return CQ_NONE; /* the face was changed before its turn */
     next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];
@@ -6276,9 +6282,14 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
     cq_result result = CQ_OK;
     cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
-    if (side && !(marks >> (side - 1) & 1)) beyond = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
+    if (side && !(marks >> (side - 1) & 1)) {
+        const cq_index h = cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1));
+        if (h == CQ_NONE) return CQ_ERROR_CORRUPT;
+        beyond = d->mesh.twin[h];
+    }
     if (cqi_ones[marks] > 1) {
         const cq_index hub = cqi_find_hub(d, f, marks);
+        if (hub == CQ_NONE) return CQ_ERROR_CORRUPT;
         result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
     }
     if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
