@@ -342,7 +342,8 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/regular exhaustive/payloads \
+    exhaustive/payloads-3
 CGAL = cgal/splits
 TESTS = headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams \
     embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
@@ -355,7 +356,8 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 	@$(MAKE) --no-print-directory run
 
 # What takes longer than a test may: make verify.
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/exhaustive-regular \
+    verify/cgal-splits \
     proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
@@ -687,6 +689,11 @@ build/tests/exhaustive/payloads: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPE
 build/tests/exhaustive/payloads-3: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
 	@mkdir -p $(@D)
 	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/tests/exhaustive/regular: tests/exhaustive/regular.cpp fuzz/asked.sh $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	@fuzz/asked.sh $(HEADER) build/tests/exhaustive/asked
+	$(CLANGXX) -Ibuild/tests/exhaustive/asked $(OPTIMISED) $< -o $@
 
 build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
 	$(call RUN_TO_LOG,$< 3)
