@@ -342,7 +342,8 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 #     unit/mesh-O0   gcc, not optimised, assertions
 
 PROGRAMS = $(basename $(patsubst tests/%,%,$(wildcard tests/unit/*.c tests/unit/*.cpp tests/property/*.cpp)))
-EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/payloads exhaustive/payloads-3
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/regular exhaustive/payloads \
+    exhaustive/payloads-3
 CGAL = cgal/splits
 TESTS = headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams \
     embedded meshes bases reference portability fuzz fuzz-16 fuzz-msan fuzz-work \
@@ -355,7 +356,8 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 	@$(MAKE) --no-print-directory run
 
 # What takes longer than a test may: make verify.
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/cgal-splits \
+VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/exhaustive-regular \
+    verify/cgal-splits \
     proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
@@ -688,23 +690,39 @@ build/tests/exhaustive/payloads-3: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DE
 	@mkdir -p $(@D)
 	$(CLANGXX) $(OPTIMISED) $< -o $@
 
+build/tests/exhaustive/regular: tests/exhaustive/regular.cpp fuzz/asked.sh $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	@fuzz/asked.sh $(HEADER) build/tests/exhaustive/asked
+	$(CLANGXX) -Ibuild/tests/exhaustive/asked $(OPTIMISED) $< -o $@
+
 build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
 	$(call RUN_TO_LOG,$< 3)
 
 build/log/verify/exhaustive-%.log: build/tests/exhaustive/%
 	$(call RUN_TO_LOG,$< all)
 
-OFF_MANIFOLDS = $(filter %.off,$(ALL_MANIFOLDS))
+# With positions nothing may be set aside or turned over: what is decoded would be another mesh.
+OFF_MANIFOLDS = $(filter %.off,$(call manifolds,!/set aside|turned over/))
+
+# Meshes with regular levels: a name is what meshgen gets.
+SUBDIVIDED = $(patsubst %,build/generated/subdivided/%.off,sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 \
+    split_2_torus_5_4 split_2_grid_5_4_100 split_1_random_300_1 loop_3_octahedron loop_3_genus_2 loop_2_annulus_7_2 \
+    loop_2_diagonals_1_cylinder_7_3 diagonals_0_cylinder_17_11 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 \
+    diagonals_2_torus_21_17 components_3_split_2_pyramid_9)
+
+build/generated/subdivided/%.off: build/meshgen
+	@mkdir -p $(@D)
+	@build/meshgen $(subst _, ,$*) >$@
 
 build/tests/cgal/%: tests/cgal/%.cpp $(TEST_DEPENDS)
 	@mkdir -p $(@D)
 	g++ $(OPTIMISED) $< -o $@
 
-build/log/cgal/splits.log: build/tests/cgal/splits build/meshes
-	$(call RUN_TO_LOG,$< 250 $(OFF_MANIFOLDS))
+build/log/cgal/splits.log: build/tests/cgal/splits build/meshes $(SUBDIVIDED)
+	$(call RUN_TO_LOG,$< 250 $(OFF_MANIFOLDS) $(SUBDIVIDED))
 
-build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes
-	$(call RUN_TO_LOG,$< 1000 $(OFF_MANIFOLDS))
+build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes $(SUBDIVIDED)
+	$(call RUN_TO_LOG,$< 1000 $(OFF_MANIFOLDS) $(SUBDIVIDED))
 
 # -- Verification --------------------------------------------------------------------------------------------------
 #

@@ -6188,7 +6188,7 @@ static int cqi_shape_of(const cq_decoder *d, cq_index h)
 /* Side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
-    return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
+    return v < d->regular.own || cq_is_virtual(&d->mesh, v) ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
 /* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
@@ -6203,7 +6203,7 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     int next;
     for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
         if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
-    if (h == CQ_NONE) return h;
+    if (h == CQ_NONE || cq_is_virtual(m, m->origin[h])) return CQ_NONE; /* the face was changed before its turn */
     next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];

@@ -1,15 +1,17 @@
-// The decoder's mesh after every single split against CGAL, in two ways that share nothing with the library:
+// The decoder's mesh after every single split, and after every step of a regular level that flips edges, against CGAL,
+// in two ways that share nothing with the library:
 //
 //   - a Surface_mesh built from the triangles alone: they can be joined, the surface is closed, each vertex has one fan
 //     of triangles, as many as the decoder's valence, Euler's characteristic and the numbers of components and of
 //     boundary loops stay;
-//   - a Surface_mesh that began as the base mesh and gets the same splits by CGAL's own Euler operators: the same
-//     faces.
+//   - a Surface_mesh that began as the base mesh and gets the same splits and flips by CGAL's own Euler operators: the
+//     same faces.
 //
 // Small meshes are compared as a whole after each split. Large ones after each split in its neighbourhood, which is all
 // triangles at the two vertices and at their neighbours, and as a whole at the end of each level. A split is known by
-// what it adds to the triangles: a vertex B, and two faces that B shares with A. CGAL decides what else becomes B's. In
-// the end the mesh is the one that was encoded.
+// what it adds to the triangles: a vertex B, and two faces that B shares with A. CGAL decides what else becomes B's.
+// Flips are known by the triangles that have changed: up to three edges between them, one after the other. In the end
+// the mesh is the one that was encoded.
 //
 //     splits SMALL FILE ...
 //
@@ -82,6 +84,16 @@ public:
         CGAL::Euler::split_face(a_to_b, prev(prev(a_to_b)), mesh);
         CGAL::Euler::split_face(prev(b_to_a), mesh.next(b_to_a), mesh);
         return name(b, mesh.source(b_to_a));
+    }
+
+    // The edge between a and b becomes one between the vertices opposite to it.
+    bool flip(uint32_t a, uint32_t b) {
+        Halfedge h = mesh.halfedge(vertices.at(a), vertices.at(b));
+        if (h == Mesh::null_halfedge()) return false;
+        Vertex x = mesh.target(mesh.next(h)), y = mesh.target(mesh.next(opposite(h)));
+        if (x == y || mesh.halfedge(x, y) != Mesh::null_halfedge()) return false;
+        CGAL::Euler::flip_edge(h, mesh);
+        return true;
     }
 
     // All faces, each from its lowest number.
@@ -171,7 +183,7 @@ const char *examine_whole(const cq_mesh &m, Topology &found) {
 // -- One stream ------------------------------------------------------------------------------------------------------
 
 struct Tally {
-    size_t meshes = 0, splits = 0, whole = 0, local = 0;
+    size_t meshes = 0, splits = 0, whole = 0, local = 0, insertions = 0, flips = 0;
     uint32_t small = 0;
 };
 
@@ -186,6 +198,40 @@ bool begin_with(Face &f, uint32_t v) {
     return f[0] == v;
 }
 
+// -- Flips between two lists of faces --------------------------------------------------------------------------------
+
+using Edges = std::vector<Edge>;
+
+enum { MOST_FLIPS = 3 };   // in one step
+
+// The two faces at the edge from corner k of faces[f] to the next one, flipped; false if no other face has it.
+bool flip_in(std::vector<Face> &faces, size_t f, size_t k) {
+    uint32_t a = faces[f][k], b = faces[f][(k + 1) % 3], x = faces[f][(k + 2) % 3];
+    for (Face &g : faces)
+        for (size_t j = 0; j < 3; ++j)
+            if (g[j] == b && g[(j + 1) % 3] == a) {
+                uint32_t y = g[(j + 2) % 3];
+                g = {x, y, b};
+                faces[f] = {y, x, a};
+                return true;
+            }
+    return false;
+}
+
+// Not more than `most` flips that make `to` of `from`.
+bool find_flips(const std::vector<Face> &from, const std::vector<Face> &to, size_t most, Edges &found) {
+    if (sorted(from) == to) return true;
+    for (size_t f = 0; most > 0 && f < from.size(); ++f)
+        for (size_t k = 0; k < 3; ++k) {
+            std::vector<Face> faces = from;
+            if (!flip_in(faces, f, k)) continue;
+            found.push_back({from[f][k], from[f][(k + 1) % 3]});
+            if (find_flips(faces, to, most - 1, found)) return true;
+            found.pop_back();
+        }
+    return false;
+}
+
 class Follower {
 public:
     Follower(const decoding &d, Tally &t) : mesh(d.decoder->mesh), decoder(*d.decoder), tally(t) {}
@@ -196,6 +242,7 @@ public:
         if (mesh.num_vertices == 0) return done ? "no mesh" : nullptr;
         if (!begun) error = begin();
         else if (mesh.num_vertices != num_vertices) error = follow();
+        else if (decoder.regular.count > 0) error = follow_flips();
         if (!error && (done || decoder.level != level)) error = compare_whole();
         level = decoder.level;
         return error;
@@ -211,6 +258,7 @@ private:
     Topology topology;          // of the base
     bool begun = false;
     uint32_t level = 0, num_vertices = 0, num_faces = 0, num_virtual_faces = 0;
+    std::vector<cq_index> shown;   // corners of the real faces, in regular levels
 
     const char *begin() {
         begun = true;
@@ -234,7 +282,43 @@ private:
         if (!follower.split(s.a, s.b, s.p, s.q)) return "CGAL can't split";
         note();
         tally.splits++;
-        return mesh.num_vertices <= tally.small ? compare_whole() : compare_around(s);
+        tally.insertions += decoder.regular.count > 0;
+        if (!shown.empty()) show_around({s.a, s.b});
+        return mesh.num_vertices <= tally.small ? compare_whole() : compare_around({s.a, s.b});
+    }
+
+    // Takes the faces around vertices as they are now.
+    void show_around(const std::set<uint32_t> &around) {
+        std::set<uint32_t> slots;
+        for (uint32_t v : around) collect_star(v, slots);
+        shown.resize(3 * size_t(mesh.num_faces), CQ_NONE);
+        for (uint32_t f : slots)
+            if (f < mesh.num_faces) std::copy_n(mesh.origin + 3 * f, 3, &shown[3 * size_t(f)]);
+    }
+
+    // No new vertex: the triangles that have changed, if any, come out of flips.
+    const char *follow_flips() {
+        const size_t size = 3 * size_t(mesh.num_faces);
+        if (shown.size() != size) {   // the level begins
+            shown.assign(mesh.origin, mesh.origin + size);
+            return nullptr;
+        }
+        if (std::memcmp(shown.data(), mesh.origin, size * sizeof(cq_index)) == 0) return nullptr;
+        std::vector<Face> from, to;
+        for (uint32_t f = 0; f < mesh.num_faces; ++f) {
+            if (std::equal(&shown[3 * f], &shown[3 * f] + 3, mesh.origin + 3 * f)) continue;
+            from.push_back({shown[3 * f], shown[3 * f + 1], shown[3 * f + 2]});
+            to.push_back(slot(mesh, f));
+            std::copy_n(mesh.origin + 3 * f, 3, &shown[3 * size_t(f)]);
+        }
+        Edges flips;
+        if (!find_flips(from, sorted(to), MOST_FLIPS, flips)) return "no flips have changed these faces";
+        for (Edge e : flips)
+            if (!follower.flip(e.first, e.second)) return "CGAL can't flip";
+        tally.flips += flips.size();
+        std::set<uint32_t> corners;
+        for (const Face &f : to) corners.insert(f.begin(), f.end());
+        return mesh.num_vertices <= tally.small ? compare_whole() : compare_around(corners);
     }
 
     std::vector<Face> new_faces() const {
@@ -271,19 +355,19 @@ private:
         return sorted(follower_faces(false)) == sorted(faces_of(mesh, true, true)) ? nullptr : "CGAL has other faces";
     }
 
-    // The stars of both vertices and of all their neighbours, from the decoder's triangles.
-    const char *compare_around(const Split &s) {
-        std::set<uint32_t> changed = {s.a, s.b}, slots;
+    // The stars of the vertices and of all their neighbours, from the decoder's triangles.
+    const char *compare_around(const std::set<uint32_t> &around_these) {
+        std::set<uint32_t> changed = around_these, slots;
         tally.local++;
-        for (uint32_t v : {s.a, s.b})
+        for (uint32_t v : around_these)
             for (uint32_t w : follower.star(v)) changed.insert(w);
         for (uint32_t v : changed)
             if (!collect_star(v, slots)) return "the halfedges around a vertex do not close";
         Numbered around;
         for (uint32_t f : slots)
-            if (!around.add(slot(mesh, f))) return "CGAL can't join the triangles around the split";
+            if (!around.add(slot(mesh, f))) return "CGAL can't join the triangles around the change";
         for (uint32_t v : changed) {
-            if (!around.has(v) || around.degree(v) != mesh.valence[v]) return "another valence around the split";
+            if (!around.has(v) || around.degree(v) != mesh.valence[v]) return "another valence around the change";
             if (around.star(v) != follower.star(v)) return "CGAL has another star";
         }
         return nullptr;
@@ -362,7 +446,13 @@ std::vector<cq_value> quantised(const std::vector<Point> &points) {
     return values;
 }
 
-void run_file(const std::string &path, uint32_t small, Report &report) {
+std::string counts(const Tally &t) {
+    return std::to_string(t.splits) + " splits, " + std::to_string(t.whole) + " comparisons as a whole, "
+         + std::to_string(t.local) + " around a change; in regular levels " + std::to_string(t.insertions)
+         + " insertions, " + std::to_string(t.flips) + " flips";
+}
+
+void run_file(const std::string &path, uint32_t small, Tally &all, Report &report) {
     std::vector<Point> points;
     std::vector<std::vector<size_t>> polygons;
     Input input;
@@ -376,8 +466,9 @@ void run_file(const std::string &path, uint32_t small, Report &report) {
     input.positions = quantised(points);
     run(path, input, tally, report);
     report.expect(tally.splits > 0 || input.num_vertices < 10, "nothing was split");
-    report.end(path + ": " + std::to_string(tally.splits) + " splits, " + std::to_string(tally.whole)
-               + " comparisons as a whole, " + std::to_string(tally.local) + " around the split");
+    all.insertions += tally.insertions;
+    all.flips += tally.flips;
+    report.end(path + ": " + counts(tally));
 }
 
 Recipe random_recipe(Random &random, size_t growth) {
@@ -407,9 +498,7 @@ void run_random(size_t meshes, size_t growth, uint32_t small, Report &report) {
             report);
     }
     report.expect(tally.meshes == meshes && tally.splits > meshes, "nothing was split");
-    report.end(std::to_string(meshes) + " random meshes: " + std::to_string(tally.splits) + " splits, "
-               + std::to_string(tally.whole) + " comparisons as a whole, " + std::to_string(tally.local)
-               + " around the split");
+    report.end(std::to_string(meshes) + " random meshes: " + counts(tally));
 }
 
 }  // namespace
@@ -421,6 +510,10 @@ int main(int argc, char **argv) {
     report.end(std::to_string(argc - 2) + " files");
     run_random(300, 100, small, report);
     run_random(20, 2000, small, report);
-    for (int k = 2; k < argc; ++k) run_file(argv[k], small, report);
+    Tally all;
+    for (int k = 2; k < argc; ++k) run_file(argv[k], small, all, report);
+    report.expect(all.insertions > 0 && all.flips > 0, "no regular level");
+    report.end("regular levels: " + std::to_string(all.insertions) + " insertions, " + std::to_string(all.flips)
+               + " flips");
     return report.summary();
 }

@@ -547,7 +547,7 @@ def test_info_of_a_part():
         if so_far["vertices"]:
             check("as decoded", len(read_off(FOLDER / "part.off")[0]) == so_far["vertices"])
         seen.append(so_far["vertices"])
-    check(f"more and more: {seen}", seen == sorted(seen) and seen[-1] > 100)
+    check(f"more and more: {seen}", seen == sorted(seen) and len(set(seen)) > 6)
     check("all: not so far", "so far" not in subprocess.run([CQM, "info", stream], capture_output=True, check=True).stdout.decode())
 
 

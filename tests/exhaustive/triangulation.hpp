@@ -10,7 +10,10 @@
 #include <string>
 #include <vector>
 
-enum { MOST_VERTICES = 16 };
+#ifndef CQ_TESTS_MOST_VERTICES
+#define CQ_TESTS_MOST_VERTICES 16
+#endif
+enum { MOST_VERTICES = CQ_TESTS_MOST_VERTICES };
 constexpr uint8_t NO_VERTEX = 0xff;
 
 using Triangle = std::array<int, 3>;

@@ -27,7 +27,7 @@ typedef struct {
 
 typedef struct {
     uint32_t n[MAX_ARGS];            /* numbers; optional ones that were not given are 0 */
-    char **rest;                     /* `components`: what follows its number, NULL-terminated */
+    char **rest;                     /* of kinds that change another: what follows their number, NULL-terminated */
 } arguments;
 
 static void fail(const char *what, const char *which)
@@ -167,7 +167,8 @@ static uint32_t next(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 static uint32_t prev(uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
 static uint32_t *corner(mesh *m, uint32_t h) { return &m->faces[h / 3].v[h % 3]; }
 
-/* The opposite of each halfedge of a closed manifold, through a hash table of the edges' lower and upper vertex. */
+/* The opposite of each halfedge of a manifold, NONE at its boundary, through a hash table of the edges' lower and upper
+ * vertex. */
 static uint32_t *twins(mesh *m)
 {
     uint32_t count = 3 * m->num_faces, size = 4;
@@ -176,6 +177,7 @@ static uint32_t *twins(mesh *m)
     uint32_t *twin = (uint32_t *)allocate(count, sizeof *twin);
     uint32_t *slot = (uint32_t *)allocate(size, sizeof *slot);
     memset(slot, 0xff, size * sizeof *slot);
+    memset(twin, 0xff, count * sizeof *twin);
     for (uint32_t h = 0; h < count; ++h) {
         uint32_t a = *corner(m, h), b = *corner(m, next(h));
         uint32_t i = hash(a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a) & (size - 1);
@@ -247,13 +249,19 @@ static uint32_t add_middle(mesh *m, uint32_t a, uint32_t b)
     return add_point(m, x * UNIT / length, y * UNIT / length, z * UNIT / length);
 }
 
-/* Each triangle into four. */
-static void subdivide(mesh *m)
+static uint32_t add_on_sphere(mesh *m, const uint32_t *twin, uint32_t h)
+{
+    (void)twin;
+    return add_middle(m, *corner(m, h), *corner(m, next(h)));
+}
+
+/* Each triangle into four; `place` adds the vertex of an edge. */
+static void subdivide(mesh *m, uint32_t (*place)(mesh *m, const uint32_t *twin, uint32_t h))
 {
     uint32_t count = m->num_faces, *twin = twins(m);
     uint32_t *middle = (uint32_t *)allocate(3 * (size_t)count, sizeof *middle);
     for (uint32_t h = 0; h < 3 * count; ++h)
-        middle[h] = twin[h] < h ? middle[twin[h]] : add_middle(m, *corner(m, h), *corner(m, next(h)));
+        middle[h] = twin[h] < h ? middle[twin[h]] : place(m, twin, h);
     for (uint32_t f = 0; f < count; ++f) {
         const triangle t = m->faces[f];
         const uint32_t *mid = &middle[3 * f];
@@ -271,7 +279,7 @@ static void make_sphere(mesh *m, const arguments *a)
         fail("sphere: at most 12 subdivisions", "");
     make_icosahedron(m, a);
     for (uint32_t i = 0; i < a->n[0]; ++i)
-        subdivide(m);
+        subdivide(m, add_on_sphere);
 }
 
 /* -- Sheets: a grid of squares, perhaps closed to a ring in one or both directions --------------------------------- */
@@ -741,6 +749,123 @@ static void make_range(mesh *m, const arguments *a)
     m->faces[6].v[1] = m->num_points;
 }
 
+/* -- Subdivided meshes, and quads cut along other diagonals: they change another kind ------------------------------- */
+
+static arguments make_inner(mesh *m, const arguments *a);
+
+/* Adds k times point v to a sum. */
+static void add_times(int64_t sum[3], const mesh *m, uint32_t v, int k)
+{
+    sum[0] += (int64_t)k * m->points[v].x;
+    sum[1] += (int64_t)k * m->points[v].y;
+    sum[2] += (int64_t)k * m->points[v].z;
+}
+
+static uint32_t add_halfway(mesh *m, const uint32_t *twin, uint32_t h)
+{
+    int64_t sum[3] = { 0, 0, 0 };
+    (void)twin;
+    add_times(sum, m, *corner(m, h), 1);
+    add_times(sum, m, *corner(m, next(h)), 1);
+    return add_point(m, sum[0] / 2, sum[1] / 2, sum[2] / 2);
+}
+
+/* C. Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987: 3/8 of both ends, 1/8 of both opposite vertices. */
+static uint32_t add_smooth(mesh *m, const uint32_t *twin, uint32_t h)
+{
+    int64_t sum[3] = { 0, 0, 0 };
+    if (twin[h] == NONE)
+        return add_halfway(m, twin, h);
+    add_times(sum, m, *corner(m, h), 3);
+    add_times(sum, m, *corner(m, next(h)), 3);
+    add_times(sum, m, *corner(m, prev(h)), 1);
+    add_times(sum, m, *corner(m, prev(twin[h])), 1);
+    return add_point(m, sum[0] / 8, sum[1] / 8, sum[2] / 8);
+}
+
+/* Where the old vertices go: 5/8 of themselves and 3/8 of the mean of their neighbours, 7/16 and 9/16 with three of
+ * them; at a boundary 3/4 and 1/4 of the mean of the two on it. */
+static point *smoothed(mesh *m)
+{
+    uint32_t *twin = twins(m), *count = (uint32_t *)allocate(m->num_points, sizeof *count);
+    int64_t (*sum)[3] = (int64_t (*)[3])allocate(m->num_points, sizeof *sum);
+    uint8_t *border = (uint8_t *)allocate(m->num_points, 1);
+    point *to = (point *)allocate(m->num_points, sizeof *to);
+    for (uint32_t h = 0; h < 3 * m->num_faces; ++h)
+        if (twin[h] == NONE)
+            border[*corner(m, h)] = border[*corner(m, next(h))] = 1;
+    for (uint32_t h = 0; h < 3 * m->num_faces; ++h) {
+        const uint32_t a = *corner(m, h), b = *corner(m, next(h));
+        if (!border[a] || twin[h] == NONE) {
+            add_times(sum[a], m, b, 1);
+            ++count[a];
+        }
+        if (border[b] && twin[h] == NONE) {
+            add_times(sum[b], m, a, 1);
+            ++count[b];
+        }
+    }
+    for (uint32_t v = 0; v < m->num_points; ++v) {
+        const int64_t n = count[v] ? count[v] : 1, own = border[v] ? 12 : n == 3 ? 7 : 10;
+        const point *p = &m->points[v];
+        to[v].x = (int32_t)((own * n * p->x + (16 - own) * sum[v][0]) / (16 * n));
+        to[v].y = (int32_t)((own * n * p->y + (16 - own) * sum[v][1]) / (16 * n));
+        to[v].z = (int32_t)((own * n * p->z + (16 - own) * sum[v][2]) / (16 * n));
+    }
+    free(twin);
+    free(count);
+    free(sum);
+    free(border);
+    return to;
+}
+
+static void check_times(const arguments *a)
+{
+    if (a->n[0] > 12)
+        fail("at most 12 subdivisions", "");
+}
+
+static void make_split(mesh *m, const arguments *a)
+{
+    check_times(a);
+    make_inner(m, a);
+    for (uint32_t i = 0; i < a->n[0]; ++i)
+        subdivide(m, add_halfway);
+}
+
+static void make_loop(mesh *m, const arguments *a)
+{
+    check_times(a);
+    make_inner(m, a);
+    for (uint32_t i = 0; i < a->n[0]; ++i) {
+        const uint32_t count = m->num_points;
+        point *old = smoothed(m);
+        subdivide(m, add_smooth);
+        memcpy(m->points, old, count * sizeof *old);
+        free(old);
+    }
+}
+
+enum { DIAGONALS_TURNED, DIAGONALS_ALTERNATE, DIAGONALS_RANDOM };
+
+/* Cuts squares, as add_quad makes them, along the other diagonal: all, every other one in a chequerboard, or any. */
+static void make_diagonals(mesh *m, const arguments *a)
+{
+    const arguments inner = make_inner(m, a);
+    const uint32_t row = inner.n[0] ? inner.n[0] : 1, mode = a->n[0];
+    if (mode > DIAGONALS_RANDOM)
+        fail("diagonals: 0, 1 or 2", "");
+    for (uint32_t q = 0; q < m->num_faces / 2; ++q) {
+        triangle *f = &m->faces[2 * q];
+        const uint32_t x = f[0].v[0], y = f[0].v[1], z = f[0].v[2], w = f[1].v[2];
+        const uint32_t turn = mode == DIAGONALS_ALTERNATE ? (q % row + q / row) & 1 : mode == DIAGONALS_RANDOM ? hash(q) & 1 : 1;
+        if (!turn || f[1].v[0] != x || f[1].v[1] != z)
+            continue;
+        f[0] = (triangle){ { x, y, w } };
+        f[1] = (triangle){ { y, z, w } };
+    }
+}
+
 /* -- Output -------------------------------------------------------------------------------------------------------- */
 
 /* Writes a decimal number and one more character to s; returns the end. */
@@ -842,6 +967,10 @@ static const kind kinds[] = {
     { "components", "N KIND [ARG...]", "N copies side by side", 1, 0, { 1 }, make_components, NULL },
     { "random", "V SEED [GENUS [LOOPS]]", "random insertions and flips, up to LOOPS holes", 2, 2, { 4, 0 }, make_random,
       NULL },
+    { "split", "N KIND [ARG...]", "each triangle cut into four N times, vertices halfway", 1, 0, { 0 }, make_split, NULL },
+    { "loop", "N KIND [ARG...]", "the same with Loop's smooth vertices", 1, 0, { 0 }, make_loop, NULL },
+    { "diagonals", "D KIND [ARG...]", "squares cut the other way: D = 0 all, 1 in a chequerboard, 2 at random", 1, 0,
+      { 0 }, make_diagonals, NULL },
     { "terrain", "V", "large: V vertices or a few more, valences 4 to 8, fast", 1, 0, { 4 }, NULL, write_terrain },
     { "moebius", "M N", "bad: not orientable, one boundary loop", 2, 0, { 3, 1 }, make_moebius, NULL },
     { "klein", "M N", "bad: not orientable, closed", 2, 0, { 3, 3 }, make_klein, NULL },
@@ -874,6 +1003,11 @@ static uint32_t parse_number(const char *text, uint32_t least)
     return (uint32_t)n;
 }
 
+static int changes_another(const kind *k)
+{
+    return k->make == make_components || k->make == make_split || k->make == make_loop || k->make == make_diagonals;
+}
+
 static arguments parse_arguments(const kind *k, char **argv)
 {
     arguments a = { { 0 }, NULL };
@@ -885,7 +1019,7 @@ static arguments parse_arguments(const kind *k, char **argv)
     if (count < k->required)
         fail("arguments missing", k->synopsis);
     a.rest = argv + count;
-    if (k->make != make_components && *a.rest)
+    if (!changes_another(k) && *a.rest)
         fail("too many arguments", *a.rest);
     return a;
 }
@@ -903,17 +1037,24 @@ static int32_t extent(const mesh *m)
     return most;
 }
 
+/* The mesh of the kind in a->rest; returns its arguments. */
+static arguments make_inner(mesh *m, const arguments *a)
+{
+    if (!*a->rest)
+        fail("which kind?", "");
+    const kind *k = find_kind(*a->rest);
+    if (!k->make)
+        fail("cannot be changed or repeated", k->name);
+    arguments inner = parse_arguments(k, a->rest + 1);
+    k->make(m, &inner);
+    return inner;
+}
+
 /* Copies in a cube of side^3 places, side by side. */
 static void make_components(mesh *m, const arguments *a)
 {
-    if (!*a->rest)
-        fail("components: which kind?", "");
-    const kind *k = find_kind(*a->rest);
-    if (!k->make)
-        fail("components: cannot repeat", k->name);
     mesh one = { 0 };
-    arguments inner = parse_arguments(k, a->rest + 1);
-    k->make(&one, &inner);
+    make_inner(&one, a);
     uint32_t side = 1;
     while ((uint64_t)side * side * side < a->n[0])
         ++side;
