@@ -362,10 +362,10 @@ VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
-cgal: deps build/meshes ## compares each split of real and random meshes with CGAL
+cgal: deps build/meshes ## compares each split and flip of real and random meshes with CGAL
 	@$(MAKE) --no-print-directory run LOGS='$(CGAL:%=build/log/%.log)'
 
-exhaustive: deps ## all small spheres, tori and discs with every first gate, all their splits, all small payloads
+exhaustive: deps ## all small spheres, tori and discs: first gates, splits, regular levels; all small payloads
 	@$(MAKE) --no-print-directory run LOGS='$(EXHAUSTIVE:%=build/log/%.log)'
 
 verify: verify-deps build/meshes ## what takes hours: larger spheres, proofs, other machines, coverage, mutants

@@ -1,6 +1,7 @@
 #!/bin/sh
-# asked.sh HEADER DIR: writes DIR/conquest.h for mutator.c, in which the definitions of the functions that decode have
-# other names: original_decode_raw for cq_decode_raw and so on. Those that are private are declared in their place.
+# asked.sh HEADER DIR: writes DIR/conquest.h for mutator.c and tests/exhaustive/regular.cpp, in which the definitions of
+# the functions that decode have other names: original_decode_raw for cq_decode_raw and so on. Those that are private are
+# declared in their place.
 set -eu
 mkdir -p "$2"
 sed -E '/^CQ_API/!s/^([a-z0-9_]+) cq_(decode_(slot|freq|raw))\(/\1 original_\2(/
