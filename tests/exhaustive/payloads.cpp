@@ -226,7 +226,7 @@ void up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Repo
             expected += size_t(1) << (8 * size);
         }
     }
-    report.expect(shapes[0].num_channels > 0 || (tally.levels > 0 && tally.unsupported > 0), "no level was begun");
+    report.expect(shapes[0].num_channels > 0 || tally.levels > 0, "no level was begun");
     end(std::to_string(shapes.size()) + " headers" + what, expected, tally, report);
 }
 
@@ -236,7 +236,7 @@ void three_bytes(Report &report) {
     shape.num_faces = 6;
     Tally tally;
     Payloads(shape, tally, report).all(3);
-    report.expect(tally.levels > 0 && tally.unsupported > 0, "no level was begun");
+    report.expect(tally.levels > 0, "no level was begun");
     end(name(shape), size_t(1) << 24, tally, report);
 }
 
