@@ -77,9 +77,10 @@ std::string name(const cq_shape &s) {
 
 // -- One payload ----------------------------------------------------------------------------------------------------
 
-// Patches and splits of all levels, their ends: each level splits a vertex and has a patch for three faces at most.
+// Patches and splits of all levels, their ends: each level adds a vertex. One of patches has a patch for three faces at
+// most, a regular one passes over its faces a few times.
 uint64_t most_calls(const cq_shape &s) {
-    return 2 + uint64_t(s.num_vertices) * ((s.num_faces + s.num_boundary_edges) / 3 + 4);
+    return 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8);
 }
 
 bool is_final(cq_result result, bool complete) {
