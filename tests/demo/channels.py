@@ -209,14 +209,14 @@ def test_error(mesh):
     """Decoding stops where a level's error is small enough, and no exact vertex is further away than that."""
     source, stream, out = FOLDER / "e.ply", FOLDER / "e.cqm", FOLDER / "e2.ply"
     write_ply(source, mesh)
-    cqm("encode", "--channels", "positions", source, stream)
+    cqm("encode", "--conquest-only", "--channels", "positions", source, stream)
     cqm("decode", stream, out)
     exact = read_ply(out)["positions"]
     report = json.loads(cqm("info", "--json", stream)[1])
     step = report["channels"][0]["step"]
     levels = report["per_level"]
     errors = [level["error_before"] for level in levels]
-    check(f"errors never grow: {errors}", errors == sorted(errors, reverse=True) and len(set(errors)) > 2)
+    check(f"errors never grow: {errors}", errors == sorted(errors, reverse=True) and len(set(errors)) > 3)
     vertices = [report["base_vertices"]] + [level["vertices"] for level in levels]
     for error in sorted(set(errors)):
         for wanted in error * step * (1 + 1e-6), error * step * (1 - 1e-6):

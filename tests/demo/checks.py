@@ -29,3 +29,13 @@ def finish():
     """Prints the counts; the exit status of the script."""
     print(f"{passed} passed, {failed} failed")
     return 1 if failed or not passed else 0
+
+
+def run_tests(folder, tests):
+    """All tests, with an empty folder for their files; the exit status of the script."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in folder.iterdir():
+        path.unlink()
+    for test in tests:
+        test()
+    return finish()

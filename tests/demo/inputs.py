@@ -12,7 +12,7 @@ import struct
 import subprocess
 import sys
 
-from checks import CQM, check, finish, run
+from checks import CQM, check, run, run_tests
 
 FOLDER = pathlib.Path(sys.argv[2])
 
@@ -531,7 +531,7 @@ def test_strict_decoding():
 def test_info_of_a_part():
     positions, faces = grid_mesh(1, (0, 0, 0))
     stream = FOLDER / "part.cqm"
-    cqm("encode", write("part.ply", ply(positions, faces)), stream)
+    cqm("encode", "--conquest-only", write("part.ply", ply(positions, faces)), stream)
     data = stream.read_bytes()
     seen = []
     for size in range(40, len(data), 11):
@@ -547,7 +547,7 @@ def test_info_of_a_part():
         if so_far["vertices"]:
             check("as decoded", len(read_off(FOLDER / "part.off")[0]) == so_far["vertices"])
         seen.append(so_far["vertices"])
-    check(f"more and more: {seen}", seen == sorted(seen) and len(set(seen)) > 6)
+    check(f"more and more: {seen}", seen == sorted(seen) and seen[-1] > 100)
     check("all: not so far", "so far" not in subprocess.run([CQM, "info", stream], capture_output=True, check=True).stdout.decode())
 
 
@@ -579,14 +579,5 @@ TESTS = (test_binary_stl, test_text_stl, test_obj, test_what_obj_has_and_a_strea
          test_one_stray_point, test_words, test_strict_decoding, test_info_of_a_part, test_tiles)
 
 
-def main():
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for path in FOLDER.iterdir():
-        path.unlink()
-    for test in TESTS:
-        test()
-    return finish()
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_tests(FOLDER, TESTS))

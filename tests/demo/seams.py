@@ -10,7 +10,7 @@ import pathlib
 import random
 import sys
 
-from checks import check, finish, run
+from checks import check, run, run_tests
 from meshes import Corner, Face, area, read_obj, read_ply, triangles
 
 FOLDER = pathlib.Path(sys.argv[2])
@@ -397,14 +397,5 @@ TESTS = (test_seams, test_parts_that_faces_do_not_have, test_names, test_smoothi
          test_unused_vertices, test_order, test_locked_borders)
 
 
-def main():
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for path in FOLDER.iterdir():
-        path.unlink()
-    for test in TESTS:
-        test()
-    return finish()
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_tests(FOLDER, TESTS))
