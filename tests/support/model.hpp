@@ -35,12 +35,37 @@ public:
 
     const std::vector<cq_value> &channel(size_t k) const { return values[k]; }
 
+    // Are two vertices of the boundary in one place? Then the encoder may close the boundary there.
+    bool borders_may_meet() const {
+        const std::set<uint32_t> boundary = boundary_vertices();
+        for (size_t k = 0; k < values.size(); ++k) {
+            const cq_channel &c = input.shape.channel[k];
+            if (c.kind != CQ_POSITION || is_per_face(&c)) continue;
+            std::set<std::vector<cq_value>> places;
+            for (uint32_t v : boundary) {
+                auto at = values[k].begin() + static_cast<ptrdiff_t>(v) * c.components;
+                if (!places.emplace(at, at + c.components).second) return true;
+            }
+        }
+        return false;
+    }
+
 private:
     Random random;
     std::vector<cq_index> indices;
     std::vector<std::vector<cq_value>> values;
     void *owned = nullptr;              // what input points to: blocks of exactly the sizes
     std::vector<void *> owned_values;
+
+    std::set<uint32_t> boundary_vertices() const {
+        std::set<Edge> edges;
+        for (const Face &f : mesh.faces)
+            for (size_t k = 0; k < 3; ++k) edges.insert({f[k], f[(k + 1) % 3]});
+        std::set<uint32_t> vertices;
+        for (auto [a, b] : edges)
+            if (edges.count({b, a}) == 0) vertices.insert({a, b});
+        return vertices;
+    }
 
     void add_channel() {
         cq_channel &c = input.shape.channel[input.shape.num_channels++];
@@ -110,7 +135,15 @@ class Stream {
 public:
     coded c;
     explicit Stream(const cq_input &input) { code(&c, &input); }
-    explicit Stream(const Model &model) : Stream(model.input) {}
+    // Another mesh than the model's is coded only where its borders meet; properties of the model are not about those.
+    explicit Stream(const Model &model) : Stream(model.input) {
+        cq_shape shape{};
+        cq_peek(c.bytes, c.size, &shape, nullptr, nullptr);
+        bool other = shape.num_faces != model.input.shape.num_faces || shape.num_vertices != model.input.shape.num_vertices;
+        other |= shape.num_rows != 0 || shape.num_aside_rows != 0 || shape.num_aside_faces != 0;
+        RC_ASSERT(!other || model.borders_may_meet());
+        RC_PRE(!other);
+    }
     ~Stream() { uncode(&c); }
     Stream(const Stream &) = delete;
     Stream &operator=(const Stream &) = delete;
