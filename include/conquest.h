@@ -10598,7 +10598,7 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 #ifndef CQ_NO_WEDGES
 
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
- * meet, and more of these than faces go aside. CQ_DONE: they are fine. */
+ * meet and become shorter, by more pairs of edges than faces go aside. CQ_DONE: they are fine. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
                                     cq_preparation *counts)
 {
@@ -10611,7 +10611,8 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     p.in = in;
     cqi_preparer_carve(&p, &scratch);
     cqi_prepare(&p);
-    if (is_manifold && p.num_glued <= in->shape.num_faces - p.num_faces) return CQ_DONE;
+    if (is_manifold && (p.num_open >= in->shape.num_boundary_edges || p.num_glued <= in->shape.num_faces - p.num_faces))
+        return CQ_DONE;
     in->shape.num_rows = p.num_wedges ? p.num_wedges : 1;
     in->shape.num_aside_rows = p.num_aside;
     in->shape.num_aside_faces = (uint32_t)(in->shape.num_faces - p.num_faces);

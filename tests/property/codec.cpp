@@ -308,10 +308,11 @@ void the_parts_of_the_report_add_up_and_both_sides_agree() {
     RC_ASSERT(decoding_run(&d.d, s.c.bytes, s.c.size, 31, 5) == CQ_DONE);
     const cq_report &a = *s.c.report, &b = *d.d.report;
     Surface full = examine(model.mesh.faces);
-    RC_ASSERT(a.header + a.base + a.flags + a.indices + a.positions + a.channels == uint64_t(s.c.size) * 8 * 65536);
+    uint64_t all = a.header + a.base + a.flags + a.indices + a.positions + a.channels + a.aside;
+    RC_ASSERT(all == uint64_t(s.c.size) * 8 * 65536);
     RC_ASSERT(a.bytes == s.c.size && b.bytes == s.c.size);
     RC_ASSERT(a.header == b.header && a.base == b.base && a.flags == b.flags && a.indices == b.indices);
-    RC_ASSERT(a.positions == b.positions && a.channels == b.channels);
+    RC_ASSERT(a.positions == b.positions && a.channels == b.channels && a.aside == b.aside);
     RC_ASSERT(a.num_components == full.components && b.num_components == full.components);
     RC_ASSERT(a.num_levels == b.num_levels && a.base_vertices == b.base_vertices && a.base_faces == b.base_faces);
     uint32_t vertices = a.base_vertices;
@@ -322,7 +323,8 @@ void the_parts_of_the_report_add_up_and_both_sides_agree() {
         RC_ASSERT(x.num_patches == y.num_patches && x.num_splits == y.num_splits);
         RC_ASSERT(x.sum_i == y.sum_i && x.sum_j == y.sum_j);
         RC_ASSERT(x.flags == y.flags && x.indices == y.indices && x.values == y.values);
-        RC_ASSERT(x.num_splits > 0u && x.num_splits <= x.num_patches);
+        RC_ASSERT(x.num_splits > 0u && x.regular == y.regular);
+        RC_ASSERT((x.regular ? x.num_patches == 0u : x.num_splits <= x.num_patches));
     }
     RC_ASSERT(vertices == model.mesh.num_vertices);
 }
@@ -344,7 +346,7 @@ void a_decoded_mesh_can_be_encoded_again() {
     cq_input again = model.input;
     again.indices = d.mesh().origin;
     for (uint32_t k = 0; k < again.shape.num_channels; ++k) again.values[k] = d.d.decoder->channel[k];
-    Stream t(again);
+    Stream t(again, model);
     RC_ASSERT(t.c.result == CQ_OK);
     std::vector<cq_index> map, face_map;
     for (uint32_t v = 0; v < model.mesh.num_vertices; ++v) map.push_back(t.c.map[s.c.map[v]]);

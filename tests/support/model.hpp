@@ -35,17 +35,20 @@ public:
 
     const std::vector<cq_value> &channel(size_t k) const { return values[k]; }
 
-    // Are two vertices of the boundary in one place? Then the encoder may close the boundary there.
+    // Is a vertex of the boundary where another one is? Then the encoder may close the boundary there.
     bool borders_may_meet() const {
         const std::set<uint32_t> boundary = boundary_vertices();
         for (size_t k = 0; k < values.size(); ++k) {
             const cq_channel &c = input.shape.channel[k];
             if (c.kind != CQ_POSITION || is_per_face(&c)) continue;
-            std::set<std::vector<cq_value>> places;
-            for (uint32_t v : boundary) {
+            std::map<std::vector<cq_value>, int> vertices_at;
+            auto place = [&](uint32_t v) {
                 auto at = values[k].begin() + static_cast<ptrdiff_t>(v) * c.components;
-                if (!places.emplace(at, at + c.components).second) return true;
-            }
+                return std::vector<cq_value>(at, at + c.components);
+            };
+            for (uint32_t v = 0; v < mesh.num_vertices; ++v) vertices_at[place(v)]++;
+            for (uint32_t v : boundary)
+                if (vertices_at[place(v)] > 1) return true;
         }
         return false;
     }
@@ -136,7 +139,9 @@ public:
     coded c;
     explicit Stream(const cq_input &input) { code(&c, &input); }
     // Another mesh than the model's is coded only where its borders meet; properties of the model are not about those.
-    explicit Stream(const Model &model) : Stream(model.input) {
+    explicit Stream(const Model &model) : Stream(model.input, model) {}
+    // The same of the model's mesh in another order.
+    Stream(const cq_input &input, const Model &model) : Stream(input) {
         cq_shape shape{};
         cq_peek(c.bytes, c.size, &shape, nullptr, nullptr);
         bool other = shape.num_faces != model.input.shape.num_faces || shape.num_vertices != model.input.shape.num_vertices;
