@@ -127,15 +127,14 @@ build/web/npm/complete: tests/web/package.json tests/web/package-lock.json tests
 	cd $(@D) && npm ci --ignore-scripts --loglevel=error
 	@touch $@
 
-build/web/%.wasm: examples/web/%.c examples/web/libc/string.h $(HEADER)
-	@mkdir -p $(@D)
-	$(WASM) -Oz $< -o $@
-
 # The small decoder begins; streams that are long, have seams or regular levels go on with the full one.
-build/web/decoder.wasm: WASM += -DCQ_NO_WEDGES -DCQ_NO_REGULAR
-build/web/full.wasm: examples/web/decoder.c examples/web/libc/string.h $(HEADER)
+build/web/%.wasm: OPTIMISE = -O2
+build/web/decoder.wasm: OPTIMISE = -Oz -DCQ_NO_WEDGES -DCQ_NO_REGULAR
+build/web/decoder.wasm build/web/full.wasm: examples/web/decoder.c
+build/web/encoder.wasm: examples/web/encoder.c
+build/web/%.wasm: examples/web/libc/string.h $(HEADER)
 	@mkdir -p $(@D)
-	$(WASM) -O2 $< -o $@
+	$(WASM) $(OPTIMISE) $(filter %.c,$^) -o $@
 
 $(WEB)/%.wasm.js: build/web/%.wasm
 	@mkdir -p $(@D)

@@ -221,6 +221,7 @@ export class Decoder {
     /** @type {any} */
     #wasm;
     #isFull = false;
+    #isSeen = false;
     #result = NEED_INPUT;
     /** @type {Uint8Array[]} to be decoded */
     #pieces = [];
@@ -291,12 +292,12 @@ export class Decoder {
 
     /** @param {number} milliseconds */
     #run(milliseconds) {
-        const end = performance.now() + milliseconds,
-            isBlank = this.#rows === 0;
+        const end = performance.now() + milliseconds;
         while (this.#open && this.#result !== DONE && !this.#lacksFull) {
             if (this.#result === NEED_INPUT && !this.#refill()) return false;
             this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
-            const isFirst = isBlank && this.#words[READY] > 0;
+            const isFirst = !this.#isSeen && this.#words[READY] > 0;
+            this.#isSeen ||= isFirst;
             if (milliseconds !== Infinity && (isFirst || performance.now() >= end))
                 return this.#result === OK || (this.#result === NEED_INPUT && this.#pieces.length > 0);
         }
@@ -316,8 +317,10 @@ export class Decoder {
         this.#headerBytes = 0;
         this.#open = false;
         this.#begin();
-        while (this.#open && this.#words[USED] < used && this.#refill(used - this.#words[USED]))
+        while (this.#open && this.#words[USED] < used) {
             this.#check(this.#wasm.decode(NO_LIMIT));
+            if (this.#words[USED] < used && !this.#refill(used - this.#words[USED])) break;
+        }
     }
 
     /** Drops what has not been decoded. Memory goes when the last view of it goes. */

@@ -175,18 +175,24 @@ EXPORT("give") void give(uint32_t size) { waiting = (cq_bytes){ input, size }; }
 
 static uint32_t count_rows(void) { return decoder.vertex ? decoder.num_rows : decoder.mesh.num_vertices; }
 
-/* Decodes what was given, at most `budget` steps. */
-EXPORT("decode") int32_t decode(uint32_t budget)
+static int32_t run(cq_bytes *from, uint32_t budget)
 {
-    const size_t before = waiting.size;
-    state.result = cq_decode(&decoder, &waiting, budget);
-    state.bytes_used += (uint32_t)(before - waiting.size);
+    state.result = cq_decode(&decoder, from, budget);
     state.ready = count_rows();
     return state.result;
 }
 
+/* Decodes what was given, at most `budget` steps. */
+EXPORT("decode") int32_t decode(uint32_t budget)
+{
+    const size_t before = waiting.size;
+    run(&waiting, budget);
+    state.bytes_used += (uint32_t)(before - waiting.size);
+    return state.result;
+}
+
 /* No more input will come. */
-EXPORT("finish") int32_t finish(void) { return state.result = cq_decode(&decoder, NULL, CQ_NO_LIMIT); }
+EXPORT("finish") int32_t finish(void) { return run(NULL, CQ_NO_LIMIT); }
 
 /* Values to what the array has. */
 static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t count)
