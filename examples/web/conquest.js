@@ -296,10 +296,11 @@ export class Decoder {
         while (this.#open && this.#result !== DONE && !this.#lacksFull) {
             if (this.#result === NEED_INPUT && !this.#refill()) return false;
             this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
-            const isFirst = !this.#isSeen && this.#words[READY] > 0;
+            const isHungry = this.#result === NEED_INPUT && this.#pieces.length > 0,
+                isFirst = !this.#isSeen && this.#words[READY] > 0 && !isHungry;
             this.#isSeen ||= isFirst;
             if (milliseconds !== Infinity && (isFirst || performance.now() >= end))
-                return this.#result === OK || (this.#result === NEED_INPUT && this.#pieces.length > 0);
+                return isHungry || this.#result === OK;
         }
         return false;
     }
