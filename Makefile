@@ -101,14 +101,15 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 
 # -- Web: WebAssembly by clang and lld, an ES module, three.js; the page --
 #
-# build/web/package is what npm packs, build/web/site what `make serve` shows. Packages of npm are in build/web/npm.
+# build/web/package is what npm packs, build/web/site what `make serve` shows. Packages of npm are in build/web/npm. clang
+# runs wasm-opt of binaryen, which takes a tenth off.
 
 WEB = build/web/package
-WEB_PACKAGES = clang-19 lld-19 $(if $(shell command -v npm),,nodejs npm)
+WEB_PACKAGES = clang-19 lld-19 binaryen $(if $(shell command -v npm),,nodejs npm)
 WEB_TEST_PACKAGES = $(WEB_PACKAGES) chromium
 WEB_SOURCES = $(filter-out examples/web/serve.js,$(wildcard examples/web/*.js)) $(wildcard examples/web/*.json) \
     examples/web/README.md
-WASM = $(CLANG) --target=wasm32 -std=c99 -Oz -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
+WASM = $(CLANG) --target=wasm32 -std=c99 -flto -fuse-ld=lld -mbulk-memory -nostdlib -ffreestanding $(WARNINGS) \
     -Wno-unused-function -Iexamples/web/libc -Iinclude \
     -Wl,--no-entry,--import-memory,--initial-memory=196608,--stack-first,-z,stack-size=32768,--strip-all
 
@@ -126,21 +127,20 @@ build/web/npm/complete: tests/web/package.json tests/web/package-lock.json tests
 	cd $(@D) && npm ci --ignore-scripts --loglevel=error
 	@touch $@
 
-build/web/%.wasm: examples/web/%.c examples/web/libc/string.h $(HEADER)
+# The small decoder begins; streams that are long, have seams or regular levels go on with the full one.
+build/web/%.wasm: OPTIMISE = -O2
+build/web/decoder.wasm: OPTIMISE = -Oz -DCQ_NO_WEDGES -DCQ_NO_REGULAR
+build/web/decoder.wasm build/web/full.wasm: examples/web/decoder.c
+build/web/encoder.wasm: examples/web/encoder.c
+build/web/%.wasm: examples/web/libc/string.h $(HEADER)
 	@mkdir -p $(@D)
-	$(WASM) $< -o $@
-
-# The decoder without seams is the small one; streams that have any load this one instead.
-build/web/decoder.wasm: WASM += -DCQ_NO_WEDGES
-build/web/seams.wasm: examples/web/decoder.c examples/web/libc/string.h $(HEADER)
-	@mkdir -p $(@D)
-	$(WASM) $< -o $@
+	$(WASM) $(OPTIMISE) $(filter %.c,$^) -o $@
 
 $(WEB)/%.wasm.js: build/web/%.wasm
 	@mkdir -p $(@D)
 	{ printf '/** @type {string} */\nconst code = "'; base64 -w 0 $<; printf '";\nexport default code;\n'; } >$@
 
-$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder seams encoder) build/web/npm/complete \
+$(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder full encoder) build/web/npm/complete \
     tests/web/tsconfig.json
 	cp $(WEB_SOURCES) LICENSE $(WEB)
 	@ln -sfn npm/node_modules build/web/node_modules
@@ -195,7 +195,7 @@ FIRST_PICTURE_PACKAGES = $(WEB_PACKAGES) zstd
 first-picture: ## milliseconds until a mesh is seen and until it is exact, by ours and other codecs, and a plot
 	$(call install,$(FIRST_PICTURE_PACKAGES))
 	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete build/meshes
-	@cp examples/web/viewer/codecs.js $(WEB_TEST)
+	@cp examples/web/viewer/codecs.js examples/web/viewer/off.js $(WEB_TEST)
 	@$(call KEEP,(cd $(WEB_TEST) && node first-picture.js ../../meshes ../../first-picture))
 
 .PHONY: readme-picture

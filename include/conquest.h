@@ -1748,6 +1748,8 @@ static void cqi_flip(cq_mesh *m, cq_index h)
     m->valence[y]++;
 }
 
+#endif /* CQ_NO_REGULAR */
+
 size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 {
     size_t n = 0;
@@ -1788,8 +1790,6 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     cq_index v;
     for (v = cqi_changed_from(m, since); v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
 }
-
-#endif /* CQ_NO_REGULAR */
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *

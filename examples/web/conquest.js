@@ -81,6 +81,10 @@ const PAGE = 65536,
 /** Steps between two looks at the clock: some tenths of a millisecond. */
 const STEPS = 64;
 
+/** Longer streams are worth the full decoder, and up to so many bytes of them are decoded again for it: some
+ * milliseconds. */
+const WORTH_FULL = 16384;
+
 /** What attributes there are: their numbers in a stream, how they are predicted, bits unless the caller says others. */
 const KINDS = [
     { name: "positions", kind: 0, merge: 0, components: [3], bits: 12 },
@@ -137,14 +141,28 @@ export class MeshError extends Error {
 // -- WebAssembly --
 
 /** @param {string} base64 */
-const compile = base64 => WebAssembly.compile(Uint8Array.from(atob(base64), c => c.charCodeAt(0)));
+function compile(base64) {
+    const text = atob(base64),
+        bytes = new Uint8Array(text.length);
+    for (let k = 0; k < bytes.length; k++) bytes[k] = text.charCodeAt(k);
+    return WebAssembly.compile(bytes);
+}
 
-/** @type {Promise<WebAssembly.Module> | undefined} */
+/** @type {Promise<WebAssembly.Module> | undefined} the small decoder */
 let decoderModule;
 
-/** @type {Promise<WebAssembly.Module> | undefined} the same for streams with seams, or with what is no surface */
-let seamsModule;
-const openSeams = () => (seamsModule ??= import("./seams.wasm.js").then(m => compile(m.default)));
+/** The full decoder, for all streams and compiled for speed; undefined until it is there.
+ * @type {WebAssembly.Module | undefined} */
+let fullModule;
+
+/** @type {Promise<WebAssembly.Module> | undefined} */
+let fullOpening;
+
+function openFull() {
+    fullOpening ??= import("./full.wasm.js").then(m => compile(m.default)).then(module => (fullModule = module));
+    fullOpening.catch(() => (fullOpening = undefined)); // the next one tries again
+    return fullOpening;
+}
 
 /** @param {WebAssembly.Memory} memory @param {number} at  of a string that ends in zero */
 function readString(memory, at) {
@@ -181,24 +199,34 @@ const [
     STREAM,
     CHANNELS,
     MEMORY,
+    READY,
     INDEX,
     FACE_BLOCKS,
     ROW_BLOCKS,
     METADATA,
     METADATA_BYTES,
     STATE_WORDS,
-] = Array(18).keys();
+] = Array(19).keys();
 const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
     Array(15).keys();
 
-/** Decodes one stream: feed() pieces, decode(), look at state(). */
+/**
+ * Decodes one stream: feed() pieces, decode(), look at state().
+ *
+ * The small decoder begins. Long streams go on with the full one as soon as that is there, others when they come to what
+ * only it knows. It has the same memory, with all arrays where they are, and decodes again what has been decoded.
+ */
 export class Decoder {
     #memory;
     /** @type {any} */
     #wasm;
+    #isFull = false;
+    #isSeen = false;
     #result = NEED_INPUT;
-    /** @type {Uint8Array[]} */
+    /** @type {Uint8Array[]} to be decoded */
     #pieces = [];
+    /** @type {Uint8Array[]} all that came, for the full decoder */
+    #kept = [];
     #headerBytes = 0;
     #open = false;
     #rows = 0;
@@ -219,45 +247,86 @@ export class Decoder {
         const own = memory ?? new WebAssembly.Memory({ initial: OWN_PAGES, maximum });
         if (own.buffer.byteLength < OWN_PAGES * PAGE) own.grow(OWN_PAGES - own.buffer.byteLength / PAGE);
         const decoder = new Decoder(own);
-        await decoder.#load(await (decoderModule ??= compile(decoderCode)));
+        decoder.#load(fullModule ?? (await (decoderModule ??= compile(decoderCode))));
         return decoder;
     }
 
     /**
-     * One more piece of the stream, of any size. It is kept until it was decoded: do not change it.
+     * One more piece of the stream, of any size. It is kept: do not change it.
      * @param {Uint8Array} piece
      */
     async feed(piece) {
-        if (piece.length) this.#pieces.push(piece);
-        if (!this.#open && piece.length) await this.#begin();
+        if (!piece.length) return;
+        this.#pieces.push(piece);
+        if (!this.#isFull) this.#kept.push(piece);
+        if (this.#open) return;
+        this.#begin();
+        if (this.#lacksFull) this.#goOn(await openFull());
+        if (this.#words[STREAM] > WORTH_FULL && !this.#isFull) openFull().catch(() => {}); // the small one can do without
     }
 
     /**
      * Decodes what has arrived.
-     * @param {number} [milliseconds]  that it may take
-     * @returns {boolean} can more be decoded without another piece?
+     * @param {number} [milliseconds]  that it may take; it also ends when there is something to be seen for the first
+     *                                 time
+     * @returns {Promise<boolean>} can more be decoded without another piece?
      */
-    decode(milliseconds = Infinity) {
-        const end = performance.now() + milliseconds;
-        while (this.#open && this.#result !== DONE) {
-            if (this.#result === NEED_INPUT && !this.#refill()) return false;
-            this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
-            if (milliseconds !== Infinity && performance.now() >= end)
-                return this.#result === OK || (this.#result === NEED_INPUT && this.#pieces.length > 0);
-        }
-        return false;
+    async decode(milliseconds = Infinity) {
+        if (fullModule && !this.#isFull && this.#open && this.#words[USED] < WORTH_FULL) this.#goOn(fullModule);
+        const more = this.#run(milliseconds);
+        if (!this.#lacksFull) return more;
+        this.#goOn(await openFull());
+        return this.#run(milliseconds);
     }
 
     /** Says that no more will come. Throws a TruncatedError if the stream has not ended. */
-    finish() {
-        this.decode();
+    async finish() {
+        await this.decode();
+        this.#end();
+    }
+
+    #end() {
         if (this.#result === DONE) return;
         this.#check(this.#open ? this.#wasm.finish() : TRUNCATED);
     }
 
+    /** @param {number} milliseconds */
+    #run(milliseconds) {
+        const end = performance.now() + milliseconds;
+        while (this.#open && this.#result !== DONE && !this.#lacksFull) {
+            if (this.#result === NEED_INPUT && !this.#refill()) return false;
+            this.#check(this.#wasm.decode(milliseconds === Infinity ? NO_LIMIT : STEPS));
+            const isHungry = this.#result === NEED_INPUT && this.#pieces.length > 0,
+                isFirst = !this.#isSeen && this.#words[READY] > 0 && !isHungry;
+            this.#isSeen ||= isFirst;
+            if (milliseconds !== Infinity && (isFirst || performance.now() >= end))
+                return isHungry || this.#result === OK;
+        }
+        return false;
+    }
+
+    get #lacksFull() {
+        return this.#result === ERROR_UNSUPPORTED && !this.#isFull;
+    }
+
+    /** Goes on with the full decoder. @param {WebAssembly.Module} module */
+    #goOn(module) {
+        const used = this.#words[USED];
+        this.#load(module);
+        this.#pieces = this.#kept;
+        this.#kept = [];
+        this.#headerBytes = 0;
+        this.#open = false;
+        this.#begin();
+        while (this.#open && this.#words[USED] < used) {
+            this.#check(this.#wasm.decode(NO_LIMIT));
+            if (this.#words[USED] < used && !this.#refill(used - this.#words[USED])) break;
+        }
+    }
+
     /** Drops what has not been decoded. Memory goes when the last view of it goes. */
     free() {
-        this.#pieces = [];
+        this.#pieces = this.#kept = [];
     }
 
     /** Decoded to the end? */
@@ -270,11 +339,10 @@ export class Decoder {
      * @returns {State | null}
      */
     state() {
-        if (!this.#open) return null;
+        const s = this.#words;
+        if (!this.#open || (s[READY] === 0 && !this.complete) || s[READY] < this.#rows) return null;
         this.#wasm.update();
-        const s = this.#words,
-            [numVertices, numFaces] = [s[ROWS], s[FACES]];
-        if (numVertices === 0 && !this.complete) return null;
+        const [numVertices, numFaces] = [s[ROWS], s[FACES]];
         for (const [k, a] of this.#attributes.entries()) a.ranges = this.#news(a, this.#channel(k)[MOVES]);
         const ranges = this.#blocks(s[FACE_BLOCKS], numFaces, 3);
         [this.#rows, this.#faces] = [numVertices, numFaces];
@@ -300,8 +368,9 @@ export class Decoder {
     }
 
     /** @param {WebAssembly.Module} module */
-    async #load(module) {
-        this.#wasm = (await WebAssembly.instantiate(module, { env: { memory: this.#memory } })).exports;
+    #load(module) {
+        this.#isFull = module === fullModule;
+        this.#wasm = new WebAssembly.Instance(module, { env: { memory: this.#memory } }).exports;
         this.#view();
     }
 
@@ -316,6 +385,7 @@ export class Decoder {
     /** @param {number} result */
     #check(result) {
         this.#result = result;
+        if (this.#lacksFull) return;
         if (result < 0 || result === TRUNCATED) {
             const byte = this.#open ? this.#words[USED] : this.#headerBytes;
             const message = readString(this.#memory, this.#wasm.message(result));
@@ -342,48 +412,38 @@ export class Decoder {
         return taken;
     }
 
-    #refill() {
-        const size = this.#take(0, INPUT_BYTES);
+    #refill(most = INPUT_BYTES) {
+        const size = this.#take(0, Math.min(most, INPUT_BYTES));
         this.#wasm.give(size);
         return size > 0;
     }
 
     /**
      * Decodes all of a stream without waiting.
-     * @param {WebAssembly.Module} module  that knows seams
+     * @param {WebAssembly.Module} module  the full decoder
      * @param {Uint8Array} data
      */
     static decodeNow(module, data) {
-        const memory = new WebAssembly.Memory({ initial: OWN_PAGES, maximum: 65536 }),
-            decoder = new Decoder(memory);
-        decoder.#wasm = new WebAssembly.Instance(module, { env: { memory } }).exports;
-        decoder.#view();
+        const decoder = new Decoder(new WebAssembly.Memory({ initial: OWN_PAGES, maximum: 65536 }));
+        decoder.#load(module);
         decoder.#pieces.push(data);
-        decoder.#take(0, MAX_HEADER_BYTES);
-        decoder.#headerBytes = Math.min(data.length, MAX_HEADER_BYTES);
-        decoder.#start(decoder.#wasm.begin(decoder.#headerBytes));
-        decoder.finish();
+        decoder.#begin();
+        decoder.#run(Infinity);
+        decoder.#end();
         return /** @type {State} */ (decoder.state());
     }
 
-    /** Reads the header, once there are enough bytes for that. A stream with seams needs the larger decoder. */
-    async #begin() {
+    /** Reads the header, once there are enough bytes for that. */
+    #begin() {
         this.#headerBytes += this.#take(this.#headerBytes, MAX_HEADER_BYTES - this.#headerBytes);
-        let result = this.#wasm.begin(this.#headerBytes);
-        if (result === ERROR_UNSUPPORTED) {
-            const header = new Uint8Array(this.#memory.buffer, this.#wasm.input(), this.#headerBytes).slice();
-            await this.#load(await openSeams());
-            new Uint8Array(this.#memory.buffer, this.#wasm.input()).set(header);
-            result = this.#wasm.begin(this.#headerBytes);
-        }
-        this.#start(result);
+        this.#start(this.#wasm.begin(this.#headerBytes));
     }
 
     /** @param {number} result  of the header */
     #start(result) {
         this.#view();
         this.#check(result);
-        if (result === NEED_INPUT) return;
+        if (result !== OK) return;
         this.#open = true;
         this.#wasm.give(this.#headerBytes);
         this.#result = OK;
@@ -613,7 +673,8 @@ export function serve(port) {
             more = false;
         try {
             if (call === "feed") await decoder.feed(value);
-            else more = call === "finish" ? (decoder.finish(), false) : decoder.decode(value);
+            else if (call === "decode") more = await decoder.decode(value);
+            else await decoder.finish();
         } catch (e) {
             error =
                 e instanceof StreamError
@@ -759,10 +820,10 @@ const openEncoder = () => (encoderModule ??= import("./encoder.wasm.js").then(m 
 
 /** Both directions for those who cannot wait: each call blocks until it is done. */
 export async function openCodec() {
-    const [seams, encoder] = await Promise.all([openSeams(), openEncoder()]);
+    const [full, encoder] = await Promise.all([openFull(), openEncoder()]);
     const start = (/** @type {any} */ imports) => new WebAssembly.Instance(encoder, imports);
     return {
-        decode: (/** @type {Uint8Array} */ data) => Decoder.decodeNow(seams, data),
+        decode: (/** @type {Uint8Array} */ data) => Decoder.decodeNow(full, data),
         encode: (/** @type {Mesh} */ mesh, /** @type {EncodeOptions} */ options = {}) => {
             const job = prepare(mesh, options);
             return job.run(start(job.imports));

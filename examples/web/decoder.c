@@ -1,6 +1,7 @@
 /* decoder.c - conquest.h as a WebAssembly module that decodes: one instance, one stream. SPDX-License-Identifier: MIT
  *
- * The page reads `web_state` and the arrays it points to. Memory grows once, when the header is read, and not after. */
+ * The page reads `web_state` and the arrays it points to. Memory grows once, when the header is read, and not after. What
+ * a stream needs begins at HEAP in each variant of this module, so that one can go on where another has stopped. */
 #define CQ_NO_ENCODER
 #define CQ_NO_REPORTS
 #define CQ_API static inline
@@ -8,9 +9,7 @@
 #include "conquest.h"
 
 #define EXPORT(name) __attribute__((export_name(name)))
-enum { PAGE = 65536, INPUT_BYTES = 65536, SHIFT = 6 };       /* an index block has 2^SHIFT faces */
-
-extern uint8_t __heap_base;
+enum { PAGE = 65536, HEAP = 3 * PAGE, INPUT_BYTES = 65536, SHIFT = 6 };   /* a block has 2^SHIFT faces, or rows */
 
 /* A channel, and its array: floats, or the values if they are whole numbers. */
 typedef struct web_channel {
@@ -28,6 +27,7 @@ typedef struct web_state {
     int32_t result;
     uint32_t bytes_used, num_rows, num_faces, total_rows, total_faces, level, error, num_vertices;
     uint32_t stream_bytes, num_channels, memory_bytes;
+    uint32_t ready;             /* rows that the next update will find */
     cq_index *index;
     uint8_t *face_blocks, *row_blocks;
     uint8_t *metadata;
@@ -106,14 +106,13 @@ static uint64_t array_bytes(uint32_t k)
     return (uint64_t)(w->merge == CQ_PER_FACE ? state.total_faces : state.total_rows) * w->width * sizeof(float);
 }
 
-/* Memory from the heap's start on; NULL if the page does not give it. */
+/* Memory from HEAP on; NULL if the page does not give it. */
 static uint8_t *grow(uint64_t bytes)
 {
-    const uint64_t end = (uintptr_t)&__heap_base + bytes + 15;
-    const uint64_t pages = (end + PAGE - 1) / PAGE, have = __builtin_wasm_memory_size(0);
+    const uint64_t pages = (HEAP + bytes + PAGE - 1) / PAGE, have = __builtin_wasm_memory_size(0);
     if (pages > 65536 || (pages > have && __builtin_wasm_memory_grow(0, (size_t)(pages - have)) == SIZE_MAX))
         return NULL;
-    return (uint8_t *)(((uintptr_t)&__heap_base + 15) & ~(uintptr_t)15);
+    return (uint8_t *)HEAP;
 }
 
 /* Streams with rows or something aside. */
@@ -174,17 +173,26 @@ EXPORT("begin") int32_t begin(uint32_t size)
 /* Says that `size` bytes of input are there; all before are used. */
 EXPORT("give") void give(uint32_t size) { waiting = (cq_bytes){ input, size }; }
 
+static uint32_t count_rows(void) { return decoder.vertex ? decoder.num_rows : decoder.mesh.num_vertices; }
+
+static int32_t run(cq_bytes *from, uint32_t budget)
+{
+    state.result = cq_decode(&decoder, from, budget);
+    state.ready = count_rows();
+    return state.result;
+}
+
 /* Decodes what was given, at most `budget` steps. */
 EXPORT("decode") int32_t decode(uint32_t budget)
 {
     const size_t before = waiting.size;
-    state.result = cq_decode(&decoder, &waiting, budget);
+    run(&waiting, budget);
     state.bytes_used += (uint32_t)(before - waiting.size);
     return state.result;
 }
 
 /* No more input will come. */
-EXPORT("finish") int32_t finish(void) { return state.result = cq_decode(&decoder, NULL, CQ_NO_LIMIT); }
+EXPORT("finish") int32_t finish(void) { return run(NULL, CQ_NO_LIMIT); }
 
 /* Values to what the array has. */
 static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t count)
@@ -248,7 +256,7 @@ static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_befo
 /* Brings arrays and counts up to date, and marks the blocks of faces that have changed and of rows that have moved. */
 EXPORT("update") void update(void)
 {
-    const uint32_t rows = decoder.vertex ? decoder.num_rows : decoder.mesh.num_vertices, faces = decoder.mesh.num_faces;
+    const uint32_t rows = count_rows(), faces = decoder.mesh.num_faces;
     memset(state.face_blocks, 0, blocks_of(state.total_faces) + blocks_of(state.total_rows));
     state.level = decoder.level;
     state.error = decoder.error;

@@ -4,19 +4,36 @@
  *     scene.add(gltf.scene);
  *     await gltf.userData.loaded;                                         // all meshes are exact
  *
+ * From a server that knows HTTP ranges, loadProgressive(url, loader, { ranges: true }) gets some bytes of each mesh first.
  * Any GLTFLoader reads such files when they are whole: loader.register(parser => new ConquestGLTFPlugin(parser)). */
-import { decode } from "./conquest.js";
+import { decode, startWorker } from "./conquest.js";
 
 export const NAME = "CONQUEST_mesh_progressive";
 const GLB = 0x46546c67,
     JSON_CHUNK = 0x4e4f534a,
     HEADER = 12,
-    CHUNK = 8;
+    CHUNK = 8,
+    HEAD_RANGE = 16384,
+    FIRST_RANGE = 1024, // of a stream; each further one is four times as long
+    SIDE_BY_SIDE = 32; // decoders, as a browser has room for some hundred memories
 
 /** @typedef {import("./conquest.js").State} State */
 /** @typedef {import("./conquest.js").Range} Range */
 /** @typedef {import("three").BufferGeometry} BufferGeometry */
 /** @typedef {import("three").BufferAttribute} BufferAttribute */
+
+/**
+ * Called after each refinement; what returns false ends it, and no more bytes of that mesh are asked for.
+ * @typedef {(geometry: BufferGeometry, state: State) => boolean | void} OnRefine
+ */
+
+/**
+ * Bytes of a file: the scene, as a .glb whose streams are left out, and each stream.
+ * @typedef {object} File
+ * @property {ArrayBuffer} scene
+ * @property {(view: number) => AsyncIterable<Uint8Array>} stream  of a buffer view
+ * @property {boolean} anyOrder  streams may be read side by side; else in the order of the file
+ */
 
 /** @param {string} key  an attribute of glTF */
 function nameAttribute(key) {
@@ -67,12 +84,13 @@ function fill(geometry, attributes, state) {
 export class ConquestGLTFPlugin {
     name = NAME;
 
-    /** @param {any} parser @param {(view: number) => any} [source]  where the bytes of a buffer view come from; not
-     * given: the file
-     *  @param {(geometry: BufferGeometry, state: State) => void} [onRefine] */
-    constructor(parser, source = view => parser.getDependency("bufferView", view), onRefine = () => {}) {
+    /** @param {any} parser
+     *  @param {{ source?: (view: number) => any, anyOrder?: boolean, onRefine?: OnRefine }} [options]  `source`: where the
+     *  bytes of a buffer view come from; not given: the file */
+    constructor(parser, { source, anyOrder = false, onRefine = () => {} } = {}) {
         this.parser = parser;
-        this.source = source;
+        this.source = source ?? (view => parser.getDependency("bufferView", view));
+        this.anyOrder = anyOrder;
         this.onRefine = onRefine;
     }
 
@@ -88,40 +106,61 @@ export class ConquestGLTFPlugin {
             .sort((a, b) => a[0].extensions[NAME].bufferView - b[0].extensions[NAME].bufferView)
             .map(([primitive, geometry]) => ({ geometry, ...primitive.extensions[NAME] }));
         jobs.forEach(({ geometry }) => geometry.setDrawRange(0, 0));
-        const run = async () => {
-            for (const job of jobs) await this.#refine(job);
-        };
-        const loaded = run();
+        const loaded = this.#refineAll(jobs);
         loaded.catch(() => {});
         gltf.userData = { ...gltf.userData, loaded };
     }
 
-    /** @param {{ geometry: BufferGeometry, bufferView: number, attributes: Record<string, number> }} job */
-    async #refine({ geometry, bufferView, attributes }) {
-        for await (const state of decode(this.source(bufferView), {
-            worker: typeof Worker !== "undefined",
-            budget: 16,
-        })) {
+    /** @param {any[]} jobs */
+    async #refineAll(jobs) {
+        const worker = jobs.length && typeof Worker !== "undefined" ? startWorker() : undefined;
+        try {
+            const queue = jobs.values(),
+                lane = async () => {
+                    for (const job of queue) await this.#refine(job, worker);
+                };
+            await Promise.all(Array.from({ length: this.anyOrder ? SIDE_BY_SIDE : 1 }, lane));
+        } finally {
+            worker?.terminate();
+        }
+    }
+
+    /** @param {{ geometry: BufferGeometry, bufferView: number, attributes: Record<string, number> }} job
+     *  @param {Worker} [worker] */
+    async #refine({ geometry, bufferView, attributes }, worker) {
+        for await (const state of decode(this.source(bufferView), { worker, budget: 16 })) {
             fill(geometry, attributes, state);
-            this.onRefine(geometry, state);
+            if (this.onRefine(geometry, state) === false) return;
         }
     }
 }
 
-/** Bytes of a stream on demand. */
+/** Pieces of a response. @param {Response} response */
+async function* readResponse(response) {
+    if (!response.ok || !response.body)
+        throw new Error(`${response.url}: ${response.status} ${response.statusText}`);
+    const reader = response.body.getReader();
+    try {
+        for (let r = await reader.read(); !r.done; r = await reader.read()) yield r.value;
+    } finally {
+        await reader.cancel().catch(() => {});
+    }
+}
+
+/** Bytes on demand. */
 class Reader {
     #pieces;
     #held = new Uint8Array(0);
 
-    /** @param {ReadableStream<Uint8Array>} stream */
-    constructor(stream) {
-        this.#pieces = stream.getReader();
+    /** @param {AsyncIterator<Uint8Array>} pieces */
+    constructor(pieces) {
+        this.#pieces = pieces;
     }
 
     /** Up to `most` bytes, at least one; none at the end. @param {number} most */
     async some(most) {
         if (!this.#held.length)
-            this.#held = /** @type {any} */ ((await this.#pieces.read()).value ?? new Uint8Array(0));
+            this.#held = /** @type {any} */ ((await this.#pieces.next()).value ?? new Uint8Array(0));
         const part = this.#held.subarray(0, most);
         this.#held = this.#held.subarray(part.length);
         return part;
@@ -140,56 +179,124 @@ class Reader {
     }
 }
 
-/** @param {Reader} reader @param {number} size */
-async function* take(reader, size) {
-    for (let left = size; left > 0;) {
-        const part = await reader.some(left);
-        if (!part.length) return;
-        left -= part.length;
-        yield part;
-    }
+/** Reads the start of a .glb, up to its first binary byte. @param {Reader} reader @param {string} url */
+async function readStart(reader, url) {
+    const start = await reader.all(HEADER + CHUNK),
+        words = new DataView(start.buffer);
+    if (words.getUint32(0, true) !== GLB || words.getUint32(16, true) !== JSON_CHUNK)
+        throw new Error(`${url} is no .glb`);
+    const text = await reader.all(words.getUint32(12, true)),
+        chunk = await reader.all(CHUNK),
+        json = JSON.parse(new TextDecoder().decode(text));
+    const views = (json.meshes ?? [])
+        .flatMap((/** @type {any} */ m) => m.primitives)
+        .map((/** @type {any} */ p) => p.extensions?.[NAME]?.bufferView)
+        .filter((/** @type {any} */ v) => v !== undefined);
+    const streams = /** @type {number[]} */ ([...new Set(views)])
+        .map(view => ({ view, offset: json.bufferViews[view].byteOffset ?? 0, size: json.bufferViews[view].byteLength }))
+        .sort((a, b) => a.offset - b.offset);
+    return { start, text, chunk, streams, size: new DataView(chunk.buffer).getUint32(0, true) };
+}
+
+/** A .glb with less in its binary chunk. @param {Awaited<ReturnType<typeof readStart>>} parts
+ *  @param {Uint8Array<ArrayBuffer>} binary */
+function assemble({ start, text, chunk }, binary) {
+    new DataView(start.buffer).setUint32(8, HEADER + 2 * CHUNK + text.length + binary.length, true);
+    new DataView(chunk.buffer).setUint32(0, binary.length, true);
+    return new Blob([start, text, chunk, binary]).arrayBuffer();
+}
+
+/** A file as it arrives: what comes before the first stream, then the streams. @param {Response} response
+ *  @param {string} url @returns {Promise<File>} */
+async function openWhole(response, url) {
+    const reader = new Reader(readResponse(response)),
+        parts = await readStart(reader, url);
+    const before = Math.min(parts.size, parts.streams[0]?.offset ?? parts.size),
+        scene = await assemble(parts, await reader.all(before));
+    let at = before;
+    const stream = async function* (/** @type {number} */ view) {
+        const { offset, size } = /** @type {any} */ (parts.streams.find(s => s.view === view));
+        await reader.all(offset - at);
+        for (at = offset; at < offset + size;) {
+            const piece = await reader.some(offset + size - at);
+            if (!piece.length) return;
+            at += piece.length;
+            yield piece;
+        }
+    };
+    return { scene, stream, anyOrder: false };
+}
+
+/** Parts of a file, all of the same version of it. @param {string} url */
+function makeRequests(url) {
+    /** @type {string | null | undefined} */
+    let version;
+    return async (/** @type {number} */ from, /** @type {number} */ end) => {
+        const response = await fetch(url, { headers: { Range: `bytes=${from}-${end - 1}` } }),
+            tag = response.headers.get("etag");
+        if (tag !== (version ??= tag)) throw new Error(`${url} has changed`);
+        return response;
+    };
+}
+
+/** A file in parts: scene and streams may lie anywhere in it. A server that does not know ranges sends it whole.
+ *  @param {string} url @returns {Promise<File>} */
+async function openRanges(url) {
+    const request = makeRequests(url),
+        response = await request(0, HEAD_RANGE);
+    if (response.status !== 206) return openWhole(response, url);
+    const total = Number(/[/](\d+)$/.exec(response.headers.get("content-range") ?? "")?.[1]),
+        head = new Uint8Array(await response.arrayBuffer());
+    const read = async function* (/** @type {number} */ from, /** @type {number} */ end, size = end - from) {
+        let at = Math.min(end, Math.max(from, head.length));
+        if (from < at) yield head.subarray(from, at);
+        for (; at < end; size *= 4) {
+            const part = await request(at, Math.min(end, at + size));
+            if (part.status !== 206) throw new Error(`${url}: ${part.status} ${part.statusText}, not a part of it`);
+            for await (const piece of readResponse(part)) {
+                at += piece.length;
+                yield piece;
+            }
+        }
+    };
+    const start = read(0, total, HEAD_RANGE),
+        parts = await readStart(new Reader(start), url);
+    await start.return(undefined);
+    const first = HEADER + 2 * CHUNK + parts.text.length,
+        binary = new Uint8Array(parts.size);
+    let at = 0;
+    const rest = [...parts.streams, { offset: parts.size, size: 0 }].flatMap(({ offset, size }) => {
+        const gap = { from: at, size: offset - at };
+        at = offset + size;
+        return gap.size >= 4 ? [gap] : []; // less is padding
+    });
+    await Promise.all(
+        rest.map(async ({ from, size }) =>
+            binary.set(await new Reader(read(first + from, first + from + size)).all(size), from),
+        ),
+    );
+    const stream = (/** @type {number} */ view) => {
+        const { offset, size } = /** @type {any} */ (parts.streams.find(s => s.view === view));
+        return read(first + offset, first + offset + size, FIRST_RANGE);
+    };
+    return { scene: await assemble(parts, binary), stream, anyOrder: true };
 }
 
 /**
  * Loads a .glb whose streams are at its end: resolves when all before them is there, and refines while they arrive.
  * @param {string} url
  * @param {any} loader  a GLTFLoader
- * @param {(geometry: BufferGeometry, state: State) => void} [onRefine]
+ * @param {{ onRefine?: OnRefine, ranges?: boolean }} [options]  `ranges`: get the streams side by side by HTTP range
+ *  requests, wherever they are in the file
  */
-export async function loadProgressive(url, loader, onRefine) {
-    const response = await fetch(url);
-    if (!response.ok || !response.body) throw new Error(`${url}: ${response.status} ${response.statusText}`);
-    const reader = new Reader(response.body),
-        start = await reader.all(HEADER + CHUNK),
-        words = new DataView(start.buffer);
-    if (words.getUint32(0, true) !== GLB || words.getUint32(16, true) !== JSON_CHUNK)
-        throw new Error(`${url} is no .glb`);
-    const text = await reader.all(words.getUint32(12, true)),
-        json = JSON.parse(new TextDecoder().decode(text));
-    const streams = /** @type {number[]} */ (
-        [
-            ...new Set(
-                (json.meshes ?? [])
-                    .flatMap((/** @type {any} */ m) => m.primitives)
-                    .map((/** @type {any} */ p) => p.extensions?.[NAME]?.bufferView)
-                    .filter((/** @type {any} */ v) => v !== undefined),
-            ),
-        ].sort((a, b) => a - b)
-    );
-    const offset = (/** @type {number} */ view) => json.bufferViews[view].byteOffset ?? 0;
-    const chunk = await reader.all(CHUNK),
-        size = new DataView(chunk.buffer).getUint32(0, true);
-    const before = streams.length ? Math.min(size, offset(streams[0])) : size,
-        binary = await reader.all(before);
-    new DataView(chunk.buffer).setUint32(0, before, true);
-    words.setUint32(8, HEADER + 2 * CHUNK + text.length + before, true);
-    const whole = await new Blob([start, text, chunk, binary]).arrayBuffer();
-    let at = before;
-    const source = async function* (/** @type {number} */ view) {
-        await reader.all(offset(view) - at);
-        at = offset(view) + json.bufferViews[view].byteLength;
-        yield* take(reader, json.bufferViews[view].byteLength);
-    };
-    loader.register((/** @type {any} */ parser) => new ConquestGLTFPlugin(parser, source, onRefine));
-    return loader.parseAsync(whole, url.replace(/[^/]*$/, ""));
+export async function loadProgressive(url, loader, { onRefine, ranges = false } = {}) {
+    const file = ranges ? await openRanges(url) : await openWhole(await fetch(url), url);
+    const plugin = (/** @type {any} */ parser) =>
+        new ConquestGLTFPlugin(parser, { source: file.stream, anyOrder: file.anyOrder, onRefine });
+    loader.register(plugin);
+    try {
+        return await loader.parseAsync(file.scene, url.replace(/[^/]*$/, ""));
+    } finally {
+        loader.unregister(plugin);
+    }
 }

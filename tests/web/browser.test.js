@@ -6,7 +6,7 @@ import { NodeIO } from "@gltf-transform/core";
 import { chromium } from "playwright-core";
 import { encode, openCodec } from "conquest-mesh";
 import { ConquestMeshProgressive, NAME, progressive } from "conquest-mesh/gltf-transform";
-import { makeDocument } from "./documents.js";
+import { makeDocument, moveToFront } from "./documents.js";
 import { serveFolder } from "./serve.js";
 import { makeDressed, makeSphere } from "./meshes.js";
 
@@ -31,6 +31,30 @@ const glb = await io.writeBinary(document),
 const streams = json.meshes.flatMap(m => m.primitives.flatMap(p => p.extensions?.[NAME]?.bufferView ?? []));
 const beforeStreams = glb.length - streams.reduce((sum, v) => sum + json.bufferViews[v].byteLength, 0);
 
+// A larger one whose streams come first, by ranges: of streams only so much of each until a test says so.
+const fine = makeDocument(5),
+    plainFine = await io.writeBinary(fine);
+await fine.transform(progressive());
+const fineGlb = await io.writeBinary(fine),
+    fineJson = (await io.binaryToJSON(fineGlb)).json,
+    fineStreams = fineJson.meshes.flatMap(m => m.primitives.flatMap(p => p.extensions?.[NAME]?.bufferView ?? [])),
+    ranged = moveToFront(fineGlb, fineStreams);
+const ranges = { asked: [], held: null, tag: "a" };
+
+async function sendRange(request, response) {
+    const [, from, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range).map(Number),
+        end = Math.min(last + 1, ranged.length);
+    ranges.asked.push([from, end]);
+    if (end - from > 1024 && from > 0 && end < ranged.length) await ranges.held;
+    response.writeHead(206, {
+        "content-range": `bytes ${from}-${end - 1}/${ranged.length}`,
+        "content-length": end - from,
+        etag: ranges.tag,
+        "cache-control": "no-store", // a browser keeps parts
+    });
+    response.end(ranged.subarray(from, end));
+}
+
 const waiting = [];
 const send = bytes => (_, response) => response.writeHead(200, { "content-length": bytes.length }).end(bytes);
 const server = await serveFolder("..", 0, {
@@ -40,6 +64,8 @@ const server = await serveFolder("..", 0, {
     "/none.cqm": send(Buffer.from("solid of no mesh")),
     "/plain.glb": send(plainGlb),
     "/progressive.glb": send(glb),
+    "/plain-fine.glb": send(plainFine),
+    "/ranged.glb": sendRange,
     "/slow.glb": (_, response) => {
         response.writeHead(200, { "content-length": glb.length });
         response.write(glb.subarray(0, beforeStreams + 700));
@@ -88,17 +114,23 @@ for (const workers of [0, 1]) {
                 refined++;
             };
             window.geometry = await loader.loadAsync("/slow.cqm");
+            const start = geometry.state.numVertices;
+            await until(() => geometry.state.bytes === 1024);
             Object.assign(uploads, { allocated: 0, written: 0, calls: 0 });
             window.first = draw(geometry);
             return {
                 ...uploads,
+                start,
                 vertices: geometry.state.numVertices,
                 bytes: geometry.state.bytes,
                 count: geometry.drawRange.count,
             };
         }, workers);
         assert.ok(
-            before.vertices > 20 && before.vertices < vertices / 2 && before.bytes <= 1024,
+            before.start > 3 &&
+                before.vertices > 20 &&
+                before.vertices < vertices / 2 &&
+                before.bytes <= 1024,
             JSON.stringify(before),
         );
         assert.equal(before.allocated, 12 * vertices + 12 * faces);
@@ -305,6 +337,67 @@ test("a glTF file is drawn while it arrives, and whole", async () => {
         JSON.stringify(late),
     );
     assert.ok(late.early.different > late.late.different, JSON.stringify(late));
+});
+
+test("a glTF file by ranges: some bytes of each mesh first, each byte once, no more of what is fine enough", async () => {
+    let release;
+    ranges.held = new Promise(resolve => {
+        release = resolve;
+    });
+    const early = await page.evaluate(async count => {
+        window.gltf = await loadProgressive("/ranged.glb", new GLTFLoader(), { ranges: true });
+        const shown = () => {
+            const seen = new Set();
+            gltf.scene.traverse(o => o.isMesh && o.geometry.drawRange.count > 30 && seen.add(o.geometry));
+            return seen.size;
+        };
+        await until(() => shown() === count);
+        return { shown: shown(), pixels: (window.early = drawScene(gltf.scene)).length };
+    }, fineStreams.length);
+    const asked = ranges.asked.reduce((sum, [from, end]) => sum + end - from, 0);
+    assert.equal(early.shown, 3);
+    release();
+    const late = await page.evaluate(async () => {
+        await gltf.userData.loaded;
+        const plain = drawScene((await new GLTFLoader().loadAsync("/plain-fine.glb")).scene);
+        return { early: compare(early, plain), late: compare(drawScene(gltf.scene), plain) };
+    });
+    assert.ok(late.late.shown > 3000 && late.late.different < 0.02, JSON.stringify(late));
+    assert.ok(late.early.different > late.late.different, JSON.stringify(late));
+    const parts = ranges.asked.splice(0).sort((a, b) => a[0] - b[0]);
+    parts.slice(1).forEach(([from], k) => assert.ok(from >= parts[k][1], `byte ${from} twice`));
+    console.log(`${ranged.length} bytes in ${parts.length} parts; ${asked} asked for before all meshes were seen`);
+
+    const stopped = await page.evaluate(async () => {
+        const onRefine = (_, state) => state.numVertices < 100;
+        const { userData } = await loadProgressive("/ranged.glb", new GLTFLoader(), { ranges: true, onRefine });
+        await userData.loaded;
+    });
+    const less = ranges.asked.splice(0).reduce((sum, [from, end]) => sum + end - from, 0);
+    assert.ok(less < 0.7 * ranged.length, `${less} of ${ranged.length}`);
+});
+
+test("a server that knows no ranges sends the file; one whose file changes is an error", async () => {
+    const got = await page.evaluate(async () => {
+        const { scene, userData } = await loadProgressive("/progressive.glb", new GLTFLoader(), { ranges: true });
+        await userData.loaded;
+        return compare(drawScene(scene), new Uint8Array(160000)).shown;
+    });
+    assert.ok(got > 3000, String(got));
+    let release;
+    ranges.held = new Promise(resolve => {
+        release = resolve;
+    });
+    const failing = page.evaluate(async () => {
+        const { userData } = await loadProgressive("/ranged.glb", new GLTFLoader(), { ranges: true });
+        window.started = "ranged";
+        return userData.loaded.then(() => "no error", String);
+    });
+    await page.waitForFunction(() => window.started === "ranged");
+    ranges.tag = "b";
+    release();
+    assert.match(await failing, /ranged.glb has changed/);
+    ranges.tag = "a";
 });
 
 test("100 loads do not take more memory than 20", async () => {

@@ -9,12 +9,13 @@ const PIXEL = Uint8Array.from(
     ),
 );
 
-/** A skinned, textured sphere with a morph target; a soup of two materials, without an index; lines; two nodes. */
-export function makeDocument() {
+/** A skinned, textured sphere with a morph target; a soup of two materials, without an index; lines; two nodes. `fine`
+ *  times as many columns and rows. */
+export function makeDocument(fine = 1) {
     const document = new Document(),
         buffer = document.createBuffer(),
         scene = document.createScene(),
-        sphere = makeDressed(24, 12);
+        sphere = makeDressed(24 * fine, 12 * fine);
     const accessor = (type, array) => document.createAccessor().setType(type).setArray(array).setBuffer(buffer);
     const texture = document.createTexture("dots").setMimeType("image/png").setImage(PIXEL);
     const gold = document.createMaterial("gold").setBaseColorTexture(texture),
@@ -45,7 +46,7 @@ export function makeDocument() {
                 ),
             ),
         );
-    const soup = makeSphere(12, 6),
+    const soup = makeSphere(12 * fine, 6 * fine),
         corners = Float32Array.from(
             Array.from(soup.index).flatMap(v => Array.from(soup.positions.subarray(3 * v, 3 * v + 3))),
         );
@@ -81,4 +82,23 @@ export function makeDocument() {
                 .setScale([Math.sign(x), 1, 1]),
         );
     return document;
+}
+
+/** The same .glb with some buffer views, the last ones, before all others. */
+export function moveToFront(glb, views) {
+    const words = new DataView(glb.buffer, glb.byteOffset),
+        text = words.getUint32(12, true),
+        json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + text))),
+        binary = glb.subarray(28 + text);
+    const cut = Math.min(...views.map(v => json.bufferViews[v].byteOffset)),
+        moved = binary.length - cut;
+    json.bufferViews.forEach((view, v) => {
+        view.byteOffset = (view.byteOffset ?? 0) + (views.includes(v) ? -cut : moved);
+    });
+    const longer = new TextEncoder().encode(JSON.stringify(json).padEnd(text + 400)),
+        start = glb.slice(0, 20),
+        header = new DataView(start.buffer);
+    header.setUint32(8, glb.length + 400, true);
+    header.setUint32(12, text + 400, true);
+    return Buffer.concat([start, longer, glb.subarray(20 + text, 28 + text), binary.subarray(cut), binary.subarray(0, cut)]);
 }

@@ -167,6 +167,68 @@ test("views stay where they are, in memory that is handed in", async () => {
     assert.equal(memory.buffer.byteLength, size);
 });
 
+/** Decodes as a page that has not loaded the full decoder yet; how many instances that took, and the last state. What the
+ *  ranges say is checked on the way, and that arrays stay where they are. */
+async function decodeFresh(data) {
+    const { decode } = await import(`${import.meta.resolve("conquest-mesh")}?${(fresh += 1)}`),
+        { Instance } = WebAssembly,
+        copy = {},
+        places = new Set();
+    let instances = 0,
+        state;
+    WebAssembly.Instance = function (...all) {
+        instances++;
+        return new Instance(...all);
+    };
+    try {
+        for await (state of decode(slowly(data))) {
+            const arrays = { index: state, positions: state.attributes.positions };
+            for (const [name, { ranges }] of Object.entries(arrays)) {
+                const from = state.index === arrays[name].index ? state.index : arrays[name].array;
+                copy[name] ??= from.slice();
+                for (const { start, count } of ranges) copy[name].set(from.subarray(start, start + count), start);
+                const end = name === "index" ? 3 * state.numFaces : 3 * state.numVertices;
+                assert.deepEqual(copy[name].subarray(0, end), from.subarray(0, end));
+                places.add(`${name} ${from.byteOffset}`);
+            }
+        }
+    } finally {
+        WebAssembly.Instance = Instance;
+    }
+    assert.equal(places.size, 2);
+    return { instances, state };
+}
+let fresh = 0;
+
+/** Pieces, with time for a module to be loaded between them. */
+async function* slowly(data) {
+    for (const piece of cut(data, 1000)) {
+        yield piece;
+        await new Promise(resolve => setTimeout(resolve, 5));
+    }
+}
+
+test("the small decoder hands over to the full one: never if a stream is short, when it is long, at a regular level", async () => {
+    const regular = makeSphere(64, 32),
+        long = makeDressed(120, 60),
+        results = [];
+    for (const [original, bits] of [
+        [mesh, { positions: 14 }],
+        [long, { positions: 14 }],
+        [regular, 12],
+    ]) {
+        const encoded = await encode(original, { bits }),
+            { instances, state } = await decodeFresh(encoded.data);
+        compare(state, original, encoded, { ...tolerances, positions: 5e-4, normals: 1e-2 });
+        results.push([instances, encoded.data.length > 16384]);
+    }
+    assert.deepEqual(results, [
+        [1, false],
+        [2, true],
+        [2, false],
+    ]);
+});
+
 test("a budget that ends inside the decoder's own buffer loses nothing", async () => {
     const index = new Uint32Array(3 * faces);
     for await (const state of decode(data, { budget: 0 })) {
@@ -183,7 +245,7 @@ test("a budget is kept", async () => {
         longest = 0;
     for (let more = true; more; steps++) {
         const before = performance.now();
-        more = decoder.decode(2);
+        more = await decoder.decode(2);
         if (steps > 5) longest = Math.max(longest, performance.now() - before);
     }
     assert.equal(decoder.complete, true);
@@ -348,16 +410,14 @@ test("types: what a program may write compiles, what it may not does not", () =>
     execFileSync(tsc, [...options.split(" "), "--types", "", "consumer.ts"], { cwd: here, stdio: "pipe" });
 });
 
-test("the decoder has at most 48 KB, 21 KB compressed", () => {
-    const [decoder, seams, encoder] = ["decoder", "seams", "encoder"].map(name => {
-        const wasm = readFileSync(join(root, "build", "web", `${name}.wasm`));
-        return { bytes: wasm.length, compressed: brotliCompressSync(wasm).length };
-    });
-    for (const [name, { bytes, compressed }] of Object.entries({
-        decoder,
-        "decoder of streams with seams": seams,
-        encoder,
-    }))
-        console.log(`${name}: ${bytes} bytes, ${compressed} compressed`);
-    assert.ok(decoder.bytes <= 49152 && decoder.compressed <= 21504);
+test("the small decoder has at most 40 KB, 16 KB compressed", () => {
+    const sizes = Object.fromEntries(
+        ["decoder", "full", "encoder"].map(name => {
+            const wasm = readFileSync(join(root, "build", "web", `${name}.wasm`)),
+                compressed = brotliCompressSync(wasm).length;
+            console.log(`${name}: ${wasm.length} bytes, ${compressed} compressed`);
+            return [name, { bytes: wasm.length, compressed }];
+        }),
+    );
+    assert.ok(sizes.decoder.bytes <= 40960 && sizes.decoder.compressed <= 16384);
 });

@@ -3,6 +3,7 @@ import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
 import { STLLoader } from "three/addons/loaders/STLLoader.js";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
+import { parseOff } from "./off.js";
 
 const NAMES = { position: "positions", normal: "normals", uv: "texcoords", color: "colors" };
 
@@ -39,25 +40,12 @@ function readStl(buffer) {
     return takeGeometry(geometry);
 }
 
-function readOff(text) {
-    const words = text.replace(/#.*/g, "").split(/\s+/).filter(Boolean);
-    if (words[0] !== "OFF") throw new Error("the file is no OFF");
-    const [vertices, faces] = words.slice(1, 3).map(Number),
-        index = [];
-    for (let f = 0, at = 4 + 3 * vertices; f < faces; f++) {
-        const corners = words.slice(at + 1, at + 1 + Number(words[at])).map(Number);
-        for (let k = 2; k < corners.length; k++) index.push(corners[0], corners[k - 1], corners[k]);
-        at += 1 + corners.length;
-    }
-    return { index: Uint32Array.from(index), positions: Float32Array.from(words.slice(4, 4 + 3 * vertices)) };
-}
-
 /** The mesh of a file, by the end of its name; throws an Error with words for the user. */
 export function readMesh(name, bytes) {
     const text = () => new TextDecoder().decode(bytes),
         end = /[.](\w+)$/.exec(name.toLowerCase())?.[1];
     if (end === "obj") return readObj(text());
-    if (end === "off") return readOff(text());
+    if (end === "off") return parseOff(text());
     if (end === "ply") return takeGeometry(new PLYLoader().parse(bytes.buffer));
     if (end === "stl") return readStl(bytes.buffer);
     throw new Error(`${name}: the page reads .cqm, .obj, .off, .ply and .stl`);
