@@ -519,19 +519,14 @@ typedef struct cqi_ring {
     int32_t square[CQ_MAX_VALENCE];              /* of its length */
 } cqi_ring;
 
-/* Candidates for the pair of common neighbours. Scores by p and q add up: */
-#define CQI_LISTED 48                            /* pairs, at most */
+/* Candidates for the pair of common neighbours: p < q. */
+#define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 typedef struct cqi_choice {
     int32_t end_p[CQ_MAX_VALENCE];               /* of a ring vertex as p, less those that it and all before it have */
-    int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it; */
-    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p; */
-    int32_t of_rule[CQ_MAX_VALENCE];             /* or of that and the rule, for a q */
-    int16_t rule[2 * CQI_RULE_CLASSES];          /* weights of the rule, */
-    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* and what it compares: see cqi_find_alternatives */
-    int32_t best[CQ_MAX_VALENCE];                /* of the best pair with a q */
-    int count;                                   /* pairs that are listed: */
-    uint8_t p[CQI_LISTED], q[CQI_LISTED];
-    int32_t score[CQI_LISTED];
+    int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it */
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* what the rule compares: see cqi_find_alternatives */
+    int32_t score[CQI_PAIRS];                    /* of each pair less that of its q, by q, then p; CQI_TRIED */
+    int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q */
 } cqi_choice;
 
 /* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
@@ -576,8 +571,7 @@ enum {
     CQI_INNER_KIND = CQI_INNER_LENGTH + 16,                  /* [kind] */
     CQI_JOINT = CQI_INNER_KIND + 32,                         /* [valence][steps] */
     CQI_GAP = CQI_JOINT + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
-    CQI_GAP_3 = CQI_GAP + 8 * 32,                            /* [score above the third] */
-    CQI_END_OPPOSITE = CQI_GAP_3 + 32,                       /* [opposite angles] */
+    CQI_END_OPPOSITE = CQI_GAP + 8 * 32,                     /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
     CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
     CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
@@ -2656,84 +2650,80 @@ static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
-    -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 7, 0, -1, 2, 5, 8, 5, 0, 0, 0, 1,
-    -2, -2, -3, 4, -2, -3, -4, 2, -3, -4, -4, 3, -4, -4, -5, 1, -1, -2, -3, 0, 11, 13,
-    0, -2, 3, 4, 4, 3, -1, -1, 1, 5, -3, -3, -4, 3, -3, -4, -4, 6, -4, -4, -5, 4,
+    -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 7, 0, -1, 3, 5, 8, 5, 0, 0, 0, 1,
+    -2, -2, -4, 4, -2, -3, -4, 2, -3, -4, -4, 2, -4, -4, -5, 1, -1, -2, -3, 0, 12, 13,
+    0, -2, 3, 4, 4, 4, -1, -1, 1, 5, -3, -3, -5, 3, -4, -4, -4, 6, -4, -5, -5, 4,
     -5, -5, -5, 1, -4, -3, -4, 2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 6, 0, 0, -4, 1, -1, 0, -2, 1, -1, 0, -4, 1, 0, 1, -2, 1, 1, 1, -5,
-    2, 1, 2, -2, 2, 1, 1, -3, 3, 1, 0, -3, 0, 25, 31, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, 29, 27, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 20, 22, 12, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 10, 17,
-    14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -11,
-    1, 11, 11, 7, -18, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -20, -4, 6, 10, 8, 0, -12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -27, -7, 3, 7, 9, 4, 1, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -31, -12, 0, 5, 7, 5, 7, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -32, -22, -7, -2, -3, -3, 4, -3, -3, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -37, -29, -10, -5, -8, -2, -6, -4, -4, -4, -1, -1, -1,
-    -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -10, -7, -5, -3, -2, -6, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -19, -13,
-    -9, -9, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -18, -11, -8, -3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, -17, -9, -5, -1,
+    0, 0, 6, 0, 0, -4, 1, -1, 0, -2, 1, -1, 0, -4, 1, 0, 1, -3, 1, 1, 1, -5,
+    2, 1, 2, -3, 3, 1, 1, -3, 3, 1, 0, -3, 0, 25, 31, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 30, 28, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 20, 23, 12, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 10, 17,
+    15, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12,
+    1, 11, 12, 8, -17, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -21, -4, 6, 10, 9, 0, -12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -28, -7, 3, 7, 10, 5, 1, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -32, -12, 0, 5, 8, 6, 8, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -23, -7, -1, -3, -2, 4, -2, -2, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -38, -29, -10, -5, -7, -4, -5, -3, -4, -4, -4, -3, -1,
+    -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, -19, -13, -8, -6, -5, -7, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -18, -13,
+    -9, -7, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -17, -11, -8, -3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, -16, -9, -5, -1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -15, 2, 11, 12, 4, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -2, 5, 2, 0, 0,
+    0, 0, 0, 0, 0, 0, -14, 2, 12, 12, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -1, 6, 2, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 24, -11, 0, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, 13, 27, 21, 7, 1, 0, 0,
+    0, 0, 0, 25, -10, 1, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, 14, 28, 25, 9, 2, 1, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 46, -10, -7, -3, -3, -2, -5, -4, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -5,
-    -14, -17, -18, -14, -1, 7, 5, 5, 5, 5, 5, 4, 1, 6, 0, 1, 0, 0, 0, 0, 0, 0,
-    -1, -6, -8, -8, 8, 11, 7, 7, 6, 5, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -1, -3, -4, -7, -16, -21, -27, -1, 8, 5, 4, 4, 5, 5,
-    6, 5, 5, 2, 1, 1, 0, 1, 2, -1, 0, 0, 0, -4, -6, -8, 8, 8, 7, 5, 4, 4,
-    5, 0,
+    0, 45, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -1, -1, -2, -4, -8, -15, -17, -18, -15, 0, 7, 6, 5, 5, 5,
+    5, 5, 2, 6, 1, 1, -1, 0, 0, 0, -1, -1, -2, -4, -6, -7, 9, 12, 8, 7, 6, 5,
+    6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -2,
+    -3, -7, -15, -21, -26, -1, 8, 5, 4, 4, 4, 4, 6, 5, 5, 2, 1, 1, 0, 0, 2, -1,
+    -1, -1, -2, -4, -5, -6, 9, 8, 7, 5, 4, 4, 5, 0,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    -4, -2, -2, -1, -1, -2, -2, -2, -2, -2, -3, -2, -3, -3, -3, 0, -3, -2, -1, -1, -1, -2,
-    -2, -2, -2, -3, -3, -3, -3, -3, -3, -1, -1, 1, 0, -4, -1, 1, 0, -4, -2, -1, 0, -1,
-    -2, -2, -2, 3, -2, -1, -1, 0, -2, -1, -1, -2, -3, -1, 0, -2, -2, 0, 1, -2, -2, 3,
-    0, -4, -1, 0, 4, 0, -2, -2, -1, 1, -3, -3, -3, 3, -3, -2, -2, 2, -2, -2, -2, 0,
-    -3, -2, -1, 0, -4, -1, -1, -2, -9, -7, -6, -5, -2, -2, 0, 0, 0, 1, 1, 1, 1, 1,
+    -3, -2, -1, 0, 0, -1, -1, -1, -1, -2, -2, -2, -2, -2, -2, 2, -2, -1, 0, 0, 0, -1,
+    -1, -1, -2, -2, -2, -2, -2, -2, -2, 0, -1, 1, 0, -4, 0, 1, 0, -3, -1, 0, 1, -1,
+    -1, -1, -2, 4, -1, -1, 0, 0, -1, -1, 0, -2, -2, -1, 0, -2, -1, 0, 2, -2, -1, 3,
+    0, -4, -1, 0, 4, 0, -2, -1, 0, 1, -2, -2, -3, 4, -2, -1, -1, 2, -2, -1, -1, 0,
+    -2, -1, -1, 0, -3, 0, 0, -2, -9, -8, -6, -5, -2, -2, 0, 0, 1, 1, 1, 1, 1, 1,
     1, -4, -3, 0, 0, 1, -1, -2, 0, -1, -1, -1, -1, 0, 0, -1, -1, -1, -1, -1, -1, 0,
-    -1, -1, -1, 1, -1, -1, -1, 1, -1, -2, -1, -4, 0, 26, 35, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 26, 28, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 19, 24, 21, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, 13, 20,
-    20, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13,
-    4, 14, 16, 14, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -27, -2, 7, 11, 10, 8, -9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -31, -7, 2, 5, 7, 7, -2, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -33, -14, -4, 0, 0, 3, 0, -4, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -35, -21, -10, -6, -5, -4, -2, -2, -5, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -30, -17, -10, -10, -12, -8, -6, -5, -3, -3, -1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, -5, 0, 3, 5, 1, 1, 1, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -13, -4,
-    1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -1, -13, -5, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, -12, -3, 1, 4,
+    -1, -1, -1, 1, -1, -1, -1, 0, -1, -2, -2, -4, 0, 24, 33, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 26, 27, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 20, 25, 20, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 14, 21,
+    21, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12,
+    5, 15, 17, 14, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -25, -1, 8, 12, 11, 8, -8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -30, -7, 3, 5, 7, 7, -1, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -33, -13, -4, 0, 0, 3, 0, -5, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -34, -21, -10, -6, -5, -4, -2, -2, -5, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -30, -16, -10, -11, -12, -9, -6, -7, -5, -4, -1, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -20, -13, -6, 2, 3, 1, 2, 0, -1, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -20, -12,
+    -6, -2, 3, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -20, -12, -5, -4, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 22, -18, -9, -1, 3,
+    2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, -17, -7, 2, 6, 2, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, -6, 5, 4, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -4, -11, -1, 6, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, -10, 0, 5, 3, 1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -2, -9, 2, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -5, 8, 14, 4, 3, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 2, -7, -2, 2, 5, 2, -1, -1, -2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -7, -6, -6, -6, -6, -5, -5, -4, -4, -4,
-    -3, -2, -3, -2, -2, -3, 3, 2, 1, 1, 1, 0, -1, -2, -3, -3, -4, -4, -4, -5, -5, -6,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
-    -4, -12, -17, -17, -3, 4, 3, 2, 2, 2, 1, 2, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0,
-    0, 0, 0, 4, 7, 6, 5, 3, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -5, -13, -19, -3, 4, 2, 1, 1, 1, 0,
-    1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 4, 9, 4, 3, 2, 0, 0,
-    0, 0,
+    0, 0, 0, 27, -15, -5, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -11, 1, 17, 18, 12, 9, 5, 2,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 46, -5, -4, -4, -4, -4, -4, -3, -3, -2, -2, -2, -1, -1, -1, -1, -1, 3, 2, 2, 2,
+    1, 1, -1, -2, -3, -4, -4, -4, -5, -5, -5, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -2, -5, -12, -17, -18, -3, 4, 3, 2, 1, 1,
+    1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 4, 7, 5, 5, 3, 2, 1,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0,
+    0, -1, -5, -14, -20, -3, 4, 2, 1, 1, 0, -1, 1, 1, 1, 0, 1, 1, 1, 0, 1, 0,
+    0, 0, 0, -1, -1, 3, 8, 4, 2, 1, 0, -1, -1, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
     75, 46, 20, 8, 2, 0, 78, 78, 87, 62, 32, 19, 11, 3, 78, 78, 114, 79, 42, 29, 43, 7,
@@ -4087,12 +4077,11 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  *
  * D (D - 1) / 2 pairs p < q for a centre of valence D; the paper's indices are i = p and j = D - 1 - q. Each pair has a
  * score: the sum of weights of its features. Then pairs are asked about, the best first: "is it this one?", each time
- * by a logistic model of the score and of how much better it is than the next ones; all weights follow the gradient.
+ * by a logistic model of the score and of how much better it is than the next one; all weights follow the gradient.
  *
  * Without positions lengths and angles are of one class, and say nothing. */
 
-#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely; */
-#define CQI_NEAR_RULED (3 * CQI_NAT) /* of a level that is ruled */
+#define CQI_TRIED (-0x40000000) /* in place of the score of a pair that was asked about: no sum with it is a score */
 #define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
@@ -4245,89 +4234,69 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
 /* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
- * of its valence minus that of B, for all p with a q. For another goal than that they would give 0.03 bit. */
-static const int32_t *cqi_score_rule(cqi_choice *c, int q)
+ * of its valence minus that of B are added, for all p with a q. For another goal than that they would give 0.03 bit. */
+static void cqi_score_rule(const int16_t *w, const cqi_choice *c, int q, int32_t *score)
 {
-    const int16_t *const before = c->rule + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
+    const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
     int p;
-    for (p = 0; p < q; p++)
-        c->of_rule[p] = c->of_steps[CQ_MAX_VALENCE - q + p] + before[c->before[p]] + after[p];
-    return c->of_rule;
+    for (p = 0; p < q; p++) score[p] += before[c->before[p]] + after[p];
 }
 
-/* Scores of p with a q, by p, beside those of the ends. */
-static const int32_t *cqi_score_steps(const cq_decoder *d, cqi_choice *c, int q)
+static int32_t cqi_best_of(const int32_t *score, int n)
 {
-    return d->ruled ? cqi_score_rule(c, q) : c->of_steps + CQ_MAX_VALENCE - q;
-}
-
-/* The score of the best pair of all, and of each q. */
-static int32_t cqi_best_score(const cq_decoder *d, cqi_choice *c)
-{
-    int32_t best = INT32_MIN;
-    int p, q;
-    for (q = 1; q < d->ring.size; q++) {
-        const int32_t *const of_steps = cqi_score_steps(d, c, q);
-        int32_t most = c->end_p[0] + of_steps[0];
-        for (p = 1; p < q; p++) {
-            const int32_t x = c->end_p[p] + of_steps[p];
-            most = x > most ? x : most;
-        }
-        most += c->end_q[q];
-        c->best[q] = most;
-        best = most > best ? most : best;
-    }
+    int32_t best = score[0];
+    int k;
+    for (k = 1; k < n; k++) best = score[k] > best ? score[k] : best;
     return best;
 }
 
-/* Lists pairs with scores from `low` on, but below `high`, by q, then p. */
-static void cqi_list_pairs(const cq_decoder *d, cqi_choice *c, int32_t low, int32_t high)
+/* The scores of all pairs. */
+static void cqi_score_pairs(cq_decoder *d)
 {
-    int p, q, n = 0;
-    for (q = 1; q < d->ring.size; q++) {
-        const int32_t *of_steps;
-        if (c->best[q] < low) continue;
-        of_steps = cqi_score_steps(d, c, q);
+    cqi_choice *c = &d->now.choice;
+    const int16_t *const w = d->model.weight, *of_steps = w + cqi_joint(&d->ring);
+    int32_t *score = c->score;
+    int p, q;
+    cqi_score_ends(w, &d->ring, c);
+    if (d->ruled) cqi_find_alternatives(&d->ring, c);
+    for (q = 1; q < d->ring.size; score += q++) {
+        int32_t best = CQI_TRIED;
         for (p = 0; p < q; p++) {
-            const int32_t x = c->end_q[q] + c->end_p[p] + of_steps[p];
-            if (x < low || x >= high || n == CQI_LISTED) continue;
-            c->score[n] = x;
-            c->p[n] = (uint8_t)p;
-            c->q[n++] = (uint8_t)q;
+            const int32_t x = c->end_p[p] + of_steps[q - p];
+            score[p] = x;
+            best = x > best ? x : best;
         }
+        if (d->ruled) {
+            cqi_score_rule(w, c, q, score);
+            best = cqi_best_of(score, q);
+        }
+        c->best[q] = c->end_q[q] + best;
     }
-    c->count = n;
 }
 
-/* The best listed pair, moved to the end of the list; and the two best scores after it. */
-static void cqi_best_pair(cqi_choice *c, int32_t *second, int32_t *third)
+/* Takes the best of the pairs with a q out, of equal ones the first; returns its p. */
+static int cqi_take_best(cqi_choice *c, int q)
 {
-    int32_t best = INT32_MIN;
-    int k, at = 0, last = c->count - 1;
-    *second = *third = INT32_MIN;
-    for (k = 0; k <= last; k++) {
-        const int32_t x = c->score[k];
-        if (x > best) {
-            *third = *second;
-            *second = best;
-            best = x;
-            at = k;
-        } else if (x > *second) {
-            *third = *second;
-            *second = x;
-        } else if (x > *third) {
-            *third = x;
-        }
+    int32_t *const score = c->score + ((unsigned)(q * (q - 1)) >> 1);
+    const int32_t best = c->best[q] - c->end_q[q];
+    int p = 0;
+    while (score[p] != best) p++;
+    score[p] = CQI_TRIED;
+    c->best[q] = c->end_q[q] + cqi_best_of(score, q);
+    return p;
+}
+
+/* The q whose best pair is the best one, of equal ones the first. */
+static int cqi_find_best_q(const cqi_choice *c, int size)
+{
+    int32_t best = c->best[1];
+    int q, at = 1;
+    for (q = 2; q < size; q++) {
+        const int32_t x = c->best[q];
+        at = x > best ? q : at;
+        best = x > best ? x : best;
     }
-    if (at != last) {
-        const uint8_t p = c->p[at], q = c->q[at];
-        c->p[at] = c->p[last];
-        c->q[at] = c->q[last];
-        c->score[at] = c->score[last];
-        c->p[last] = p;
-        c->q[last] = q;
-        c->score[last] = best;
-    }
+    return at;
 }
 
 static int cqi_gap(int32_t a, int32_t b)
@@ -4366,23 +4335,15 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
-/* Is it the best listed pair? Asks, and learns from the answer. */
-static int cqi_code_try(cq_decoder *d, int rank, int p, int q)
+/* Is it the pair p, q? Asks, given its score and the next one's, and learns from the answer. */
+static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t score, int32_t next)
 {
-    cqi_choice *c = &d->now.choice;
-    int16_t *const w = d->model.weight, *of_gap, *of_third;
-    int32_t second, third, error;
-    int last = c->count - 1, yes;
-    cqi_best_pair(c, &second, &third);
-    rank = cqi_at_most(rank, 7);
-    of_gap = w + CQI_GAP + 32 * rank + cqi_gap(c->score[last], second);
-    of_third = w + CQI_GAP_3 + cqi_gap(c->score[last], third);
-    yes = c->p[last] == p && c->q[last] == q;
-    yes = cqi_code_decision(d, c->score[last] + *of_gap + (rank ? 0 : *of_third), yes, &error);
+    int16_t *const of_gap = d->model.weight + CQI_GAP + 32 * cqi_at_most(rank, 7) + cqi_gap(score, next);
+    int32_t error;
+    yes = cqi_code_decision(d, score + *of_gap, yes, &error);
     if (!error) return yes;
     cqi_nudge(of_gap, error);
-    if (!rank) cqi_nudge(of_third, error);
-    cqi_learn_pair(d, c->p[last], c->q[last], error);
+    cqi_learn_pair(d, p, q, error);
     return yes;
 }
 
@@ -4395,39 +4356,23 @@ static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
     *p = number - *q * (*q - 1) / 2;
 }
 
-/* What scores of pairs are the sums of. Later ones are of these, too, whatever the weights have learned by then. */
-static void cqi_score_parts(cq_decoder *d)
-{
-    cqi_choice *c = &d->now.choice;
-    const int16_t *const w = d->model.weight, *const of_steps = w + cqi_joint(&d->ring);
-    int k;
-    cqi_score_ends(w, &d->ring, c);
-    for (k = 1; k < d->ring.size; k++) c->of_steps[CQ_MAX_VALENCE - k] = of_steps[k];
-    if (!d->ruled) return;
-    memcpy(c->rule, w + CQI_RULE, sizeof c->rule);
-    cqi_find_alternatives(&d->ring, c);
-}
-
-/* Codes the pair p, q of the patch. Pairs are listed by nats of their scores. */
+/* Codes the pair p, q of the patch. */
 static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     cqi_choice *c = &d->now.choice;
-    const int32_t near = d->ruled ? CQI_NEAR_RULED : CQI_NEAR;
-    int rank;
-    int32_t low;
+    int best_p, best_q, next_q, rank;
     cqi_classify_ring(d);
-    cqi_score_parts(d);
-    low = cqi_best_score(d, c) - near;
-    cqi_list_pairs(d, c, low, INT32_MAX);
-    for (rank = 0; rank < CQI_TRIES; rank++) {
-        for (; !c->count && rank < CQI_TRIES; rank++, low -= near) cqi_list_pairs(d, c, low - near, low);
-        if (!c->count) break;
-        if (cqi_code_try(d, rank, *p, *q)) {
-            *p = c->p[c->count - 1];
-            *q = c->q[c->count - 1];
-            return;
-        }
-        c->count--;
+    cqi_score_pairs(d);
+    next_q = cqi_find_best_q(c, d->ring.size);
+    for (rank = 0; rank < CQI_TRIES && c->best[next_q] > CQI_TRIED / 2; rank++) {
+        const int32_t score = c->best[next_q];
+        best_q = next_q;
+        best_p = cqi_take_best(c, best_q);
+        next_q = cqi_find_best_q(c, d->ring.size);
+        if (!cqi_code_try(d, rank, best_p, best_q, best_p == *p && best_q == *q, score, c->best[next_q])) continue;
+        *p = best_p;
+        *q = best_q;
+        return;
     }
     cqi_code_any_pair(d, p, q);
 }

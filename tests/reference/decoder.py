@@ -45,8 +45,8 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, GAP_3, END_OPPOSITE, INNER_OPPOSITE, RULE = \
-    0, 32, 96, 112, 144, 384, 640, 672, 688, 704
+END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, END_OPPOSITE, INNER_OPPOSITE, RULE = \
+    0, 32, 96, 112, 144, 384, 640, 656, 672
 
 
 # -- 1.2 Numbers -------------------------------------------------------------------------------------------------------
@@ -649,7 +649,7 @@ class Ring:
 class Pairs:
     """The weights of 8.2."""
 
-    TRIES, LISTED, NAT = 16, 48, 4096
+    TRIES, NAT = 16, 4096
 
     def __init__(self, located):
         self.located = located
@@ -658,35 +658,20 @@ class Pairs:
     def decode(self, coder, ring):  # 8.6
         pairs, features = ring.features(self.ruled)
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
-        everything = range(len(pairs))
-        near = 12288 if self.ruled else 3072
-        low = max(scores) - near
-        listed = [k for k in everything if scores[k] >= low][:self.LISTED]
-        rank = 0
-        while rank < self.TRIES:
-            while not listed and rank < self.TRIES:
-                listed = [k for k in everything if low - near <= scores[k] < low][:self.LISTED]
-                low -= near
-                rank += 1
-            if not listed:
-                break
-            best = max(range(len(listed)), key=lambda at: scores[listed[at]])
-            listed[best], listed[-1] = listed[-1], listed[best]
-            k = listed.pop()
-            rest = sorted((scores[other] for other in listed), reverse=True)[:2] + [None, None]
-            if self.is_it(coder, pairs[k], rank, scores[k], rest, features[k]):
+        untried = set(range(len(pairs)))
+        for rank in range(min(self.TRIES, len(pairs))):
+            k = max(untried, key=lambda pair: (scores[pair], -pair))
+            untried.remove(k)
+            following = max((scores[pair] for pair in untried), default=None)
+            if self.is_it(coder, pairs[k], rank, scores[k], following, features[k]):
                 return pairs[k]
-            rank += 1
         return pairs[coder.uniform(len(pairs))]
 
-    def is_it(self, coder, pair, rank, best, rest, features):
-        def gap(x):
-            return 31 if x is None else min(best - x >> 10, 31)
-
-        r = min(rank, 7)
-        extra = [GAP + 32 * r + gap(rest[0])] + [GAP_3 + gap(rest[1])] * (r == 0)
-        bit, error = self.decision(coder, pair, best + sum(self.weight[w] for w in extra))
-        for w in extra + features if error else []:  # 8.7
+    def is_it(self, coder, pair, rank, score, following, features):
+        gap = 31 if following is None else min(score - following >> 10, 31)
+        of_gap = GAP + 32 * min(rank, 7) + gap
+        bit, error = self.decision(coder, pair, score + self.weight[of_gap])
+        for w in [of_gap] + features if error else []:  # 8.7
             if -8 * self.NAT < self.weight[w] + error < 8 * self.NAT:
                 self.weight[w] += error
         return bit
