@@ -615,15 +615,16 @@ build/bench/mesh_file/%.o: examples/mesh_file/%.c $(MESH_FILE_HEADERS)
 
 # -- Bytes of many meshes ------------------------------------------------------------------------------------------
 #
-# tests/peers: ours and Draco's, by class of mesh. All that was measured goes to build/peers/results.tsv.
+# tests/peers: ours and Draco's, by class of mesh; and of published files with seams, with all their attributes. All that
+# was measured goes to build/peers/results.tsv and assets.tsv.
 
 PEERS_PACKAGES = g++ libdraco-dev python3
 PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o $(MESH_FILE:examples/%.c=build/bench/%.o)
 
 .PHONY: peers deps-peers
-peers: deps-peers build/meshes ## compares bytes with Draco's, by class of mesh; MESHES=DIR adds meshes
-	@$(MAKE) --no-print-directory -s build/peers/peers
-	@$(call KEEP,tests/peers/peers.sh $(MESHES))
+peers: deps-peers deps-assets build/meshes build/assets/venv/complete ## compares bytes with Draco's, by class; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/peers/peers build/peers/assets
+	@$(call KEEP,(tests/peers/peers.sh $(MESHES); status=$$?; echo; tests/peers/assets.sh $(ASSETS) && exit $$status))
 
 deps-peers:
 	$(call install,$(PEERS_PACKAGES))
@@ -631,9 +632,12 @@ deps-peers:
 build/peers/peers: $(PEERS_OBJECTS)
 	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
 
+build/peers/assets: build/peers/assets.o $(MESH_FILE:examples/%.c=build/bench/%.o)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
+
 build/peers/%.o: tests/peers/%.cpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
 	@mkdir -p $(@D)
-	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -O2 -c $< -o $@
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 
 # -- Quality -------------------------------------------------------------------------------------------------------
 #

@@ -769,7 +769,7 @@ typedef struct cq_decoder {
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
                                               it, in 1/16 of the positions' step; 0 at CQ_DONE */
-    uint32_t num_components;               /* of the mesh, once the base is read */
+    uint32_t num_components;               /* of the mesh of this moment */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
 
     /* private */
@@ -791,11 +791,12 @@ typedef struct cq_decoder {
     } input;
     cq_range_decoder range;
     struct {
-        cq_mesh draft;                     /* the mesh while the base is read */
+        cq_mesh draft;                     /* the mesh, and the component that is being read */
         cq_index gate, before, before2;    /* the border halfedge to grow at, and the two before it */
         cq_index scan, virtual_scan;       /* all halfedges before these are closed */
-        cq_index value;                    /* next vertex, then next face, to get its values */
+        cq_index value;                    /* next vertex, then next face, of the component to get its values */
         cq_index vertices;                 /* of the base */
+        int more;                          /* another component follows */
         int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
@@ -831,8 +832,10 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
- * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is
- * complete the mesh has no vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
+ * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent.
+ *
+ * Before the first level begins (level 0) components arrive one after another, the largest of those with as many levels
+ * first. Each can be drawn when it is complete: until then it is not part of the mesh. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
@@ -862,8 +865,8 @@ typedef struct cq_lod {
     size_t first;           /* out: of its indices, 3 * num_faces of them */
 } cq_lod;
 
-/* Keeps the levels that are due. Call it after each cq_decode: a level has up to as many vertices too many as the budget
- * of that had steps.
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: a level has up to as many
+ * vertices too many as the budget of that had steps.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
  * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
@@ -1517,18 +1520,27 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
+/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on. */
+static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_place *place)
+{
+    const cq_index faces = (cq_index)(m->num_faces - f), virtual_faces = (cq_index)(m->num_virtual_faces - vf);
+    const cq_index first_virtual_face = (cq_index)(m->first_virtual_face + vf);
+    cq_index in_fans = 0, corners;
+    cq_result r = cqi_check_halfedges(m, f, faces, place);
+    if (r == CQ_OK) r = cqi_check_halfedges(m, first_virtual_face, virtual_faces, place);
+    if (r == CQ_OK) r = cqi_check_vertices(m, v, (cq_index)(m->num_vertices - v), &in_fans, place);
+    if (r == CQ_OK)
+        r = cqi_check_vertices(m, (cq_index)(m->first_virtual + vv), (cq_index)(m->num_virtual - vv), &in_fans, place);
+    if (r != CQ_OK) return r;
+    corners = cqi_count_corners(m, f, faces);
+    corners = (cq_index)(corners + cqi_count_corners(m, first_virtual_face, virtual_faces));
+    return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
 cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 {
-    cq_index in_fans = 0, corners;
     cq_result r = cqi_error(place, cqi_counts_fit(m) ? CQ_OK : CQ_ERROR_INDEX, CQ_NONE, CQ_NONE, CQ_NONE);
-    if (r == CQ_OK) r = cqi_check_halfedges(m, 0, m->num_faces, place);
-    if (r == CQ_OK) r = cqi_check_halfedges(m, m->first_virtual_face, m->num_virtual_faces, place);
-    if (r == CQ_OK) r = cqi_check_vertices(m, 0, m->num_vertices, &in_fans, place);
-    if (r == CQ_OK) r = cqi_check_vertices(m, m->first_virtual, m->num_virtual, &in_fans, place);
-    if (r != CQ_OK) return r;
-    corners = cqi_count_corners(m, 0, m->num_faces);
-    corners = (cq_index)(corners + cqi_count_corners(m, m->first_virtual_face, m->num_virtual_faces));
-    return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
+    return r == CQ_OK ? cqi_check_from(m, 0, 0, 0, 0, place) : r;
 }
 
 /* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
@@ -2774,7 +2786,8 @@ static void cqi_model_omit(cqi_model *m);                     /* takes out what 
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[]
+ * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft until
+ * its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows, twin[]
  * is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
  * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own.
  * The gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
@@ -2860,7 +2873,6 @@ static cq_result cqi_start_component(cq_decoder *d)
     d->base.gate = h;
     d->base.before = (cq_index)(h + 2);
     d->base.before2 = (cq_index)(h + 1);
-    d->num_components++;
     return CQ_OK;
 }
 
@@ -2974,15 +2986,24 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The base is complete: it must be a mesh with the header's boundary loops and Euler characteristic. */
-static cq_result cqi_finish_base(cq_decoder *d)
+/* Has the complete base the header's boundary loops and Euler characteristic? */
+static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
     const cq_shape *s = &d->shape;
-    int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
-    int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
-    if (m->num_virtual != m->max_virtual || euler != full) return CQ_ERROR_CORRUPT;
-    return cq_mesh_check(m, NULL) == CQ_OK ? CQ_OK : CQ_ERROR_CORRUPT;
+    const int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
+    const int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
+    return m->num_virtual == m->max_virtual && euler == full;
+}
+
+/* All faces of a component are there: it must be a mesh. What is in d->mesh are the components before it. Only open
+ * halfedges are glued, and those before have none: so they have nothing in common. */
+static cq_result cqi_finish_component(const cq_decoder *d)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_result result = cqi_check_from(&d->base.draft, m->num_vertices, m->num_faces, m->num_virtual,
+                                            m->num_virtual_faces, NULL);
+    return result == CQ_OK && (d->base.more || cqi_base_fits(d)) ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
@@ -3163,15 +3184,16 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
     values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
 }
 
-/* All channels of vertices or of faces, of the next base vertex or face. */
+/* All channels of vertices or of faces, of the next vertex or face of the component. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
-    const int of_face = d->base.value >= d->base.draft.num_vertices;
-    const cq_index v = (cq_index)(of_face ? d->base.value - d->base.draft.num_vertices : d->base.value);
-    int32_t *size = d->base.size;
+    const cq_index vertices = (cq_index)(d->base.draft.num_vertices - d->mesh.num_vertices);
+    const int of_face = d->base.value >= vertices;
+    const cq_index v = (cq_index)(d->base.value + (of_face ? d->mesh.num_faces - vertices : d->mesh.num_vertices));
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
+        int32_t *size = d->base.size + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
@@ -6348,22 +6370,20 @@ static cq_result cqi_begin_regular(cq_decoder *d)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
+/* The faces of a component are complete. Whether another follows is known before its values. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
-    cq_result result;
-    int more = CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds;
-    more = cqi_code_bit(d, CQI_COMPONENT, more);
+    d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (more) return cqi_start_component(d);
-    result = cqi_finish_base(d);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    d->base.value = 0;
     d->phase = CQI_BASE_VALUES;
-    return result;
+    return cqi_finish_component(d);
 }
 
 static CQI_APART cq_result cqi_step_base(cq_decoder *d)
 {
-    if (!d->num_components) return cqi_start_component(d);
+    if (d->mesh.num_vertices == d->base.draft.num_vertices) return cqi_start_component(d);
     if (!cqi_is_open(&d->base.draft, d->base.gate) && !cqi_find_gate(d)) return cqi_end_component(d);
     return cqi_grow_base(d);
 }
@@ -6427,9 +6447,8 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
 
 static cq_result cqi_begin_base_rows(cq_decoder *d)
 {
-    memset(d->base.size, 0, sizeof d->base.size);
-    d->seams->vertex = 0;
-    d->seams->corner = d->base.draft.out[0];
+    d->seams->vertex = d->mesh.num_vertices;
+    d->seams->corner = d->base.draft.out[d->mesh.num_vertices];
     d->phase = CQI_BASE_ROWS;
     return CQ_OK;
 }
@@ -6517,10 +6536,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
     int ok = 1;
-    if (s->vertex == d->base.draft.num_vertices) {
-        d->num_rows = s->num_rows;
-        return cqi_step_base_values(d);
-    }
+    if (s->vertex == d->base.draft.num_vertices) return cqi_step_base_values(d);
     if (s->fresh && cqi_next_channel(d, &s->channel)) {
         const uint32_t k = s->channel++;
         ok = cqi_code_base_row(d, k);
@@ -6650,18 +6666,30 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
+/* Are there values of vertices or faces of the component to come? */
+static int cqi_has_base_values(const cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
-    cq_index faces = (cq_index)(cqi_all_components(&d->shape, CQI_OF_FACE) ? draft->num_faces : 0);
-    if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
+    cq_index n = (cq_index)(draft->num_vertices - d->mesh.num_vertices);
+    if (cqi_all_components(&d->shape, CQI_OF_FACE)) n = (cq_index)(n + (draft->num_faces - d->mesh.num_faces));
+    return d->base.value < n;
+}
+
+/* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
+static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
+{
+    if (cqi_has_base_values(d)) return cqi_code_base_values(d);
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
+    d->num_components += d->mesh.num_vertices < d->base.draft.num_vertices; /* not of an empty mesh */
+    d->mesh = d->base.draft;
+    if (d->seams) d->num_rows = d->seams->num_rows;
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
-        d->report->base_vertices = draft->num_vertices;
-        d->report->base_faces = draft->num_faces;
+        d->report->base_vertices = d->mesh.num_vertices;
+        d->report->base_faces = d->mesh.num_faces;
     }
-    d->mesh = *draft;
+    d->phase = CQI_BASE;
+    if (d->base.more) return CQ_OK;
     cqi_take_virtual(&d->mesh);
     d->base.vertices = d->mesh.num_vertices;
     d->active = 0;
@@ -7057,7 +7085,8 @@ static int cqi_knows_error(const cq_decoder *d)
 
 static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
 {
-    return d->num_rows && d->num_rows >= lod->min_vertices &&
+    const int base_is_complete = d->phase > CQI_BASE_ROWS;
+    return base_is_complete && d->num_rows && d->num_rows >= lod->min_vertices &&
            (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
 }
 
@@ -10256,9 +10285,30 @@ static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
-/* Simplifies a component, level by level. Its collapses begin with a note of level 0. */
+/* Longest side of the box of a component's vertices; without positions, how many these are. */
+static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
+{
+    cq_value low[3], high[3];
+    cq_index v = root, n = 0, longest = 0;
+    int k;
+    for (k = 0; p->measured && k < 3; k++) low[k] = high[k] = p->measured[3 * (size_t)root + (size_t)k];
+    for (; v != CQ_NONE; v = p->decoded[v], n++) {
+        for (k = 0; p->measured && k < 3; k++) {
+            const cq_value x = p->measured[3 * (size_t)v + (size_t)k];
+            if (x < low[k]) low[k] = x;
+            if (x > high[k]) high[k] = x;
+        }
+    }
+    for (k = 0; p->measured && k < 3; k++)
+        if ((cq_index)(high[k] - low[k]) > longest) longest = (cq_index)(high[k] - low[k]);
+    return p->measured ? longest : n;
+}
+
+/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has the
+ * component's size. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
+    const cq_index size = cqi_component_size(p, seed->notes);
     p->note[p->num_notes++].level = 0;
     p->most_loss = most_loss;
     p->tries = 0;
@@ -10280,14 +10330,34 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
         }
     }
     seed->notes = p->num_notes;
+    p->note[p->num_notes].kept = size;
     if (p->num_levels < p->level - 1) p->num_levels = p->level - 1;
 }
 
-/* Sorts the components: those with more levels come first. `sorted` is scratch. */
+/* One pass of a radix sort by sizes, which are in the notes behind those of each component; large ones first. */
+static void cqi_sort_by_size(const cqi_plan *p, const cqi_seed *from, cqi_seed *to, int shift)
+{
+    cq_index end[256], k, sum = 0;
+    int byte;
+    memset(end, 0, sizeof end);
+    for (k = 0; k < p->num_seeds; k++) end[p->note[from[k].notes].kept >> shift & 255]++;
+    for (byte = 255; byte >= 0; byte--) {
+        const cq_index count = end[byte];
+        end[byte] = sum;
+        sum = (cq_index)(sum + count);
+    }
+    for (k = 0; k < p->num_seeds; k++) to[end[p->note[from[k].notes].kept >> shift & 255]++] = from[k];
+}
+
+/* Sorts the components: those with more levels come first, and of these the larger ones. `sorted` is scratch. */
 static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 {
     cq_index end[CQ_MAX_LEVELS + 1], k, sum = 0;
     int level;
+    for (level = 0; level < CQ_INDEX_BITS; level += 16) {
+        cqi_sort_by_size(p, p->seed, sorted, level);
+        cqi_sort_by_size(p, sorted, p->seed, level + 8);
+    }
     memset(end, 0, sizeof end);
     for (k = 0; k < p->num_seeds; k++) end[p->note[p->seed[k].notes - 1].level]++;
     for (level = CQ_MAX_LEVELS; level >= 0; level--) {

@@ -335,17 +335,23 @@ class Base:
         self.after = {}
         self.first_gates = []
         self.scan, self.virtual_scan = 0, 3 * self.header.faces
-        while True:
+        self.mesh = Mesh(self.header.vertices, [], [])
+
+    def components(self):
+        """Reads one after another; each is in self.mesh from self.first on."""
+        more = 1
+        while more:
+            self.first, self.first_real, self.first_virtual = self.vertices, len(self.real), len(self.virtual)
+            self.first_loop = self.loops
             self.start_component()
-            decoder.end_step()
+            self.decoder.end_step()
             while self.find_gate():
                 self.grow()
-                decoder.end_step()
-            more = self.coder.bit("COMPONENT")
-            if not more:
                 self.decoder.end_step()
-                self.check()
-                return
+            more = self.coder.bit("COMPONENT")
+            self.decoder.end_step()
+            self.check(more)
+            yield
 
     def new_vertex(self, may_be_virtual):  # 5.3
         if may_be_virtual and self.loops < self.header.loops and self.coder.bit("LOOP"):
@@ -450,22 +456,22 @@ class Base:
             self.decoder.reject("corrupt")
         return border
 
-    def check(self):  # 5.7
-        header = self.header
-        euler = 2 * self.vertices - len(self.real) - len(self.virtual)
-        if self.loops != header.loops or not header.has_euler(euler):
-            raise End("corrupt")
-        mesh = Mesh(header.vertices, self.real, self.virtual)
+    def check(self, more):  # 5.7
+        header, mesh = self.header, self.mesh
+        mesh.add_triangles(self.real[self.first_real:], self.virtual[self.first_virtual:])
         if mesh.edges_twice:
             raise End("corrupt")
-        for v, corners in self.corners.items():
+        loops = [header.vertices + k for k in range(self.first_loop, self.loops)]
+        for v in [*range(self.first, self.vertices), *loops]:
             ring = mesh.ring(v, self.next_corner(v))
             neighbours = sum(map(self.is_virtual, ring))
-            if len(ring) != corners or len(ring) < (3 if self.is_virtual(v) else 2) or \
+            if len(ring) != self.corners[v] or len(ring) < (3 if self.is_virtual(v) else 2) or \
                neighbours > (0 if self.is_virtual(v) else 1):
                 raise End("corrupt")
             mesh.valence[v] = len(ring)
-        self.mesh = mesh
+        euler = 2 * self.vertices - len(self.real) - len(self.virtual)
+        if not more and (self.loops != header.loops or not header.has_euler(euler)):
+            raise End("corrupt")
 
     def next_corner(self, v):  # w0 of 6.2
         triangle = self.last[v]
@@ -477,11 +483,16 @@ class Base:
 class Mesh:
     def __init__(self, first_virtual, real, virtual):
         self.first_virtual = first_virtual
-        self.real, self.virtual = real, virtual
+        self.real, self.virtual = [], []
         self.left = {}     # (u, w) -> the triangle on the left of u -> w
         self.front = {}    # (u, w) -> its third vertex
         self.valence = {}
         self.edges_twice = False
+        self.add_triangles(real, virtual)
+
+    def add_triangles(self, real, virtual):
+        self.real += real
+        self.virtual += virtual
         for triangle in real + virtual:
             for k in range(3):
                 self.edges_twice |= (triangle[k], triangle[(k + 1) % 3]) in self.left
@@ -947,8 +958,9 @@ class RowFan:
 
 
 class Rows:
-    def __init__(self, decoder, base):
+    def __init__(self, decoder, mesh):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
+        self.mesh = mesh
         self.of = {}          # rows of a real triangle's corners, by id
         self.vertex, self.values = [], []
         self.count, self.full = 0, False
@@ -958,7 +970,6 @@ class Rows:
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(4)]
         self.used = [[[0] * 16 for _ in range(20)] for _ in range(4)]
         self.sizes = [[0] * 4 for _ in self.header.channels]
-        self.read_base(base)
 
     def add(self, vertex):
         if self.count == self.header.rows:
@@ -970,9 +981,9 @@ class Rows:
         return self.count - 1
 
     # 15.2
-    def read_base(self, base):
-        self.mesh = mesh = base.mesh
-        for v in range(base.vertices):
+    def read_component(self, base):
+        mesh = self.mesh
+        for v in range(base.first, base.vertices):
             first, before = self.count, None
             for w in mesh.ring(v, base.next_corner(v)):
                 triangle = mesh.left[v, w]
@@ -1391,6 +1402,7 @@ class Decoder:
         self.values = []       # per vertex, all channels of vertices in a row
         self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
+        self.complete = None   # while the base is read: the triangles of complete components
         self.rows = None       # 15
         self.num_rows = 0
         self.aside = [], []    # 16: rows; triangles with their values
@@ -1408,7 +1420,10 @@ class Decoder:
             self.kind = end.args[0]
 
     def triangles(self):
-        return self.mesh.real if self.mesh and self.vertices else []
+        """Those of the mesh; while the base is read, of its components that are complete."""
+        if self.mesh is None:
+            return []
+        return self.mesh.real if self.complete is None else self.complete
 
     # 10.2
     def is_starved(self):
@@ -1427,7 +1442,7 @@ class Decoder:
     def decode(self):
         self.start_models()
         if self.header.vertices:
-            self.start_mesh(Base(self))
+            self.read_base(Base(self))
         self.stop_here()
         while self.vertices < self.header.vertices:
             self.level()
@@ -1442,14 +1457,21 @@ class Decoder:
         self.error = 0
         raise End("done")
 
-    def start_mesh(self, base):
-        self.base_values(base)
-        self.base_face_values(base.mesh)
+    def read_base(self, base):
         if self.header.rows:
-            self.rows = Rows(self, base)
-            self.num_rows = self.rows.count
-        self.first_gates = base.first_gates
-        self.mesh, self.vertices, self.base_vertices = base.mesh, base.vertices, base.vertices
+            self.rows = Rows(self, base.mesh)
+        self.base_sizes, before = [0] * len(self.header.numbers()), None
+        self.mesh, self.complete = base.mesh, []
+        for _ in base.components():
+            self.base_values(base)
+            before = self.base_face_values(base, before)
+            if self.rows:
+                self.rows.read_component(base)
+                self.num_rows = self.rows.count
+            self.vertices, self.complete = base.vertices, list(base.mesh.real)
+            self.stop_here()
+        self.complete = None
+        self.first_gates, self.base_vertices = base.first_gates, base.vertices
 
     def stop_here(self):
         if self.stop is not None and self.vertices >= self.stop:
@@ -1502,9 +1524,8 @@ class Decoder:
         return value
 
     def base_values(self, base):  # 6.2
-        numbers = self.header.numbers()
-        sizes = [0] * len(numbers)
-        for v in range(base.vertices):
+        numbers, sizes = self.header.numbers(), self.base_sizes
+        for v in range(base.first, base.vertices):
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
             self.values.append(values)
@@ -1534,13 +1555,13 @@ class Decoder:
             refused.append(value)
         return self.coder.raw(channel.bits)
 
-    def base_face_values(self, mesh):  # 6.4
+    def base_face_values(self, base, before):  # 6.4
         channels = self.header.face_channels()
-        before = None
-        for triangle in mesh.real if channels else ():
+        for triangle in base.real[base.first_real:] if channels else ():
             before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
             self.face_values[id(triangle)] = before
             self.end_step()
+        return before
 
     # -- 7. Levels
 
