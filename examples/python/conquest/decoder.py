@@ -232,6 +232,11 @@ class Decoder:
         return int(self._decoder.shape.num_faces) if self._memory is not None else None
 
     @property
+    def faces_aside(self) -> int:
+        """Faces that are no part of a surface: those of a complete mesh behind total_faces; 0 until the header has come."""
+        return int(self._decoder.shape.num_aside_faces)
+
+    @property
     def level(self) -> int:
         """Levels begun."""
         return int(self._decoder.level)
