@@ -219,6 +219,27 @@ test_display() {
     check "display: frames" same_frames
 }
 
+# -- README's lines for a microcontroller --------------------------------------------------------------------------
+
+# shellcheck disable=SC2086
+build_door() {
+    tests/doors/door.sh embedded >"$out/embedded.inc" || return 1
+    set -- $memory
+    ${tools}gcc $bare -UCQ_NO_REGULAR -I"$out/random" -I"$out" tests/doors/embedded.c "$work/$start.o" "$work/runtime.o" \
+        -nostdlib -Wl,--gc-sections,--no-warn-rwx-segments -T $example/link.ld -Wl,--defsym=FLASH="$1",--defsym=RAM="$3" \
+        -Wl,--defsym=FLASH_BYTES="$2",--defsym=RAM_BYTES="$4" -lgcc -o "$work/door.elf"
+}
+
+# shellcheck disable=SC2086
+run_door() { timeout 60 $qemu $semihosting -kernel "$work/door.elf" >"$work/door.txt" 2>&1; }
+
+test_door() {
+    device cortex-m3
+    check "README: compiles" build_door
+    check "README: runs" run_door
+    check "README: same mesh as the host" same_mesh "$work/door.txt" "$out/host/random.txt"
+}
+
 # -- Other compilers -------------------------------------------------------------------------------------------------
 
 # test_process NAME STREAM RUN COMPILE...: the program for an operating system
@@ -334,6 +355,7 @@ measure_all() {
     test_device cortex-m0 disc
     test_device rv32 grid random
     test_display
+    test_door
     check "memory" measure_memory
 }
 
