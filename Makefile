@@ -358,7 +358,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 # What takes longer than a test may: make verify.
 VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/exhaustive-regular \
     verify/cgal-splits \
-    proof proof-bugs portability-all windows vendor-windows coverage mutation
+    batch proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -472,7 +472,8 @@ build/log/vendor-windows.log: $(VENDOR)
 
 # The package is built as a wheel and installed, beside what it is tested with.
 PYTHON = build/python/venv/bin/python
-PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/*)
+PYTEST = pytest -q -p no:cacheprovider -o pythonpath=../support -p last_line
+PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/* examples/python/conquest/*/*) $(CQM_SOURCES) $(CQM_HEADERS)
 
 build/python/venv/complete: tests/python/requirements.txt
 	@mkdir -p $(@D)
@@ -488,8 +489,21 @@ build/python/installed: build/python/venv/complete $(PYTHON_SOURCES)
 
 build/log/python.log: build/python/installed build/cqm README.md $(wildcard tests/python/*)
 	@mkdir -p $(@D)
-	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m pytest -q -p no:cacheprovider >../../$@ 2>&1 || true
+	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m $(PYTEST) >../../$@ 2>&1 || true
 	@echo "python: $$(tail -n 1 $@)"
+
+# conquest.batch, with a scheduler and workers on loopback: what it needs has a virtual environment of its own.
+build/batch/venv/complete: tests/batch/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/log/batch.log: build/batch/venv/complete build/python/installed $(wildcard tests/batch/*)
+	@mkdir -p $(@D)
+	@build/batch/venv/bin/pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	@cd tests/batch && ../../build/batch/venv/bin/python -m $(PYTEST) >../../$@ 2>&1 || true
+	@echo "batch: $$(tail -n 1 $@)"
 
 build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/complete tests/engine/engine.py
 	@mkdir -p $(@D)
