@@ -122,9 +122,10 @@ static void read_decisions(const cq_shape *shape, const uint8_t *payload, size_t
     ask(shape, payload, size);
 }
 
-/* The payload of what was noted; returns its size. The decoder reads zeros meanwhile, of which it has enough. */
+/* The payload of what was noted; returns its size. The decoder reads zeros meanwhile, of which it has enough for any
+ * step and takes none. */
 static size_t write_decisions(const cq_shape *shape) {
-    static const uint8_t zeros[MOST_PAYLOAD];
+    static const uint8_t zeros[CQI_BUFFER_BYTES];
     state.writing = 1;
     state.num_written = state.next = 0;
     cq_range_encoder_init(&state.encoder, state.payload, sizeof state.payload);
