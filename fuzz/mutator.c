@@ -5,7 +5,8 @@
  * a model, one of a probability, slots and raw bits) have other names (original_...): here they are replaced. While a
  * stream is read they do what they do and note what was decided; while one is written, they take decisions from the
  * notes, changed in one place, and encode them with the model that the decoder hands in. So all that is known here of
- * the format is that its decoder asks those five functions. A decoder that decides in another way is found out by mutator_works(), and inputs
+ * the format is that its decoder asks those five functions. A decoder that decides in another way is found out by
+ * mutator_works(), and inputs
  * are then changed as bytes alone. */
 #include "lean.h"
 
