@@ -1,5 +1,6 @@
 /* A mesh comes back as it was, through the map; so do faces that are no oriented manifold, but only as triangles of rows of
- * values. What names a vertex that there is not is refused. The mesh is grown by the bytes, then perhaps damaged, or its faces are the
+ * values. What names a vertex that there is not is refused. The mesh is grown by the bytes, then perhaps damaged, or
+ * its faces are the
  * bytes. */
 #include "surface.h"
 

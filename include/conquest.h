@@ -8788,7 +8788,8 @@ static void cqi_sort_corners(cqi_preparer *p)
     for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
 }
 
-/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then that of each wedge. These
+/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then
+ * that of each wedge. These
  * take the place of p->twin and, behind that, of the part of p->list that has been read. */
 static void cqi_number_wedges(cqi_preparer *p)
 {
