@@ -76,7 +76,9 @@ const describeRest = document => {
     };
 };
 
-async function goThereAndBack(document, bits) {
+/** What comes back, and what came back without streams: writing alone rounds matrices of nodes. */
+async function goThereAndBack(original, bits) {
+    const document = await io.readBinary(await io.writeBinary(original));
     const before = {
         rest: describeRest(document),
         triangles: document
