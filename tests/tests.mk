@@ -117,7 +117,7 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
 
-build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16
+build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16 README.md $(wildcard tests/doors/*)
 	$(call log,tests/demo/examples.sh)
 
 build/log/channels.log: build/meshgen
@@ -147,7 +147,7 @@ reference: deps $(REFERENCE) build/meshes ## compares both decoders on larger me
 
 # tests/embedded: examples/microcontroller for each device, in qemu, against the host; budgets and exact figures.
 EMBEDDED = build/cqm build/meshgen $(HEADER) tests/memory/memory.c \
-    $(wildcard examples/microcontroller/* tests/embedded/*)
+    README.md $(wildcard examples/microcontroller/* tests/embedded/* tests/doors/*)
 
 embedded: deps build/cqm build/meshgen ## decodes on devices in emulators, checks budgets of code, stack, RAM
 	@tests/embedded/embedded.sh check
