@@ -28,9 +28,10 @@ ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
 
 # The implementation is compiled once for each way to build, for both widths of indices. Programs that look at what is
-# private compile their own, and so does one with assertions of its own.
+# private compile their own, and so does one with assertions of its own: $(call linked,FLAGS) are the flags for those. With
+# sanitizers an optimising compiler takes longer than what it saves.
 NEEDS_OWN = cqi_|CQI_|define CQ_ASSERT
-LINKED = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),,-DCONQUEST_IMPLEMENTATION_DONE)
+linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),-DCONQUEST_IMPLEMENTATION_DONE)
 
 # $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags
 define library
@@ -42,20 +43,20 @@ build/tests/libconquest$(1).a: build/tests/conquest$(1).o build/tests/conquest_1
 	$$(AR) rcs $$@ $$^
 endef
 
-# The same, and $(5) suffix of its library
+# The same, and $(5) suffix of its library, $(6) flags of programs with an implementation of their own
 define variant
 build/tests/%$(1): tests/%.c build/tests/libconquest$(5).a $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
-	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$(LINKED) $$< build/tests/libconquest$(5).a -lm -o $$@
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lm -o $$@
 build/tests/%$(1): tests/%.cpp build/tests/libconquest$(5).a $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
-	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$(LINKED) $$< build/tests/libconquest$(5).a -lrapidcheck -o $$@
+	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lrapidcheck -o $$@
 endef
 $(eval $(call library,,$(CLANG),$(CLANGXX),$(SANITIZERS)))
 $(eval $(call library,-O3,gcc,g++,-O3 -DNDEBUG))
 $(eval $(call library,-O0,gcc,g++,-O0 $(ASSERTIONS)))
-$(eval $(call variant,,$(CLANG),$(CLANGXX),$(SANITIZERS),))
-$(eval $(call variant,-16,$(CLANG),$(CLANGXX),$(SANITIZERS) -DCQ_INDEX_BITS=16,))
+$(eval $(call variant,,$(CLANG),$(CLANGXX),$(SANITIZERS),,-O0))
+$(eval $(call variant,-16,$(CLANG),$(CLANGXX),$(SANITIZERS) -DCQ_INDEX_BITS=16,,-O0))
 $(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG,-O3))
 $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS),-O0))
 
@@ -173,7 +174,7 @@ $(eval $(call library,-O2,$(CLANG),$(CLANGXX),-O2 $(ASSERTIONS)))
 
 build/tests/exhaustive/%: tests/exhaustive/%.cpp $(EXHAUSTIVE_DEPENDS)
 	@mkdir -p $(@D)
-	$(CLANGXX) $(OPTIMISED) $(LINKED) $< build/tests/libconquest-O2.a -o $@
+	$(CLANGXX) $(OPTIMISED) $(call linked) $< build/tests/libconquest-O2.a -o $@
 
 build/tests/exhaustive/payloads: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
 	@mkdir -p $(@D)
@@ -216,7 +217,7 @@ build/generated/subdivided/%.off: build/meshgen
 
 build/tests/cgal/%: tests/cgal/%.cpp build/tests/libconquest-O2.a $(TEST_DEPENDS)
 	@mkdir -p $(@D)
-	g++ $(OPTIMISED) $(LINKED) $< build/tests/libconquest-O2.a -o $@
+	g++ $(OPTIMISED) $(call linked) $< build/tests/libconquest-O2.a -o $@
 
 build/log/cgal/splits.log: build/tests/cgal/splits build/meshes $(SUBDIVIDED)
 	$(call log,$< 250 $(OFF_MANIFOLDS) $(SUBDIVIDED))

@@ -1,7 +1,8 @@
 #!/bin/bash
 # The header in every way that it may be compiled; prints what fails, and last `N passed, N failed`.
 #
-#   - both compilers, four standards, both widths: included twice, before and behind the implementation, in two units
+#   - both compilers, oldest and newest standards, both widths: included twice, before and behind the implementation, in
+#     two units, or private; those between are compiled without making code
 #   - files that disagree about the width of indices do not link; libraries of both widths do
 #   - what the compiled header asks of the system is memcpy and memset, and nothing of it is writable memory
 #   - a compiler that may not use floating point has nothing to say, beside the quantiser
@@ -49,6 +50,11 @@ for compiler in gcc "$clang"; do
     for standard in c99 c11 c++11 c++17; do
         for bits in 16 32; do
             options=(-x "${standard%%[0-9]*}" -std=$standard -DCQ_INDEX_BITS=$bits -O2 "${warnings[@]}" -I"$include")
+            case $standard in c11 | c++11)
+                for unit in first second private; do check "$compiler" "${options[@]}" -fsyntax-only $unit; done
+                continue
+                ;;
+            esac
             check "$compiler" "${options[@]}" first second -o program && check ./program
             check "$compiler" "${options[@]}" private -o program && check ./program
         done
