@@ -124,7 +124,7 @@ build/engine: $(wildcard examples/engine/*) $(HEADER)
 
 # -- Packages that targets need (Debian and Ubuntu) ----------------------------------------------------------------
 
-PACKAGES = gcc g++ clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
+PACKAGES = gcc g++ shellcheck clang-19 libclang-rt-19-dev lld-19 librapidcheck-dev libcgal-dev \
     python3 python3-dev python3-venv cmake pkg-config man-db bsdextrautils xvfb xauth libgl1-mesa-dri \
     $(ENGINE_PACKAGES) $(WEB_TEST_PACKAGES) $(EMBEDDED_PACKAGES) $(PORTABILITY_PACKAGES)
 ENGINE_PACKAGES = pkg-config libsdl2-dev libepoxy-dev libgl-dev
@@ -141,11 +141,13 @@ PROOF_PACKAGES = cvc5
 WINDOWS_PACKAGES = gcc-mingw-w64-x86-64 wine wine64 python3-venv
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
+# Those of $(1) that are missing
+missing = for p in $(1); do \
+    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done
+
 # $(call install,PACKAGES): those that are missing
 define install
-	@missing=$$(for p in $(1); do \
-	    dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
-	test -z "$$missing" || { $(SUDO) apt-get -q update && \
+	@missing=$$($(missing)); test -z "$$missing" || { $(SUDO) apt-get -q update && \
 	    DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get -q install -y --no-install-recommends $$missing </dev/null; }
 endef
 
@@ -172,22 +174,23 @@ $(foreach name,assets quality,$(eval $(call venv,$(name),tests/$(name))))
 include $(wildcard examples/*/*.mk tests/*.mk tests/*/*.mk fuzz/*.mk)
 
 # A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one.
-SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams embedded meshes bases reference \
-    portability fuzz fuzz-16 fuzz-msan fuzz-work
+SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams embedded meshes bases \
+    reference portability fuzz fuzz-16 fuzz-msan fuzz-work
 TESTS = $(SCRIPTS) $(CGAL) $(EXHAUSTIVE) $(PROGRAMS)
-CHECKS = lint headers ref_data $(QUICK_PROGRAMS)
-VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
+CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
+VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
     verify/exhaustive-regular verify/cgal-splits \
     batch proof proof-bugs portability-all windows vendor-windows coverage mutation quotes
 LOGS = $(TESTS:%=build/log/%.log)
 
 .PHONY: test check verify cgal exhaustive run summary
 
-test: deps build/meshes ## installs what the tests need and runs everything under tests/
+test: build/meshes ## runs everything under tests/; what it needs is installed by `make deps`
+	@missing=$$($(call missing,$(PACKAGES))); test -z "$$missing" || echo make deps would install: $$missing
 	@rm -rf build/log
 	@$(MAKE) --no-print-directory run
 
-check: ## what to run before a commit, in about a minute; T=unit/mesh: this test, T=unit: all of unit/
+check: ## what to run before a commit, in a minute; T=unit/mesh: this test, T=unit: all of unit/
 	@$(MAKE) --no-print-directory run LOGS='$(addprefix build/log/,$(addsuffix .log,$(or $(CHOSEN),$(NO_TEST),$(CHECKS))))'
 
 CHOSEN = $(if $(T),$(or $(filter $(T),$(TESTS) $(VERIFY)),$(filter $(T)/% $(T)-%,$(TESTS) $(VERIFY))))

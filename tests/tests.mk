@@ -6,7 +6,7 @@
 #     unit/mesh      clang, sanitizers for addresses and undefined behaviour, assertions
 #     unit/mesh-16   the same with 16-bit indices; not those that have no indices or both kinds
 #     unit/mesh-O3   gcc, optimised, no assertions
-#     unit/mesh-O0   gcc, not optimised, assertions
+#     unit/mesh-O0   gcc, not optimised, assertions; but for levels, which take long
 
 # A recipe that writes a log. An exit status that is not 0 counts, whatever was printed.
 log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
@@ -15,11 +15,19 @@ TEST_NAME = $(@:build/log/%.log=%)
 build/log/%.log: build/tests/%
 	$(call log,ASAN_OPTIONS=handle_sigill=1 $<)
 
+# Properties are tried with a seed that the log names; RC_PARAMS='seed=...' repeats a run, max_success=1000 makes it longer.
+# Two builds take fewer cases here, and many in `make verify`.
+build/log/property/%-16.log build/log/property/%-O0.log: export RC_PARAMS ?= max_success=30
+
+build/log/verify/property-%.log: build/tests/property/%
+	$(call log,RC_PARAMS=max_success=2000 $<)
+
 SOURCES_OF_PROGRAMS = $(wildcard tests/unit/*.c tests/property/*.cpp)
 BARE = $(basename $(SOURCES_OF_PROGRAMS:tests/%=%))
 NARROW = $(filter-out unit/mesh_file unit/polygon unit/words property/index_width,$(BARE))
-QUICK_PROGRAMS = $(BARE:%=%-O0)
-PROGRAMS = $(BARE) $(NARROW:%=%-16) $(BARE:%=%-O3) $(BARE:%=%-O0)
+QUICK_PROGRAMS = $(filter-out unit/levels-O0,$(BARE:%=%-O0))
+PROGRAMS = $(BARE) $(NARROW:%=%-16) $(BARE:%=%-O3) $(QUICK_PROGRAMS)
+VERIFY_PROGRAMS = unit/levels-O0 $(patsubst property/%,verify/property-%,$(filter property/%,$(BARE) $(NARROW:%=%-16)))
 
 # A test that is written and not run is an unused function.
 TEST_FLAGS = $(WARNINGS) -Werror=unused-function -g -Iinclude -Iexamples -Itests/support
@@ -65,11 +73,18 @@ $(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS),-O0))
 build/log/ref_data.log: $(REF_DATA)
 	$(call log,ref_data/ref_data.sh check)
 
-build/log/lint.log: .
+.PHONY: lint
+lint: ## tabs, lengths of lines, names in the header, order of its functions, scripts
+	@tests/lint/lint.sh
+
+build/log/lint.log:
 	$(call log,tests/lint/lint.sh)
 
 build/log/headers.log: $(HEADER) tests/headers/headers.sh
 	$(call log,CLANG=$(CLANG) tests/headers/headers.sh)
+
+build/log/headers-quick.log: $(HEADER) tests/headers/headers.sh
+	$(call log,CLANG=$(CLANG) tests/headers/headers.sh quick)
 
 VENDOR = build/cqm.1 build/package/libconquest.a $(HEADER) $(wildcard examples/cmake/* tests/vendor/* tests/vendor/*/*)
 
