@@ -156,6 +156,7 @@ static void refine(struct scene *s, double begin)
     double decoded;
     s->frame_steps = 0;
     s->frame_bytes = 0;
+    cq_mesh_watch(&s->dec.mesh, SHIFT, s->dirty);
     while (goes_on(s) && s->frame_steps < s->options->steps && !shot_is_due(s)) {
         if (s->frame_steps % STEPS_A_LOOK == STEPS_A_LOOK - 1 && seconds() > end) break;
         s->result = step(s);
