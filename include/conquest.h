@@ -688,7 +688,8 @@ typedef struct cqi_seams {
     int full;                                 /* there were more */
     uint32_t channel;                         /* the next one of the row that is being read */
     cq_index vertex, corner, first;           /* of the base: what is read; the vertex' first row */
-    int fresh;                                /* its values are being read */
+    int fresh;                                /* all its corners have their rows: values of new ones are being read, */
+    cq_index row_of_base;                     /* now those of this one */
     int p, q;                                 /* of the split, */
     int context;
     int num_new, next;                        /* and the rows that it makes */
@@ -809,7 +810,8 @@ typedef struct cq_decoder {
         cq_index value;                    /* next vertex, then next face, of the component to get its values */
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
-        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
+        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before; */
+        int32_t first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS]; /* of those where a component begins */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
     int ruled;                             /* pairs are scored by the rule, too: see cqi_score_rule */
@@ -3214,7 +3216,8 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        int32_t *size = d->base.size + k * CQ_MAX_COMPONENTS;
+        const int begins = d->base.value == 1 && v; /* another component: far away */
+        int32_t *size = (begins ? d->base.first : d->base.size) + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
@@ -6489,8 +6492,7 @@ static int cqi_code_base_corner(cq_decoder *d)
         d->index[h] = before;
         return 1;
     }
-    s->fresh = !others || cqi_code_with(d, &s->model[0][CQI_BASE_NEW + rows], row == CQ_NONE);
-    if (s->fresh) {
+    if (!others || cqi_code_with(d, &s->model[0][CQI_BASE_NEW + rows], row == CQ_NONE)) {
         d->index[h] = cqi_add_row(d, s->vertex, wedge);
         return !s->full;
     }
@@ -6502,74 +6504,131 @@ static int cqi_code_base_corner(cq_decoder *d)
     return 1;
 }
 
-/* The rows of the two other corners of a base face that are known: those of vertices with lower numbers. */
-static int cqi_list_known(const cq_decoder *d, cq_index h, cq_index *known)
+/* What is around a row of the base whose values are read: of at most so many faces. */
+#define CQI_BASE_FACES 16
+typedef struct cqi_base_row {
+    cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
+    int num_known;
+    cqi_direction normal;                     /* sum of the normals of its faces */
+} cqi_base_row;
+
+static void cqi_add_known(cqi_base_row *b, cq_index row)
 {
-    const cq_mesh *m = &d->base.draft;
-    const cq_index v = m->origin[h];
-    int n = 0;
-    if (m->origin[cq_next(h)] < v) known[n++] = d->index[cq_next(h)];
-    if (m->origin[cq_prev(h)] < v) known[n++] = d->index[cq_prev(h)];
-    return n;
+    int k = 0;
+    while (k < b->num_known && b->known[k] != row) k++;
+    if (k == b->num_known) b->known[b->num_known++] = row;
 }
 
-/* Channel k of the new row of a corner of the base. */
-static int cqi_code_base_row(cq_decoder *d, uint32_t k)
+/* Adds what the face at h, whose origin has the row, tells. */
+static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
 {
-    const cqi_seams *s = d->seams;
+    const cq_mesh *m = &d->base.draft;
+    const cq_index v = m->origin[h], u = m->origin[cq_next(h)], w = m->origin[cq_prev(h)];
+    if (u < v) cqi_add_known(b, d->index[cq_next(h)]);
+    if (w < v) cqi_add_known(b, d->index[cq_prev(h)]);
+    if (d->located >= 0) {
+        const cq_value *const at = d->channel[d->located];
+        cqi_add_normal(&b->normal, at + 3 * (size_t)v, at + 3 * (size_t)u, at + 3 * (size_t)w);
+    }
+}
+
+/* Rows are new at the corners of a vertex in the order of their numbers, so that looking for the first corner of each
+ * goes around once. Of its other corners those count that follow it without a gap. */
+static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
+{
+    const cq_mesh *m = &d->base.draft;
+    cq_index h, before, end;
+    int k;
+    while (cqi_row_at(d, d->seams->corner) != row) d->seams->corner = cq_clockwise(m, d->seams->corner);
+    h = end = d->seams->corner;
+    for (k = 1; k < CQI_BASE_FACES; k++) {
+        before = cq_counterclockwise(m, h);
+        if (before == end || cqi_row_at(d, before) != row) break;
+        h = before;
+    }
+    end = h;
+    b->num_known = 0;
+    b->normal.x = b->normal.y = b->normal.z = 0;
+    for (k = 0; k < CQI_BASE_FACES && cqi_row_at(d, h) == row && (k == 0 || h != end); k++) {
+        cqi_look_at_face(d, h, b);
+        h = cq_clockwise(m, h);
+    }
+}
+
+/* The mean of what is known around; without that, what the row before has. */
+static int32_t cqi_predict_base_row(const cq_decoder *d, uint32_t k, uint32_t c, cq_index row, const cqi_base_row *b)
+{
     const cq_channel *channel = &d->shape.channel[k];
-    const uint32_t stride = channel->components;
-    const cq_index row = (cq_index)(s->num_rows - 1);
-    cq_index known[2];
-    int n = cqi_list_known(d, s->corner, known);
+    const size_t stride = channel->components;
+    const cq_value *const values = d->channel[k] + c;
+    int32_t sum = 0;
+    int j;
+    if (!b->num_known && row) return cqi_number(channel, values[(row - 1) * stride]);
+    if (!b->num_known) return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
+    if (b->num_known == 1) return cqi_number(channel, values[b->known[0] * stride]);
+    for (j = 0; j < b->num_known; j++) sum += cqi_rough(channel, values[b->known[j] * stride]);
+    return cqi_unrough(channel, sum / b->num_known);
+}
+
+/* Channel k of a new row of the base. */
+static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const cq_index wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+    cqi_base_row b;
     uint32_t c;
-    if (n && cqi_code_equal(d, k, 6, row, known[0])) return 1;
-    if (row > s->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
-    if (!n && row) known[n++] = (cq_index)(row - 1);
-    for (c = 0; c < stride; c++) {
-        const cq_value *const values = d->channel[k] + c;
-        int32_t *const size = &d->base.size[k * CQ_MAX_COMPONENTS + c];
-        int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
-        if (n == 1) p = cqi_number(channel, values[(size_t)known[0] * stride]);
-        if (n == 2) p = cqi_unrough(channel, (cqi_rough(channel, values[(size_t)known[0] * stride]) + cqi_rough(channel, values[(size_t)known[1] * stride])) / 2);
-        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->wedge_of_row[row]), p);
+    cqi_look_around_row(d, row, &b);
+    if (b.num_known && cqi_code_equal(d, k, 6, row, b.known[0])) return 1;
+    if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
+    if (cqi_has_pairs(d, k)) return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, wedge);
+    for (c = 0; c < channel->components; c++) {
+        int32_t *const size = (b.num_known ? d->base.size : d->base.first) + k * CQ_MAX_COMPONENTS + c;
+        int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
+        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
         x = cqi_code_base_residual(d, channel, x, size);
         x = cqi_number(channel, cqi_sum(p, x));
-        d->channel[k][(size_t)row * stride + c] = (cq_value)x;
         if (!cqi_value_fits(channel, x)) return 0;
+        d->channel[k][(size_t)row * channel->components + c] = (cq_value)x;
     }
     return 1;
 }
 
+/* The next corner of the vertex. When all have their rows, the values of those that are new follow. */
 static void cqi_next_base_corner(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
-    const cq_mesh *m = &d->base.draft;
-    s->corner = cq_clockwise(m, s->corner);
-    if (s->corner != m->out[s->vertex]) return;
-    s->first = s->num_rows;
-    s->vertex++;
-    if (s->vertex < m->num_vertices) s->corner = m->out[s->vertex];
+    s->corner = cq_clockwise(&d->base.draft, s->corner);
+    s->fresh = s->corner == d->base.draft.out[s->vertex];
+    s->row_of_base = s->first;
 }
 
-/* One channel of the row of a corner; or which row the next corner has. */
+static void cqi_next_base_vertex(cq_decoder *d)
+{
+    cqi_seams *s = d->seams;
+    s->fresh = 0;
+    s->first = s->num_rows;
+    if (++s->vertex < d->base.draft.num_vertices) s->corner = d->base.draft.out[s->vertex];
+}
+
+/* Which row the next corner has; or, when all corners of a vertex have theirs, one channel of a row. */
 static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
     int ok = 1;
     if (s->vertex == d->base.draft.num_vertices) return cqi_step_base_values(d);
-    if (s->fresh && cqi_next_channel(d, &s->channel)) {
-        const uint32_t k = s->channel++;
-        ok = cqi_code_base_row(d, k);
-        cqi_charge_channel(d, k);
-    } else if (s->fresh) {
-        s->fresh = 0;
-        s->channel = 0;
-        cqi_next_base_corner(d);
-    } else {
+    if (!s->fresh) {
         if (s->corner / 3 < d->mesh.first_virtual_face) ok = cqi_code_base_corner(d);
-        if (!s->fresh) cqi_next_base_corner(d);
+        cqi_next_base_corner(d);
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    } else if (s->row_of_base == s->num_rows) {
+        cqi_next_base_vertex(d);
+    } else if (cqi_next_channel(d, &s->channel)) {
+        const uint32_t k = s->channel++;
+        ok = cqi_code_base_row(d, k, s->row_of_base);
+        cqi_charge_channel(d, k);
+    } else {
+        s->channel = 0;
+        s->row_of_base++;
     }
     if (cqi_starved(d)) return CQ_TRUNCATED;
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;

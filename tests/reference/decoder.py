@@ -969,7 +969,7 @@ class Rows:
         self.equal = [[32768] * 8 for _ in self.header.channels]
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(4)]
         self.used = [[[0] * 16 for _ in range(20)] for _ in range(4)]
-        self.sizes = [[0] * 4 for _ in self.header.channels]
+        self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
 
     def add(self, vertex):
         if self.count == self.header.rows:
@@ -982,41 +982,65 @@ class Rows:
 
     # 15.2
     def read_component(self, base):
-        mesh = self.mesh
         for v in range(base.first, base.vertices):
+            ring = self.mesh.ring(v, base.next_corner(v))
             first, before = self.count, None
-            for w in mesh.ring(v, base.next_corner(v)):
-                triangle = mesh.left[v, w]
-                if any(map(mesh.is_virtual, triangle)):
+            around = []        # triangles, None for virtual ones
+            for w in ring:
+                triangle = self.mesh.left[v, w]
+                around.append(None if any(map(self.mesh.is_virtual, triangle)) else triangle)
+                if around[-1] is None:
                     before = None
                     continue
                 rows = self.of.setdefault(id(triangle), [None] * 3)
-                at = triangle.index(v)
-                row, new = self.base_corner(first, before, v)
-                rows[at] = row
+                rows[triangle.index(v)] = before = self.base_corner(first, before, v)
                 self.decoder.end_step()
-                if new:
-                    others = [rows[k % 3] for k in (at + 1, at + 2) if triangle[k % 3] < v]
-                    for k, channel in self.header.row_channels():
-                        self.base_row(k, channel, row, first, others)
-                        self.decoder.end_step()
-                before = row
+            for row in range(first, self.count):
+                triangles = self.triangles_of(row, v, around)
+                for k, channel in self.header.row_channels():
+                    self.base_row(k, channel, row, first, v, triangles)
+                    self.decoder.end_step()
+
+    # 15.3
+    def triangles_of(self, row, v, around):
+        def has_row(k):
+            triangle = around[k % len(around)]
+            return triangle is not None and self.of[id(triangle)][triangle.index(v)] == row
+
+        t = next(k for k in range(len(around)) if has_row(k))
+        begin = t
+        while t - begin < 15 and begin - 1 > t - len(around) and has_row(begin - 1):
+            begin -= 1
+        end = begin + 1
+        while end - begin < min(16, len(around)) and has_row(end):
+            end += 1
+        return [around[k % len(around)] for k in range(begin, end)]
+
+    def known_rows(self, v, triangles):
+        known = []
+        for triangle in triangles:
+            at = triangle.index(v)
+            for k in at + 1, at + 2:
+                row = self.of[id(triangle)][k % 3]
+                if triangle[k % 3] < v and row not in known:
+                    known.append(row)
+        return known
 
     def base_corner(self, first, before, v):
         known, models, coder = self.count - first, self.contexts[0], self.coder
         others = known - (before is not None)
         m = min(known, 3) - 1
         if before is not None and coder.adaptive("SAME", models["SAME"], m):
-            return before, False
+            return before
         if others == 0 or coder.adaptive("NEW", models["NEW"], m):
             row = self.add(v)
             if self.full:
                 self.decoder.reject("corrupt")
-            return row, True
+            return row
         n = coder.raw((others - 1).bit_length())
         if n >= others:
             self.decoder.reject("corrupt")
-        return [row for row in range(first, self.count) if row != before][n], False
+        return [row for row in range(first, self.count) if row != before][n]
 
     def is_equal(self, k, channel, model, row, other):
         if not self.coder.adaptive(f"EQUAL {k}", self.equal[k], model):
@@ -1029,23 +1053,28 @@ class Rows:
     def part(channel):
         return slice(channel.first, channel.first + channel.components)
 
-    def base_row(self, k, channel, row, first, known):  # 15.3
+    def base_row(self, k, channel, row, first, v, triangles):
+        known = self.known_rows(v, triangles)
         if known and self.is_equal(k, channel, 6, row, known[0]):
             return
         if row > first and self.is_equal(k, channel, 7, row, row - 1):
             return
-        if not known and row:
-            known = [row - 1]
+        if self.is_pair(channel):
+            corners = [(v, t[(t.index(v) + 1) % 3], t[(t.index(v) + 2) % 3]) for t in triangles]
+            direction = total(self.normal(list(map(self.position, t))) for t in corners)
+            self.pair(k, channel, row, direction, known)
+            return
+        sizes = self.sizes[k] if known else self.first_sizes[k]
         for c in range(channel.components):
             at = channel.first + c
-            near = [self.values[other][at] for other in known]
-            if len(near) == 2:
-                prediction = quotient(channel.rough(near[0]) + channel.rough(near[1]), 2) * channel.unit()
+            near = [self.values[other][at] for other in known or [row - 1] * (row > 0)]
+            if len(near) > 1:
+                prediction = quotient(sum(map(channel.rough, near)), len(near)) * channel.unit()
             elif near:
                 prediction = channel.number(near[0])
             else:
                 prediction = 0 if channel.exact else 1 << channel.bits - 1
-            self.values[row][at] = self.decoder.base_value(channel, prediction, self.sizes[k], c)
+            self.values[row][at] = self.decoder.base_value(channel, prediction, sizes, c)
 
     # 15.4
     def row(self, u, v):
@@ -1192,7 +1221,7 @@ class Rows:
         if n == 1 and self.is_equal(k, channel, int(self.same(channel, self.made[0][1], neighbour)), row, row - 1):
             return
         if self.is_pair(channel):
-            self.pair(k, channel, row, None, fan.v)
+            self.pair(k, channel, row, self.direction(row, None), fan.v)
             return
         for at in range(channel.first, channel.first + channel.components):
             if channel.merge == Channel.COPY:
@@ -1245,7 +1274,7 @@ class Rows:
             return
         if self.is_pair(channel):
             around = [r for r in (neighbour, companion) if r is not None][:1]
-            self.pair(k, channel, row, corner, around)
+            self.pair(k, channel, row, self.direction(row, corner), around)
             return
         near, far = neighbour, companion
         if near is None or (channel.kind == 2 and far is not None):
@@ -1303,17 +1332,17 @@ class Rows:
         u, v = half1 - abs(y), half1 - abs(x)
         return [-u if x < 0 else u, -v if y < 0 else v]
 
-    def pair(self, k, channel, row, corner, around):
+    def pair(self, k, channel, row, direction, around):
         half1 = (1 << channel.bits - 1) - 1
         around = [[c - half1 for c in self.values[r][self.part(channel)]] for r in around]
-        n = self.direction(row, corner)
-        m, shift = sum(map(abs, n)), 0
+        m, shift = sum(map(abs, direction)), 0
         while m >> shift >= 1 << 38:
             shift += 1
         m >>= shift
         if m:
-            expected = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
-            if n[2] < 0:
+            expected = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1)
+                        for c in direction[:2]]
+            if direction[2] < 0:
                 expected = self.fold(expected, half1)
         else:
             expected = around[0] if around else [0, 0]
@@ -1460,7 +1489,8 @@ class Decoder:
     def read_base(self, base):
         if self.header.rows:
             self.rows = Rows(self, base.mesh)
-        self.base_sizes, before = [0] * len(self.header.numbers()), None
+        self.base_sizes, self.first_sizes = ([0] * len(self.header.numbers()) for _ in range(2))
+        before = None
         self.mesh, self.complete = base.mesh, []
         for _ in base.components():
             self.base_values(base)
@@ -1524,8 +1554,9 @@ class Decoder:
         return value
 
     def base_values(self, base):  # 6.2
-        numbers, sizes = self.header.numbers(), self.base_sizes
+        numbers = self.header.numbers()
         for v in range(base.first, base.vertices):
+            sizes = self.first_sizes if v == base.first and v else self.base_sizes
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
             self.values.append(values)
