@@ -623,9 +623,8 @@ enum {
     CQI_OF_CONQUEST = CQI_SIGN_SMALL + 3 * 4,
     CQI_MARK = CQI_OF_CONQUEST,               /* [pair of pairs of states][length] a coarse edge gets a vertex */
     CQI_DISSOLVED = CQI_MARK + 21 * 5,        /* [marks around][shape] a coarse edge is flipped */
-    CQI_AFTER = CQI_DISSOLVED + 6 * 5,        /* one at a flipped edge is flipped, too; */
-    CQI_WHICH = CQI_AFTER + 1,                /* [shape] is it this one */
-    CQI_TWO = CQI_WHICH + 5,                  /* [shape] the diagonal of a face with two marks is flipped */
+    CQI_SECOND_FLIP = CQI_DISSOLVED + 6 * 5,  /* [shape] and then an edge inside of one of its faces, too */
+    CQI_TWO = CQI_SECOND_FLIP + 5,                  /* [shape] the diagonal of a face with two marks is flipped */
     CQI_CENTRAL = CQI_TWO + 5,                /* [before] a face with three marks has a triangle in the middle */
     CQI_SHORTEST = CQI_CENTRAL + 3,           /* else a fan around the new vertex that is nearest to the opposite corner; */
     CQI_SHORTER,                              /* or the next one */
@@ -720,9 +719,7 @@ typedef struct cqi_regular {
     cq_index record;                       /* face slot of its record; or how many buckets are filled */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
-    cq_index quad[4];                      /* x, y, a, b of the edge that was dissolved last, */
-    uint8_t flip[4];                       /* what the encoder wants of its sides, */
-    int second;                            /* and the question about them that comes next, see cqi_step_second */
+    cq_index dissolved;                    /* halfedge of the edge that is flipped next; CQ_NONE: of none */
     int bucket;                            /* a bucket of edges has 2^bucket halfedges */
     int axes;                              /* 0: the plane of each vertex; 1 .. 3: x, y, z is above */
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
@@ -2661,7 +2658,7 @@ static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
     214, 188, 236, 248, 128, 165, 111, 173, 206, 94, 32, 38, 124, 150, 128, 17, 21, 57, 72, 74, 23, 38,
     109, 135, 128, 152, 156, 227, 246, 128, 98, 85, 164, 194, 132, 62, 60, 144, 183, 212, 146, 47, 15, 128,
     128, 100, 16, 2, 128, 246, 212, 102, 24, 128, 247, 227, 133, 52, 128, 217, 180, 60, 15, 128, 72, 57,
-    30, 0, 128, 2, 182, 149, 82, 7, 128, 234, 188, 77, 20, 128, 236, 249, 251, 229, 223, 110, 105, 94,
+    30, 0, 128, 32, 14, 4, 0, 6, 234, 188, 77, 20, 128, 236, 249, 251, 229, 223, 110, 105, 94,
     79, 76, 96, 85, 79, 75, 122, 85, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 42, 30, 193, 188, 189, 163, 158, 128, 128, 128, 128, 128, 128, 128, 128, 128, 69, 27, 127, 132, 170,
     145, 119, 128, 128, 128, 128, 128, 128, 128, 128, 128, 113, 66, 120, 128, 166, 122, 124, 128, 128, 128, 128,
@@ -5319,8 +5316,8 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *                                                                                 around m1 or m2
  *
  * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
- * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other face
- * (CQI_NO_SIDE: that is virtual), and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other
+ * face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
  * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those
  * of that mesh. */
 
@@ -5355,6 +5352,12 @@ static void cqi_set_dissolved_side(const cq_decoder *d, cq_index f, int side)
     *byte = (uint8_t)(*byte | side << 2 * (f & 3));
 }
 
+static void cqi_clear_dissolved_side(const cq_decoder *d, cq_index f)
+{
+    uint8_t *byte = cqi_side_byte(d, f);
+    *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
+}
+
 /* Marked sides of a face, as bits. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f)
 {
@@ -5362,7 +5365,6 @@ static int cqi_marks_of(const cq_decoder *d, cq_index f)
            cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
 }
 
-#define CQI_NO_SIDE 3
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 
 /* -- Regular levels: marks -- */
@@ -5430,7 +5432,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     r->length = r->count ? r->length - (r->length >> 5) + (length >> 5) : length;
     r->count++;
     d->mesh.out[v] = h;
-    d->mesh.mark[v] = (uint8_t)((cqi_is_real_face(m, g) ? (int)(g % 3) : CQI_NO_SIDE) << 4);
+    d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
     cqi_set_mark(d, h);
     if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
     return CQ_OK;
@@ -6104,38 +6106,27 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
  *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
  *       a-----b          a--v--b        later of two insertions is taken back first.
  *
- * Flips that no encoder makes can turn the walk into a circle, or lead it to another edge. So it ends after CQI_MOVES,
- * of which an encoder needs no more than half; and cqi_can_insert has another look. */
-#define CQI_MOVES 16
+ * Flips keep away from a face before its turn, see there. So of a face, it is only asked while the vertices on its other
+ * edges are all that is new in it: these are two steps at most. */
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
-    int k;
-    for (k = 0; k < CQI_MOVES; k++) {
+    for (;;) {
         const cq_index from = m->origin[h], to = cq_target(m, h);
         if (from < d->regular.vertices && to < d->regular.vertices) return h;
         h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
     }
-    return CQ_NONE;
 }
 
-/* Does the edge have as many real faces as the record of v was made for? And are there more than two faces in all: where
- * these share all three edges, a vertex in one of them would be joined to their third corner twice. */
-static int cqi_can_insert(const cq_decoder *d, cq_index v, cq_index h)
-{
-    const cq_mesh *m = &d->mesh;
-    return h != CQ_NONE && cqi_is_real_face(m, h) && m->valence[m->origin[h]] > 2 &&
-           cqi_is_real_face(m, m->twin[h]) == (m->mark[v] >> 4 != CQI_NO_SIDE);
-}
-
-/* Inserts the next new vertex into its edge: a split of the edge's start. */
+/* Inserts the next new vertex into its edge: a split of the edge's start. Not where two faces share all three edges: there
+ * it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
-    int ok = cqi_can_insert(d, v, h);
-    if (!ok) return CQ_ERROR_CORRUPT;
+    int ok;
+    if (m->valence[m->origin[h]] == 2) return CQ_ERROR_CORRUPT;
     ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
@@ -6145,26 +6136,10 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     return CQ_OK;
 }
 
-/* May flips give the vertex another neighbour? New ones have no more than CQ_MAX_VALENCE by flips, and by insertions as
- * many again, one in each edge opposite: so walks around them are short. No encoder comes near. */
-static int cqi_may_gain(const cq_decoder *d, cq_index v)
-{
-    return v < d->regular.vertices || d->mesh.valence[v] < CQ_MAX_VALENCE;
-}
-
-/* Is the flip of this edge possible, and does it make an edge with a new vertex? */
-static int cqi_is_flippable(const cq_decoder *d, cq_index h)
-{
-    const cq_mesh *m = &d->mesh;
-    const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(m->twin[h])];
-    if (x < d->regular.vertices && y < d->regular.vertices) return 0;
-    return cqi_may_gain(d, x) && cqi_may_gain(d, y) && cqi_can_flip(m, h);
-}
-
 static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
 {
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (!cqi_is_flippable(d, h)) return CQ_ERROR_CORRUPT;
+    if (!cqi_can_flip(&d->mesh, h)) return CQ_ERROR_CORRUPT;
     cqi_flip(&d->mesh, h);
     return CQ_OK;
 }
@@ -6179,13 +6154,13 @@ static int cqi_shape_of(const cq_decoder *d, cq_index h)
 /* Side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
-    return v < d->regular.own || cq_is_virtual(&d->mesh, v) ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
+    return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
 /* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
  * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
  * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
- * after that, the start of the side. CQ_NONE: there is no hub, after flips that no encoder makes. */
+ * after that, the start of the side. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -6194,7 +6169,6 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     int next;
     for (k = (cq_index)(3 * f); k < 3 * f + 3; k++)
         if (m->origin[k] >= old && (h == CQ_NONE || m->origin[k] < m->origin[h])) h = k;
-    if (h == CQ_NONE || cq_is_virtual(m, m->origin[h])) return CQ_NONE; /* the face was changed before its turn */
     next = (cqi_side_here(d, m->origin[h]) + 1) % 3;
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];
@@ -6203,17 +6177,10 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
-/* Has the edge a real face on either side? So has any that an encoder's hub has in its face. */
-static int cqi_is_inner(const cq_mesh *m, cq_index h)
-{
-    return cqi_is_real_face(m, h) && cqi_is_real_face(m, m->twin[h]);
-}
-
 /* Two new vertices: which of them the opposite corner is joined to. */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
 {
     const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
-    if (!cqi_is_inner(&d->mesh, hub)) return CQ_ERROR_CORRUPT;
     return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
 }
 
@@ -6237,7 +6204,6 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
     uint32_t length[3] = { 0, 0, 0 };
     cq_result result;
     int fan = 0, central = 0;
-    if (!cqi_is_inner(m, hub) || !cqi_is_inner(m, left) || !cqi_is_inner(m, right)) return CQ_ERROR_CORRUPT;
     if (CQI_ENCODING(d)) {
         fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
         central = !fan && !cqi_plan_hub(d->plan, m, hub);
@@ -6257,68 +6223,74 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
     return cqi_flip_checked(d, fan == 1 ? cq_next(hub) : cq_prev(hub));
 }
 
-/* One of the four edges of a quadrangle whose diagonal was flipped: from a new vertex, if it is one, to an end that the
- * diagonal had. Is it flipped too? */
-static cq_result cqi_code_second(cq_decoder *d, cq_index v, cq_index end, int flip)
+/* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
+ * beyond it; h is the halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h has not one mark.
+ *
+ * Of the two triangles of such a face one is in the face's own slot, whose sides are the mark and the edge inside. The
+ * other one is in a new slot. So if h is not in the own slot, that is beyond one of the other two sides of its triangle,
+ * but not with its marked side: so the face of another mark does not count. And a face that does is as its mark has left
+ * it: the side that it has noted is taken back, as it is asked for once, when that is dissolved. */
+static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
-    cq_index h;
-    if (v < d->regular.vertices) return CQ_OK;
-    h = cqi_find_spoke(&d->mesh, v, end);
-    if (!cqi_is_flippable(d, h) || !cqi_code_bit(d, CQI_WHICH + cqi_shape_of(d, h), flip)) return CQ_OK;
-    return cqi_flip_checked(d, h);
+    static const uint8_t only[8] = { 3, 0, 1, 3, 2, 3, 3, 3 }; /* the marked side, if there is one; or 3 */
+    const cq_mesh *m = &d->mesh;
+    const cq_index side[3] = { h, m->twin[cq_next(h)], m->twin[cq_prev(h)] };
+    int k;
+    if (m->origin[cq_prev(h)] < d->regular.vertices) return CQ_NONE;
+    for (k = 0; k < 3; k++) {
+        const cq_index f = (cq_index)(side[k] / 3);
+        const int marked = f < d->regular.faces ? only[cqi_marks_of(d, f)] : 3, at = (int)(side[k] % 3);
+        if (marked == 3 || marked == at || !cqi_dissolved_side(d, f)) continue;
+        cqi_clear_dissolved_side(d, f);
+        return k ? side[k] : m->twin[3 * f + (cq_index)(3 - marked - at)];
+    }
+    return CQ_NONE;
 }
 
-/* The flip of a dissolved edge; those of edges around are steps of their own. */
-static cq_result cqi_code_dissolved(cq_decoder *d, cq_index h)
+/* Will the edge h inside of a face be flipped, when an edge of the face has been? Then it joins the vertex beyond that edge
+ * and the one beyond h: only if the former is new. */
+static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
 {
     const cq_mesh *m = &d->mesh;
-    cqi_regular *r = &d->regular;
-    const cq_index g = m->twin[h], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
-    r->quad[0] = x;
-    r->quad[1] = y;
-    r->quad[2] = m->origin[h];
-    r->quad[3] = m->origin[g];
-    r->second = 1;
-    if (CQI_ENCODING(d)) {
-        r->flip[0] = x >= r->vertices && cqi_plan_second(d->plan, m, cq_prev(h));
-        r->flip[1] = x >= r->vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(h)]);
-        r->flip[2] = y >= r->vertices && cqi_plan_second(d->plan, m, m->twin[cq_next(g)]);
-        r->flip[3] = y >= r->vertices && cqi_plan_second(d->plan, m, cq_prev(g));
-    }
-    return cqi_flip_checked(d, h);
+    const cq_index g = m->twin[h];
+    const cq_index spoke = m->origin[h] < d->regular.vertices ? g : h;
+    if (beyond < d->regular.vertices) return 0;
+    return cqi_code_bit(d, CQI_SECOND_FLIP + cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], beyond),
+                        CQI_ENCODING(d) && cqi_plan_second(d->plan, m, spoke));
 }
 
-/* 1: is any side of the quadrangle flipped, too? 2 .. 5: each in turn. */
-static cq_result cqi_step_second(cq_decoder *d)
+/* The flip of a dissolved edge, and of the edges inside of its two faces, if these have one mark each. */
+static cq_result cqi_step_dissolved(cq_decoder *d)
 {
-    cqi_regular *r = &d->regular;
-    const int k = r->second - 2;
-    cq_result result = CQ_OK;
-    r->second = r->second < 5 ? r->second + 1 : 0;
-    if (k >= 0) result = cqi_code_second(d, r->quad[k / 2], r->quad[2 + k % 2], r->flip[k]);
-    else if (!cqi_code_bit(d, CQI_AFTER, r->flip[0] | r->flip[1] | r->flip[2] | r->flip[3])) r->second = 0;
-    return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
+    const cq_mesh *m = &d->mesh;
+    const cq_index h = d->regular.dissolved, g = m->twin[h], tip[2] = { m->origin[cq_prev(h)], m->origin[cq_prev(g)] };
+    const cq_index inside[2] = { cqi_take_inside(d, h), cqi_take_inside(d, g) };
+    int flip[2] = { 0, 0 }, k;
+    cq_result result;
+    d->regular.dissolved = CQ_NONE;
+    for (k = 0; k < 2; k++)
+        if (inside[k] != CQ_NONE) flip[k] = cqi_code_second_flip(d, inside[k], tip[1 - k]);
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+    result = cqi_flip_checked(d, h);
+    for (k = 0; k < 2; k++)
+        if (flip[k] && result == CQ_OK) result = cqi_flip_checked(d, inside[k]);
+    return result;
 }
 
-/* The flips of a face that has got its new vertices. */
+/* The flips inside of a face that has got its new vertices. That of a dissolved edge is the next step: none of these moves
+ * it. */
 static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
 {
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
     cq_result result = CQ_OK;
-    cq_index beyond = CQ_NONE; /* of the dissolved edge: no flip in this face moves it */
-    if (side && !(marks >> (side - 1) & 1)) {
-        beyond = cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1));
-        if (beyond == CQ_NONE) return CQ_ERROR_CORRUPT;
-        beyond = d->mesh.twin[beyond];
-    }
+    if (side && !(marks >> (side - 1) & 1))
+        d->regular.dissolved = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
     if (cqi_ones[marks] > 1) {
         const cq_index hub = cqi_find_hub(d, f, marks);
-        if (hub == CQ_NONE) return CQ_ERROR_CORRUPT;
         result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
     }
-    if (result == CQ_OK && beyond != CQ_NONE) result = cqi_code_dissolved(d, beyond);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    return result;
+    return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
 /* Turns to the plan of the regular level that begins; notes the bytes of one that ends. */
@@ -6352,11 +6324,10 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     cqi_regular *r = &d->regular;
     const cq_index v = d->mesh.num_vertices;
     cq_result result;
-    if (r->second) return cqi_step_second(d);
+    if (r->dissolved != CQ_NONE) return cqi_step_dissolved(d);
     if (r->at == r->faces) return cqi_end_regular(d);
     if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
     result = cqi_code_flips(d, r->at);
-    if (result == CQ_OK && cqi_starved(d)) return CQ_TRUNCATED;
     r->at++;
     r->own = v;
     return result;
@@ -6384,6 +6355,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
     r->central = 2;
+    r->dissolved = CQ_NONE;
     if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 0);
     if (CQI_REPORTING(d)) cqi_level_report(d)->regular = 1;
     d->phase = CQI_WIPE;

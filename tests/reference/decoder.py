@@ -2149,9 +2149,8 @@ class RegularLevel:
     def is_flippable(self, a, b):
         mesh = self.mesh
         x, y = mesh.front[a, b], mesh.front[b, a]
-        return not any(map(mesh.is_virtual, (a, b, x, y))) and max(x, y) >= self.old and x != y and \
-            all(v < self.old or mesh.valence[v] < 24 for v in (x, y)) and \
-            mesh.valence[a] > 3 and mesh.valence[b] > 3 and (x, y) not in mesh.left
+        return not any(map(mesh.is_virtual, (a, b, x, y))) and x != y and (x, y) not in mesh.left and \
+            mesh.valence[a] > 3 and mesh.valence[b] > 3
 
     def flip(self, a, b):
         self.decoder.end_step()
@@ -2167,7 +2166,8 @@ class RegularLevel:
         if sum(marks) > 1:
             (self.diagonal if sum(marks) == 2 else self.middle)(*self.hub(f))
         if side and not marks[side - 1]:
-            self.dissolve(*reversed(self.ends(3 * f + side - 1)))
+            self.decoder.end_step()
+            self.dissolve(3 * f + side - 1)
         self.decoder.end_step()
 
     def hub(self, f):
@@ -2196,15 +2196,23 @@ class RegularLevel:
         if not self.central:
             self.flip(hub, left if fan == 1 else right)
 
-    def dissolve(self, a, b):
+    def second(self, h, beyond):
+        """The edge inside of the face of h, which is dissolved, if that is flipped too."""
+        marks = self.marks_of(h // 3)
+        if sum(marks) != 1 or beyond < self.old:
+            return None
+        mark = h // 3 * 3 + marks.index(True)
+        v, corner = self.new_on(mark), self.ends(self.previous(mark))[0]
+        far = next(c for c in self.ends(mark) if c not in self.ends(h))
+        shape = self.shape(v, corner, far, beyond)
+        return (v, corner) if self.coder.bit("SECOND_FLIP", shape) else None
+
+    def dissolve(self, h):
+        b, a = self.ends(h)
         x, y = self.mesh.front[a, b], self.mesh.front[b, a]
-        self.flip(a, b)
-        if not self.coder.bit("AFTER"):
-            return
-        for v in x, y:
-            for end in a, b:
-                if v >= self.old and self.is_flippable(v, end) and self.coder.bit("WHICH", self.shape_of(v, end)):
-                    self.flip(v, end)
+        edges = [(a, b), self.second(self.twin(h), y), self.second(h, x)]
+        for edge in filter(None, edges):
+            self.flip(*edge)
 
 
 def dump(decoder):
