@@ -473,7 +473,7 @@ typedef struct cq_report {
  * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
  * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
  * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component. A join of the base has
- * 3 and 32. Of regular levels, an insertion has three residuals; weights are 112 raw bits. */
+ * 3 and 32. Of regular levels, an insertion has three residuals; weights are 171 raw bits. */
 #define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
 
 /* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
@@ -725,7 +725,7 @@ typedef struct cqi_regular {
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
     uint32_t length;                       /* of marked edges, 1/16: running mean */
     uint32_t size;                         /* class of the residuals, 1/16: running mean */
-    int8_t fixed[2 * CQI_FIXED], fine[2 * CQI_FINE]; /* weights, along the surface and above it */
+    int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the edge, more */
 } cqi_regular;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -2266,6 +2266,14 @@ typedef struct cqi_seed {
 } cqi_seed;
 
 #define CQI_MAX_REGULAR 32
+#define CQI_ROWS 512
+
+/* For fitting weights of regular levels, see there. */
+typedef struct cqi_row {
+    int16_t feature[3][CQI_FINE];
+    int32_t offset[3];
+    int16_t edge_x, edge_y;             /* its direction, 1/4096 */
+} cqi_row;
 
 /* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
@@ -2290,6 +2298,7 @@ typedef struct cqi_plan {
     cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
                                            not yet there. Before: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
+    cqi_row *row;                       /* of CQI_ROWS vertices */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
     cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
@@ -2298,6 +2307,7 @@ typedef struct cqi_plan {
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
     uint32_t most_regular;              /* and how many there may be */
+    int surely_regular;                 /* so regular that it needs no comparison */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
@@ -5507,12 +5517,24 @@ static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
 typedef struct cqi_tilt {
     int axis[3];                 /* components that are x, y, z here */
     int32_t slope_x, slope_y;    /* in 1/256 */
+    int32_t edge_x, edge_y;      /* the edge in x and y, with 12 bits, */
+    int32_t inverse;             /* 2^39 / its square; both 0: it has no direction there */
 } cqi_tilt;
 
 static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
-/* The plane of a normal below 2^30. */
-static void cqi_set_tilt(cqi_tilt *t, cqi_vector normal, int axes)
+/* The direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
+static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
+{
+    const int32_t x = cqi_component(edge, t->axis[0]), y = cqi_component(edge, t->axis[1]);
+    const int bits = cqi_bit_length(cqi_abs(x) | cqi_abs(y));
+    t->edge_x = bits > 12 ? cqi_floor_shift(x, bits - 12) : x * (1 << (12 - bits));
+    t->edge_y = bits > 12 ? cqi_floor_shift(y, bits - 12) : y * (1 << (12 - bits));
+    t->inverse = bits ? (int32_t)(0x80000000u / ((uint32_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y) >> 8)) : 0;
+}
+
+/* The plane of a normal below 2^30, and an edge in it. */
+static void cqi_set_tilt(cqi_tilt *t, cqi_vector edge, cqi_vector normal, int axes)
 {
     const int shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
     int k = axes - 1;
@@ -5528,6 +5550,7 @@ static void cqi_set_tilt(cqi_tilt *t, cqi_vector normal, int axes)
     t->axis[1] = 3 - k - t->axis[0];
     t->slope_x = nearest ? -(cqi_component(normal, t->axis[0]) * 256 / nearest) : 0;
     t->slope_y = nearest ? -(cqi_component(normal, t->axis[1]) * 256 / nearest) : 0;
+    cqi_set_edge(t, edge);
 }
 
 static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a)
@@ -5562,20 +5585,33 @@ static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vec
     return sum;
 }
 
-/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. CQ_NONE:
- * there is none. */
-static cq_index cqi_straight(const cq_mesh *m, cq_index h)
+/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An odd
+ * valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
+static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
 {
     const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
     cq_index s = h, k, end = CQ_NONE;
+    *two = 0;
     if (n > CQ_MAX_VALENCE) return CQ_NONE;
     if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
     if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
     for (k = 0; k < n; k++, s = cq_clockwise(m, s)) {
         if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
-        if (2 * k == n) end = s;
+        if (k == n / 2) end = s;
     }
+    *two = n & 1;
     return end;
+}
+
+/* Twice the offset from a of what lies straight on from h; false if there is none. */
+static int cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index a, cqi_vector *ahead)
+{
+    const cq_mesh *m = &d->mesh;
+    int two;
+    const cq_index on = cqi_straight(m, h, &two);
+    if (on == CQ_NONE) return 0;
+    *ahead = cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two ? cq_clockwise(m, on) : on)));
+    return 1;
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond the
@@ -5585,14 +5621,13 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     const cq_mesh *m = &d->mesh;
     const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
     const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
-    cqi_vector tip[2], wings = none, ahead = none;
+    cqi_vector tip[2], wings = none, ahead = none, end;
     int inner[2], num_wings = 0, num_ahead = 0, i;
     for (i = 0; i < 2; i++) {
-        const cq_index s = side[i], on = cqi_straight(m, s), next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
+        const cq_index s = side[i], next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
         inner[i] = cqi_is_real_face(m, s);
         tip[i] = none;
-        if (on != CQ_NONE) {
-            const cqi_vector end = cqi_from(d, a, cq_target(m, on));
+        if (cqi_find_ahead(d, s, a, &end)) {
             num_ahead += 1 + i;
             ahead = cqi_plus(ahead, end);
         }
@@ -5602,16 +5637,18 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
         wings = cqi_plus(wings, cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
         num_wings += 2;
     }
-    cqi_set_tilt(t, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
+    cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
     feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
     feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
-    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 2));        /* beyond a: b + (b - a) instead of what is beyond b */
-    feature[2] = num_ahead ? cqi_scale(cqi_minus(ahead, num_ahead == 2 ? cqi_scale(b, 2) : b), 2) : none;
+    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is beyond b */
+    feature[2] = num_ahead ? cqi_minus(ahead, cqi_scale(b, num_ahead == 2 ? 4 : 2)) : none;
 }
 
-/* Weighted sums of n features, in 1/256. */
+/* Weighted sums of n features, in 1/256. The part along the edge of what the last n weights give is added: below 2^39, its
+ * product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
+    int64_t part = 0;
     int k;
     sum[0] = sum[1] = sum[2] = 0;
     for (k = 0; k < n; k++) {
@@ -5619,7 +5656,11 @@ static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t
         sum[0] += (int64_t)weight[k] * x.x;
         sum[1] += (int64_t)weight[k] * x.y;
         sum[2] += (int64_t)weight[n + k] * x.z;
+        part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
     }
+    part = cqi_floor_shift_wide(cqi_floor_shift_wide(part, 12) * t->inverse, 15);
+    sum[0] += cqi_floor_shift_wide(part * t->edge_x, 12);
+    sum[1] += cqi_floor_shift_wide(part * t->edge_y, 12);
 }
 
 static int32_t cqi_rounded(int64_t x) { return (int32_t)cqi_floor_shift_wide(x + 128, 8); }
@@ -5650,8 +5691,8 @@ static void cqi_expect(cq_decoder *d, cq_index v)
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill. In
  * it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite; the new
- * vertex straight on from the edge's start, and those on the edges of the faces beyond that begin and end where this
- * edge does. */
+ * vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that begin and end
+ * where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -5662,12 +5703,13 @@ static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index on = cqi_straight(m, s);
+    int two;
+    const cq_index on = cqi_straight(m, s, &two);
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
     origin[0] = cqi_vertex_on(d, cq_next(s));
     origin[1] = cqi_vertex_on(d, cq_prev(s));
     origin[2] = m->origin[cq_prev(s)];
-    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
+    twin[0] = on == CQ_NONE || two ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
 }
@@ -5708,18 +5750,18 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index 
             cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
             cqi_add_offset(d, &feature[twin[k + 1] < v ? 3 : 4], v, twin[k + 1]);
         }
-        cqi_add_offset(d, &feature[2], v, origin[2]);
+        cqi_add_offset(d, &feature[origin[0] == CQ_NONE || origin[1] == CQ_NONE ? 6 : 2], v, origin[2]);
         cqi_add_offset(d, &feature[5], v, twin[0]);
     }
     feature[2] = cqi_scale(feature[2], 2);
     feature[5] = cqi_scale(feature[5], 2);
-    feature[6] = cqi_scale(cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b)), 2);
-    cqi_set_tilt(t, cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL), d->regular.axes);
+    feature[6] = cqi_scale(cqi_plus(feature[6], cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b))), 2);
+    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL), d->regular.axes);
 }
 
 /* -- Regular levels: weights -- */
 
-static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
+static void cqi_code_signed(cq_decoder *d, int8_t *weight, int n)
 {
     for (; n--; weight++) {
         const int x = (int)cqi_code_raw(d, (uint32_t)*weight & 255, 8);
@@ -5727,36 +5769,53 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
     }
 }
 
+/* The axes, and weights of n features; the last third may be 0 throughout. */
+static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
+{
+    uint32_t any = 0;
+    int k;
+    for (k = 2 * n; k < 3 * n; k++) any |= CQI_ENCODING(d) && weight[k];
+    d->regular.axes = (int)cqi_code_raw(d, (uint32_t)d->regular.axes, 2);
+    cqi_code_signed(d, weight, 2 * n);
+    if (cqi_code_raw(d, any, 1)) cqi_code_signed(d, weight + 2 * n, n);
+    else memset(weight + 2 * n, 0, (size_t)n);
+}
+
 /* -- Regular levels: weights of an encoder --
  *
  * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left has
- * short codes. Normal equations of at most CQI_ROWS vertices; all in integers.
+ * short codes. All in integers. Rows of at most CQI_ROWS vertices are kept: what the features are along the edge, across it
+ * and above the surface, and what their sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_ROWS = 1024, CQI_PASSES = 12, CQI_RUN = 64 };
+enum { CQI_PASSES = 8 };
 
 typedef struct cqi_equations {
     int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
     uint32_t least;              /* cost of the best weights so far, */
     int8_t best[CQI_FINE];       /* and these */
-    uint32_t cost;               /* about, in half bits */
+    uint32_t cost;               /* about, in 1/8 bit */
     int power;                   /* of the error that rows count by, -1/2 */
 } cqi_equations;
 
+/* What an error in 1/256 costs, about, in 1/8 bit: nothing, if it rounds to 0. */
+static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
+
 /* A row: features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int32_t *x, int n, int32_t y)
+static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int16_t *x, int n, int32_t y)
 {
-    static const uint16_t root[4] = { 4096, 3444, 2896, 2435 }; /* 2^(12 - k / 4) */
+    static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
     int32_t error = 16 * y;
-    int64_t share;
-    int i, j, half_bits;
+    int32_t share;
+    int i, j, left;
     for (i = 0; i < n; i++) error -= weight[i] * x[i];
-    half_bits = cqi_half_bits((cqi_abs(error) >> 7) + 1);
-    share = root[fit->power * half_bits % 4] >> cqi_at_most(fit->power * half_bits / 4, 15);
-    fit->cost += (uint32_t)half_bits;
+    left = cqi_left(error);
+    share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    fit->cost += (uint32_t)left;
     for (i = 0; i < n; i++) {
-        for (j = 0; j <= i; j++) fit->a[i][j] += share * x[i] * x[j];
-        fit->b[i] += share * x[i] * y;
+        const int32_t z = share * x[i];
+        for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
+        fit->b[i] += (int64_t)z * y;
     }
 }
 
@@ -5797,44 +5856,109 @@ static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
     }
 }
 
-/* Begins a pass: sums are empty. */
-static void cqi_begin_fit(cqi_equations *fit, int pass)
+/* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
+enum { CQI_ALONG = 3, CQI_ACROSS };
+static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_t *x, int32_t *y)
 {
-    memset(fit->a, 0, sizeof fit->a);
-    memset(fit->b, 0, sizeof fit->b);
-    if (!pass) fit->least = UINT32_MAX;
-    fit->cost = 0;
-    fit->power = pass < CQI_PASSES / 2 ? 2 : 3;
+    const int32_t a = c == CQI_ALONG ? row->edge_x : -row->edge_y, b = c == CQI_ALONG ? row->edge_y : row->edge_x;
+    int k;
+    *y = row->offset[c < 3 ? c : 0];
+    if (c < 3) return row->feature[c];
+    *y = (int32_t)cqi_floor_shift_wide((int64_t)a * *y + (int64_t)b * row->offset[1], 12);
+    for (k = 0; k < n; k++) x[k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
+    return x;
 }
 
-/* Ends one: keeps the weights that it has measured if they are the best ones so far, and improves them. */
-static void cqi_end_fit(cqi_equations *fit, int8_t *weight, int n, int last)
+/* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in 1/8
+ * bit. */
+static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
 {
-    if (fit->cost < fit->least) {
-        fit->least = fit->cost;
-        memcpy(fit->best, weight, (size_t)n);
+    cqi_equations fit;
+    uint32_t k;
+    int pass, c;
+    fit.least = UINT32_MAX;
+    for (pass = 0; pass <= passes; pass++) {
+        memset(fit.a, 0, sizeof fit.a);
+        memset(fit.b, 0, sizeof fit.b);
+        fit.cost = 0;
+        fit.power = pass < passes / 2 ? 2 : 3;
+        for (k = 0; k < rows; k++)
+            for (c = first; c <= last; c++) {
+                int16_t turned[CQI_FINE];
+                int32_t y;
+                const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
+                cqi_add_equation(&fit, weight, x, n, y);
+            }
+        if (fit.cost < fit.least) {
+            fit.least = fit.cost;
+            memcpy(fit.best, weight, (size_t)n);
+        }
+        if (pass < passes) cqi_solve(&fit, weight, n);
     }
-    if (last) memcpy(weight, fit->best, (size_t)n);
-    else cqi_solve(fit, weight, n);
+    memcpy(weight, fit.best, (size_t)n);
+    return fit.least;
 }
 
-/* Adds the three rows of a vertex: n features, and the offset that they should give. */
-static void cqi_add_equations(cqi_equations *along, cqi_equations *above, const int8_t *weight, const cqi_tilt *t, const cqi_vector *feature,
-                         int n, cqi_vector offset, int shift)
+/* What is left in x and y, with 3 n weights. */
+static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
+{
+    uint32_t cost = 0, r;
+    for (r = 0; r < rows; r++) {
+        int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
+        int k;
+        for (k = 0; k < n; k++) {
+            x -= weight[k] * row[r].feature[0][k];
+            y -= weight[k] * row[r].feature[1][k];
+            part += weight[2 * n + k] * cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
+        }
+        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
+        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
+        cost += (uint32_t)(cqi_left(x) + cqi_left(y));
+    }
+    return cost;
+}
+
+/* Fits all weights of n features to the rows, of `count` vertices in all. Those along the edge are others than those across
+ * it only if that is worth n bytes. */
+static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
+{
+    int8_t along[CQI_FINE], other[3 * CQI_FINE];
+    uint32_t cost, other_cost, above;
+    int k;
+    memset(weight, 0, 3 * (size_t)n);
+    cost = cqi_fit_weights(row, rows, 0, 1, weight, n, passes);
+    above = cqi_fit_weights(row, rows, 2, 2, weight + n, n, passes);
+    if (passes < CQI_PASSES) return cost + above;
+    memcpy(along, weight, (size_t)n);
+    memcpy(other, weight, (size_t)n);
+    cqi_fit_weights(row, rows, CQI_ALONG, CQI_ALONG, along, n, passes / 2);
+    cqi_fit_weights(row, rows, CQI_ACROSS, CQI_ACROSS, other, n, passes / 2);
+    for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
+    other_cost = cqi_cost_of_weights(row, rows, other, n);
+    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows) return cost + above;
+    memcpy(weight, other, (size_t)n);
+    memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
+    return other_cost + above;
+}
+
+/* Fills a row: n features, and the offset in 1/16 that they should give. */
+static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
-    int32_t x[CQI_FINE], y[CQI_FINE], z[CQI_FINE];
+    const int32_t length = (int32_t)cqi_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     int k;
     for (k = 0; k < n; k++) {
         const cqi_vector f = cqi_above(t, feature[k]);
-        x[k] = cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
-        y[k] = cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
-        z[k] = cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
+        row->feature[0][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
+        row->feature[1][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
+        row->feature[2][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
     }
     offset = cqi_above(t, offset);
-    cqi_add_equation(along, weight, x, n, cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far));
-    cqi_add_equation(along, weight, y, n, cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far));
-    cqi_add_equation(above, weight + n, z, n, cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far));
+    row->offset[0] = cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far);
+    row->offset[1] = cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far);
+    row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
+    row->edge_x = (int16_t)(4096 * t->edge_x / length);
+    row->edge_y = (int16_t)(4096 * t->edge_y / length);
 }
 
 static int cqi_fit_shift(const cqi_regular *r) { return cqi_at_most(cqi_bit_length(r->length >> 14), 12); }
@@ -5850,36 +5974,81 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
     return x;
 }
 
+/* The k-th new vertex of `rows` that are taken, one from each of as many equal parts. */
+static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
+{
+    const cq_index begin = (cq_index)((uint64_t)k * r->count / rows), end = (cq_index)((uint64_t)(k + 1) * r->count / rows);
+    return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
+}
+
+static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
+{
+    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    cqi_vector feature[CQI_FIXED], offset;
+    cqi_tilt t;
+    cqi_find_fixed(d, h, feature, &t);
+    offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
+    offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
+    cqi_set_row(row, &t, feature, CQI_FIXED, offset, cqi_fit_shift(&d->regular));
+}
+
 /* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
 static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
 {
     cqi_regular *r = &d->regular;
-    const cq_index step = (cq_index)(r->count / rows + 1), end = (cq_index)(r->vertices + r->count);
-    const int shift = cqi_fit_shift(r);
-    cqi_equations along, above;
-    cq_index v;
-    int pass;
-    memset(r->fixed, 0, sizeof r->fixed);
-    for (pass = 0; pass <= passes; pass++) {
-        cqi_begin_fit(&along, pass);
-        cqi_begin_fit(&above, pass);
-        for (v = r->vertices; v < end; v = (cq_index)(v + step)) {
-            const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
-            cqi_vector feature[CQI_FIXED], offset;
-            cqi_tilt t;
-            cqi_find_fixed(d, h, feature, &t);
-            offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
-            offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
-            cqi_add_equations(&along, &above, r->fixed, &t, feature, CQI_FIXED, offset, shift);
-        }
-        cqi_end_fit(&along, r->fixed, CQI_FIXED, pass == passes);
-        cqi_end_fit(&above, r->fixed + CQI_FIXED, CQI_FIXED, pass == passes);
-    }
-    return along.least + above.least;
+    uint32_t k;
+    rows = r->count < rows ? r->count : rows;
+    for (k = 0; k < rows; k++) cqi_fixed_row(d, cqi_sample(r, rows, k), &d->plan->row[k]);
+    return cqi_fit_all(d->plan->row, rows, r->count, r->fixed, CQI_FIXED, passes);
 }
 
-/* Chooses the axes, and the weights of the fixed prediction. */
-static CQI_APART void cqi_plan_fixed(cq_decoder *d)
+/* Exchanges the places of new vertices in a record that will be final when v has its turn with those in `place`, or fills
+ * that with the final ones first. There are 10 at most. */
+static void cqi_exchange(cq_decoder *d, cq_index v, cq_index record, cq_index n, cqi_vector *place, int back)
+{
+    cq_index k;
+    for (k = 0; k < 6 * n; k++) {
+        const cq_index i = back ? (cq_index)(6 * n - 1 - k) : k, f = (cq_index)(3 * (record + i / 6) + i % 3);
+        const cq_index w = i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
+        cq_value *to;
+        cqi_vector old;
+        if (w < d->regular.vertices || w >= v) continue;
+        to = d->channel[d->located] + 3 * (size_t)w;
+        if (!back) place[i] = cqi_plan_position(d, w);
+        old = cqi_at(d, w);
+        to[0] = (cq_value)place[i].x;
+        to[1] = (cq_value)place[i].y;
+        to[2] = (cq_value)place[i].z;
+        place[i] = old;
+    }
+}
+
+/* Fits the weights of the fine prediction; returns what the residuals cost, about. */
+static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
+{
+    cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    cq_index v = r->vertices, record = r->faces;
+    uint32_t k;
+    rows = r->count < rows ? r->count : rows;
+    for (k = 0; k < rows; k++) {
+        const cq_index sample = cqi_sample(r, rows, k);
+        cqi_vector feature[CQI_FINE], place[12];
+        cqi_tilt t;
+        cq_index n;
+        for (; v < sample; v++) record = (cq_index)(record + (cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1));
+        n = (cq_index)(cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1);
+        cqi_exchange(d, v, record, n, place, 0);
+        cqi_find_fine(d, v, m->out[v], record, feature, &t);
+        cqi_exchange(d, v, record, n, place, 1);
+        cqi_set_row(&d->plan->row[k], &t, feature, CQI_FINE,
+                    cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, v)), 16), cqi_fit_shift(r));
+    }
+    return cqi_fit_all(d->plan->row, rows, r->count, r->fine, CQI_FINE, passes);
+}
+
+/* Chooses the axes and the weights of one of the predictions. */
+static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
     cqi_regular *r = &d->regular;
     uint32_t least = UINT32_MAX;
@@ -5887,50 +6056,13 @@ static CQI_APART void cqi_plan_fixed(cq_decoder *d)
     for (axes = 0; axes < 4; axes++) {
         uint32_t cost;
         r->axes = axes;
-        cost = cqi_fit_fixed(d, CQI_PASSES / 3, CQI_ROWS / 4);
+        cost = fit(d, CQI_PASSES / 2, CQI_ROWS / 2);
         if (cost >= least) continue;
         least = cost;
         best = axes;
     }
     r->axes = best;
-    cqi_fit_fixed(d, CQI_PASSES, CQI_ROWS);
-}
-
-/* Chooses the weights of the fine prediction, by runs of vertices. Rows of the channel are final for vertices of the run
- * that are before the one at hand. */
-static CQI_APART void cqi_plan_fine(cq_decoder *d)
-{
-    cqi_regular *r = &d->regular;
-    const cq_index step = (cq_index)(r->count / CQI_ROWS + 1), end = (cq_index)(r->vertices + r->count);
-    const int shift = cqi_fit_shift(r);
-    cqi_equations along, above;
-    int pass;
-    memset(r->fine, 0, sizeof r->fine);
-    for (pass = 0; pass <= CQI_PASSES; pass++) {
-        cq_index v, record = r->faces;
-        cqi_begin_fit(&along, pass);
-        cqi_begin_fit(&above, pass);
-        for (v = r->vertices; v < end; v++) {
-            const cq_index h = d->mesh.out[v];
-            const cq_index faces = cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1;
-            cqi_vector at;
-            cq_value *to = d->channel[d->located] + 3 * (size_t)v;
-            cqi_vector feature[CQI_FINE];
-            cqi_tilt t;
-            record = (cq_index)(record + faces);
-            if ((v - r->vertices) / CQI_RUN % step) continue;
-            at = cqi_plan_position(d, v);
-            cqi_find_fine(d, v, h, (cq_index)(record - faces), feature, &t);
-            cqi_add_equations(&along, &above, r->fine, &t, feature, CQI_FINE, cqi_scale(cqi_minus(at, cqi_at(d, v)), 16), shift);
-            to[0] = (cq_value)at.x;
-            to[1] = (cq_value)at.y;
-            to[2] = (cq_value)at.z;
-        }
-        cqi_end_fit(&along, r->fine, CQI_FINE, pass == CQI_PASSES);
-        cqi_end_fit(&above, r->fine + CQI_FINE, CQI_FINE, pass == CQI_PASSES);
-        for (v = r->vertices; v < end; v++)
-            if ((v - r->vertices) / CQI_RUN % step == 0) cqi_expect(d, v);
-    }
+    fit(d, CQI_PASSES, CQI_ROWS);
 }
 
 /* Next new vertex: where it is expected, and its record. */
@@ -5944,9 +6076,8 @@ static cq_result cqi_step_expect(cq_decoder *d)
         return CQ_OK;
     }
     if (!r->at) {
-        if (CQI_ENCODING(d)) cqi_plan_fixed(d);
-        r->axes = (int)cqi_code_raw(d, (uint32_t)r->axes, 2);
-        cqi_code_weights(d, r->fixed, 2 * CQI_FIXED);
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, cqi_fit_fixed);
+        cqi_code_weights(d, r->fixed, CQI_FIXED);
         if (cqi_starved(d)) return CQ_TRUNCATED;
         cqi_charge_channel(d, (uint32_t)d->located);
     }
@@ -6004,8 +6135,8 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
     if (r->at == r->faces) {
         if (d->located >= 0) {
             if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-            if (CQI_ENCODING(d)) cqi_plan_fine(d);
-            cqi_code_weights(d, r->fine, 2 * CQI_FINE);
+            if (CQI_ENCODING(d)) cqi_plan_weights(d, cqi_fit_fine);
+            cqi_code_weights(d, r->fine, CQI_FINE);
             if (cqi_starved(d)) return CQ_TRUNCATED;
         }
         r->at = 0;
@@ -7174,6 +7305,8 @@ typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
     cq_input coded;           /* as the input, but what the mesh became */
+    cqi_row row[CQI_ROWS];
+    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
 } cqi_encoder;
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
@@ -9038,8 +9171,8 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * parents would be common, is none either. What is left are four corners each, and c = e or d = f: then c is opposite
  * a in one and the end of a side from a in the other, or d is so for b, against 3. */
 
-/* The lowest bits of a label; a bit that is set on even vertices meanwhile. In the end two sides of 3 bits are above. */
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4 };
+/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of what is none */
@@ -9049,7 +9182,9 @@ typedef struct cqi_labels {
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
-    int least;                   /* per mille of odd vertices that the waves must find, else there is no level */
+    int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; unless they are
+                                    less than the other, and there are strips */
+    int found;                   /* what they have found */
     cq_index *parent[2];         /* of each odd vertex */
     cq_index *since;             /* when an odd vertex got its label; of an even one, how many have it as a parent */
     uint8_t *label;
@@ -9058,7 +9193,7 @@ typedef struct cqi_labels {
     uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
     cq_index num_waiting, clock;
     int alike;                   /* the dissolved edges of strips shall run the same way */
-    int ready;                   /* number of the labelling that is just made and repaired, without a limit */
+    int ready;                   /* number of the labelling that the waves have just made */
 } cqi_labels;
 
 /* Bytes of memory for v vertices and f faces, virtual ones included: 27 per vertex of a closed mesh. */
@@ -9083,7 +9218,7 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
     l->label = (uint8_t *)cqi_take(&arena, v, 1);
     l->face = (uint8_t *)cqi_take(&arena, f, 1);
     l->mesh = m;
-    l->least = 300;
+    l->least = l->strips = 385;
     return 1;
 }
 
@@ -9696,11 +9831,11 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     return best;
 }
 
-/* Notes that a polygon has been checked. What lies around its corners may be new. */
+/* Notes that a polygon has been checked. What lies around its corners may be new, and these may be filled now. */
 static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
 {
     int k;
-    for (k = 0; k < p->corners; k++) l->label[cqi_place(l, p, p->corner[k])] |= CQI_LOOK_AROUND;
+    for (k = 0; k < p->corners; k++) l->label[cqi_place(l, p, p->corner[k])] |= CQI_LOOK_AROUND | CQI_MAY_FILL;
     for (k = 0; k < p->faces; k++) {
         uint8_t *face = &l->face[p->face[k]];
         *face = (uint8_t)((*face & CQI_LISTED_FACE) | (p->corners == 4 ? CQI_OF_FOUR : 0));
@@ -9911,7 +10046,7 @@ static void cqi_refuse(cqi_labels *l)
 }
 
 /* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
- * steps three fifths are farther than 16, and a fifth farther than 32, but more of these where many are farther than
+ * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
  * 8. */
 static int cqi_has_sharp_edges(const cqi_labels *l)
 {
@@ -9925,7 +10060,7 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
         odd++;
     }
     return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
-           (uint64_t)far[2] * 10 * odd >= (uint64_t)far[0] * 2 * odd + (uint64_t)far[0] * 5 * far[0];
+           (uint64_t)far[2] * 8 * odd >= (uint64_t)far[0] * odd + (uint64_t)far[0] * 4 * far[0];
 }
 
 /* -- Regular levels: filling --
@@ -10002,13 +10137,13 @@ static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
     return n;
 }
 
-/* Makes v odd, if there are parents for it. */
+/* Makes v odd, if there are parents for it. Another try can only end otherwise when a polygon with the corner v is new. */
 static int cqi_fill(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
     cqi_fill_ring r;
     cqi_polygon left, right;
-    const uint8_t label = l->label[v];
+    const uint8_t label = (uint8_t)(l->label[v] & ~CQI_MAY_FILL);
     int i, j, before, best_i = -1, best_j = -1, best = CQI_FILL_COST;
     cqi_read_fill_ring(l, v, &r);
     before = cqi_count_of_four(l, &r);
@@ -10054,9 +10189,7 @@ static void cqi_count_children(cqi_labels *l)
     }
 }
 
-#ifndef CQI_FILL_PASSES
 #define CQI_FILL_PASSES 4
-#endif
 static void cqi_fill_all(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10065,7 +10198,8 @@ static void cqi_fill_all(cqi_labels *l)
     for (pass = 0; pass < CQI_FILL_PASSES; pass++) {
         cq_index v, n = 0;
         for (v = 0; v < m->num_vertices; v++)
-            if (m->out[v] != CQ_NONE && !cqi_is_odd(l, v) && l->since[v] == 0 && m->valence[v] <= CQI_FILL_VALENCE)
+            if ((l->label[v] & (CQI_LABEL | CQI_MAY_FILL)) == (CQI_EVEN | CQI_MAY_FILL) && l->since[v] == 0 &&
+                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE)
                 n = (cq_index)(n + (cq_index)cqi_fill(l, v));
         if (!n) break;
     }
@@ -10115,10 +10249,8 @@ static cq_index cqi_finish_waves(cqi_labels *l)
 static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
 {
     l->limit = limit;
-    if (number != l->ready) {
-        cqi_try_waves(l, number);
-        cqi_finish_waves(l);
-    }
+    if (number != l->ready) cqi_try_waves(l, number);
+    cqi_finish_waves(l);
     l->ready = CQI_NO_LABELS;
     cqi_fill_all(l);
     return cqi_settle(l) ? cqi_count_odd(l) : 0;
@@ -10142,35 +10274,30 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
-/* The best labelling. Waves across any valence label a third of any mesh, so they must do better. What waves label
- * grows no more, so most labellings need not be repaired. */
+/* The best labelling by what the waves label: that grows no more, so only the chosen one is repaired. Waves across any
+ * valence label a third of any mesh, and repair takes more back there, so they must do better. */
 static int cqi_choose_labelling(cqi_labels *l)
 {
-    const cq_index live = cqi_count_live(l->mesh), least = (cq_index)((uint64_t)live * (uint32_t)l->least / 1000 + 1);
+    const cq_index live = cqi_count_live(l->mesh);
     const cq_index all = cqi_all_odd(l->mesh);
-    cq_index best = 0, most = 0;
+    cq_index most = 0;
     int k, chosen = CQI_NO_LABELS;
     l->limit = 0;
-    l->ready = CQI_NO_LABELS;
-    for (k = 0; k < CQI_STRIPS && best < all; k++) {
+    for (k = 0; k < CQI_STRIPS && most < all; k++) {
         cq_index n;
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
         cqi_try_waves(l, k);
-        l->ready = CQI_NO_LABELS;
-        n = cqi_count_odd(l);
-        if (k != CQI_ANY_VALENCE && n > most) most = n;
-        if (k == CQI_ANY_VALENCE && n - n / 3 > most) most = (cq_index)(n - n / 3);
-        if (n <= best) continue;
-        n = cqi_finish_waves(l);
         l->ready = k;
-        if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 8);
-        if (n <= best) continue;
-        best = n;
+        n = cqi_count_odd(l);
+        if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 3);
+        if (n <= most) continue;
+        most = n;
         chosen = k;
     }
-    if (most >= least) return chosen;
+    l->found = (int)((uint64_t)most * 1000 / live);
+    if (l->found >= l->least) return chosen;
     l->ready = CQI_NO_LABELS;
-    return cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
+    return l->found < l->strips && cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
 }
 
 /* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves
@@ -10180,10 +10307,13 @@ static cq_index cqi_find_labels(cqi_labels *l)
     const int number = cqi_choose_labelling(l);
     cq_index n;
     if (number == CQI_NO_LABELS) return 0;
-    n = cqi_label_with(l, number, 0);
-    if (!n || !l->step || !l->positions || !cqi_has_sharp_edges(l)) return n;
-    n = cqi_label_with(l, number, CQI_LIMIT * l->step);
-    return n > cqi_count_live(l->mesh) / 3 ? n : cqi_label_with(l, number, 0);
+    if (number != l->ready) cqi_try_waves(l, number);
+    l->ready = number;
+    if (l->step && l->positions && cqi_has_sharp_edges(l)) {
+        n = cqi_label_with(l, number, CQI_LIMIT * l->step);
+        if (n > cqi_count_live(l->mesh) / 3) return n;
+    }
+    return cqi_label_with(l, number, 0);
 }
 
 /* -- Regular levels: undoing one -- */
@@ -10299,6 +10429,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
+    p->row = e->row;
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
     p->clean = in->clean;
     p->metadata = in->metadata;
@@ -10481,6 +10612,11 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
 }
 
+/* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes without
+ * sharp edges and of so many vertices; conquest levels alone are then not tried. */
+#define CQI_SURELY 620
+#define CQI_SMALL 750
+
 /* Takes regular levels while they are worth it; memory that is idle. */
 static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
 {
@@ -10493,11 +10629,16 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
         l.positions = p->measured;
+        if (p->num_regular) {
+            l.least = 340;
+            l.strips = 300;
+        }
         l.step = channel < 0 ? 0 : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
         n = cqi_find_labels(&l);
         if (n < live / 12 + 1 || n < 24) return;
         p->num_regular++;
         p->count_of[p->num_regular] = n;
+        if (p->num_regular == 1) p->surely_regular = l.found >= CQI_SURELY && live >= CQI_SMALL && !l.limit;
         cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
         p->num_notes = (cq_index)(p->num_notes + n);
         p->level = p->num_regular;
@@ -10726,6 +10867,12 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     return result;
 }
 
+static void cqi_write_all_maps(cq_input *in, cqi_encoder *e)
+{
+    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &e->coded.shape);
+    else cqi_write_maps(in, e);
+}
+
 /* Encodes with so many regular levels at most. */
 static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size, uint32_t most_regular, uint8_t *out,
                                  size_t out_size, size_t *stream_size, cq_place *place, cq_report *report)
@@ -10737,7 +10884,7 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     size_t gap;
     uint8_t header[CQ_MAX_HEADER_BYTES];
     const cq_input *coded;
-    memset(e, 0, sizeof *e);
+    memset(e, 0, offsetof(cqi_encoder, report));
     memset(&counts, 0, sizeof counts);
     coded = &e->coded;
     arena.next = (uint8_t *)memory + CQI_ENCODER_BYTES;
@@ -10759,8 +10906,6 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     cqi_replay(e, coded);
     result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &coded->shape, *stream_size);
-    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &coded->shape);
-    else cqi_write_maps(in, e);
     return result;
 }
 
@@ -10799,30 +10944,63 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* With regular levels if there are any; then without, to compare; then with fewer, if some do not pay. */
+/* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh before all
+ * of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has twice as many. */
+static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices)
+{
+    uint32_t rest = num_vertices, live = num_vertices, k;
+    int64_t most;
+    for (k = 1; k <= p->num_regular; k++) {
+        rest -= p->count_of[k];
+        bytes -= p->bytes_of[k];
+    }
+    rest += !rest;
+    most = (int64_t)((uint64_t)bytes * 128 / rest);
+    for (k = 1; k < p->num_regular; k++) {
+        live -= p->count_of[k];
+        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) > most - 10 * (cqi_logarithm(live) - cqi_logarithm(rest)))
+            break;
+    }
+    return k;
+}
+
+/* With regular levels if there are any; then without, to compare, unless that is not in question: into what is left of the
+ * output, so that it only moves if it is chosen. If some of the levels do not pay, or there was no room, once more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
+    cqi_encoder *const e = (cqi_encoder *)memory;
     cqi_plan plan;
     cq_input plain;
-    size_t without = 0;
+    size_t without = 0, room, k;
     uint32_t best;
-    const cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
+    cqi_write_all_maps(in, e);
 #ifdef CQ_TRAINING
     return result;
 #endif
-    plan = ((cqi_encoder *)memory)->plan;
+    plan = e->plan;
     if (!plan.num_regular) return result;
     plain = *in;
-    plain.map = plain.face_map = NULL;
     plain.progress = NULL;
-    cqi_encode_pass(&plain, memory, memory_size, 0, NULL, 0, &without, NULL, NULL);
-    best = cqi_choose_regular(&plan, &((cqi_encoder *)memory)->plan, *stream_size, without, in);
+    room = result == CQ_OK ? out_size - *stream_size : 0;
+    if (plan.surely_regular) {
+        best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices);
+    } else {
+        cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL, &e->report);
+        best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);
+    }
     if (best == plan.num_regular) return result;
-    plain.map = in->map;
-    plain.face_map = in->face_map;
-    return cqi_encode_pass(&plain, memory, memory_size, best, out, out_size, stream_size, place, report);
+    if (best || without > room) {
+        result = cqi_encode_pass(&plain, memory, memory_size, best, out, out_size, stream_size, place, report);
+    } else {
+        for (k = 0; k < without; k++) out[k] = out[*stream_size + k];
+        *stream_size = without;
+        if (report) *report = e->report;
+    }
+    cqi_write_all_maps(in, e);
+    return result;
 }
 
 cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,

@@ -1800,7 +1800,7 @@ def rounded(x):
 class Tilt:
     """17.4"""
 
-    def __init__(self, normal, axes):
+    def __init__(self, edge, normal, axes):
         nearest = 0
         if axes:
             k = axes - 1
@@ -1815,6 +1815,10 @@ class Tilt:
             nearest = normal[k]
         self.axis = [(k + 1) % 3, (k + 2) % 3, k]
         self.slope = [-quotient(normal[c] * 256, nearest) if nearest else 0 for c in self.axis[:2]]
+        along = [edge[c] for c in self.axis[:2]]
+        bits = (abs(along[0]) | abs(along[1])).bit_length()
+        self.edge = [c >> bits - 12 if bits > 12 else c << 12 - bits for c in along]
+        self.inverse = (1 << 31) // (sum(c * c for c in self.edge) >> 8) if bits else 0
 
     def tilted(self, vector):
         return [vector[c] for c in self.axis]
@@ -1825,11 +1829,13 @@ class Tilt:
 
     def weighted(self, features, weights):
         n = len(features)
-        sums = [0, 0, 0]
+        sums, part = [0, 0, 0], 0
         for k, feature in enumerate(map(self.above, features)):
             for c in range(3):
                 sums[c] += weights[k + (n if c == 2 else 0)] * feature[c]
-        return sums
+            part += weights[2 * n + k] * sum(e * x for e, x in zip(self.edge, feature))
+        part = (part >> 12) * self.inverse >> 15
+        return [sums[0] + (part * self.edge[0] >> 12), sums[1] + (part * self.edge[1] >> 12), sums[2]]
 
 
 class RegularLevel:
@@ -1881,18 +1887,22 @@ class RegularLevel:
     def decode(self):
         self.read_marks()
         if self.located:
-            self.axes = self.coder.raw(2)
-            self.fixed = self.weights(6)
+            self.fixed = self.weights(3)
             self.decoder.end_step()
             self.expect()
         self.read_dissolves()
         if self.located:
-            self.fine = self.weights(14)
+            self.fine = self.weights(7)
             self.decoder.end_step()
         self.sweep()
 
     def weights(self, n):
-        return [(self.coder.raw(8) + 128) % 256 - 128 for _ in range(n)]
+        self.axes = self.coder.raw(2)
+        weights = [self.weight() for _ in range(2 * n)]
+        return weights + ([self.weight() for _ in range(n)] if self.coder.raw(1) else n * [0])
+
+    def weight(self):
+        return (self.coder.raw(8) + 128) % 256 - 128
 
     # 17.2
     def read_marks(self):
@@ -1940,25 +1950,24 @@ class RegularLevel:
 
     # 17.3, 17.4
     def straight(self, a, b):
+        """What goes straight on from a, seen from b: one vertex, two, or none."""
         n = self.valence[a]
         if n > 24:
-            return None
+            return []
         right, left = self.front[b, a], self.front[a, b]
         if self.mesh.is_virtual(right):
-            return self.front[right, a]
+            return [self.front[right, a]]
         if self.mesh.is_virtual(left):
-            return self.front[a, left]
-        end = None
-        for k in range(n):
-            if self.mesh.is_virtual(b):
-                return None
-            if 2 * k == n:
-                end = b
-            b = self.front[b, a]
-        return end
+            return [self.front[a, left]]
+        ring = [b]
+        for _ in range(n):
+            ring.append(self.front[ring[-1], a])
+        if any(map(self.mesh.is_virtual, ring)):
+            return []
+        return ring[n // 2:(n + 1) // 2 + 1]
 
     def tilt(self, b, tips):
-        largest = 0
+        largest, edge = 0, b
         for vector in [b] + [tip for tip in tips if tip]:
             for c in vector:
                 largest |= abs(c)
@@ -1969,7 +1978,7 @@ class RegularLevel:
             normal = cross(b, shifted(tips[0], shift))
         if tips[1]:
             normal = plus(normal, cross(shifted(tips[1], shift), b))
-        return Tilt(normal, self.axes)
+        return Tilt(edge, normal, self.axes)
 
     def fixed_features(self, h):
         a, b_vertex = self.ends(h)
@@ -1978,9 +1987,9 @@ class RegularLevel:
         for i, s in enumerate((h, self.twin(h))):
             start, end = (a, b_vertex) if i == 0 else (b_vertex, a)
             on = self.straight(start, end)
-            if on is not None:
+            if on:
                 found += 1 + i
-                ahead = plus(ahead, self.offset(a, on))
+                ahead = plus(ahead, plus(self.offset(a, on[0]), self.offset(a, on[-1])))
             if s is None:
                 continue
             tips[i] = self.offset(a, self.front[start, end])
@@ -1992,8 +2001,8 @@ class RegularLevel:
         first = [2 * (x + y - z) for x, y, z in zip(*tips, b)] if both else none
         second = [x - 2 * y for x, y in zip(total(wings), b)] if len(wings) == 4 else first
         if found == 1:
-            ahead = plus(ahead, [2 * x for x in b])
-        third = [2 * (x - (2 * y if found == 2 else y)) for x, y in zip(ahead, b)] if found else none
+            ahead = plus(ahead, [4 * x for x in b])
+        third = [x - (4 * y if found == 2 else 2 * y) for x, y in zip(ahead, b)] if found else none
         return [first, second, third], self.tilt(b, tips), b
 
     def expect(self):
@@ -2066,7 +2075,7 @@ class RegularLevel:
                 g = self.twin(side)
                 beyond.append(None if g is None else self.new_on(turned(g)))
             yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
-                   None if on is None else self.on.get((start, on)), beyond)
+                   self.on.get((start, on[0])) if len(on) == 1 else None, beyond)
 
     def position(self, v, h):
         a, b = self.ends(h)
@@ -2088,7 +2097,7 @@ class RegularLevel:
                 if u is not None and u < v:
                     total_size += self.classes[u]
                     weight += 1
-            add(2, tip)
+            add(6 if None in beside else 2, tip)
             add(5, on)
         for w in a, b:
             add(6, w)
