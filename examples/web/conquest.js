@@ -200,13 +200,14 @@ const [
     CHANNELS,
     MEMORY,
     READY,
+    ,
     INDEX,
     FACE_BLOCKS,
     ROW_BLOCKS,
     METADATA,
     METADATA_BYTES,
     STATE_WORDS,
-] = Array(19).keys();
+] = Array(20).keys();
 const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
     Array(15).keys();
 
