@@ -166,7 +166,7 @@ build/$(1)/venv/complete: $(2)/requirements.txt
 	$$(@D)/bin/pip install -q -r $$<
 	@touch $$@
 endef
-$(foreach name,python portability,$(eval $(call venv,$(name),tests/$(name))))
+$(foreach name,python batch portability,$(eval $(call venv,$(name),tests/$(name))))
 $(foreach name,assets quality,$(eval $(call venv,$(name),tests/$(name))))
 
 # -- Tests ---------------------------------------------------------------------------------------------------------

@@ -110,12 +110,6 @@ build/log/python.log: build/python/installed build/cqm README.md $(wildcard test
 	$(call log,cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m $(PYTEST))
 
 # conquest.batch, with a scheduler and workers on loopback: what it needs has a virtual environment of its own.
-build/batch/venv/complete: tests/batch/requirements.txt
-	@mkdir -p $(@D)
-	python3 -m venv $(@D)
-	$(@D)/bin/pip install -q -r $<
-	@touch $@
-
 build/log/batch.log: build/batch/venv/complete build/python/installed $(wildcard tests/batch/*)
 	@build/batch/venv/bin/pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
 	$(call log,cd tests/batch && ../../build/batch/venv/bin/python -m $(PYTEST))
