@@ -9949,15 +9949,16 @@ static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
 }
 
 /* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
- * too many rounds, which bounds the time that a vertex with many neighbours may take. */
+ * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and polygons
+ * are not what faces say of them. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
     int rounds, again = 1;
-    for (rounds = 0; again && rounds < CQI_ROUNDS && l->spare; rounds++) {
+    for (rounds = 0; again && rounds < CQI_ROUNDS; rounds++) {
         cq_index v, k, conflicts;
         again = 0;
-        for (v = 0; v < cqi_vertex_slots(m); v++) {
+        for (v = 0; v < cqi_vertex_slots(m) && l->spare; v++) {
             if (!(l->label[v] & CQI_LOOK_AROUND)) continue;
             l->label[v] &= (uint8_t)~CQI_LOOK_AROUND;
             conflicts = cqi_find_conflicts(l, v);
