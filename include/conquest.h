@@ -932,7 +932,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * cq_kind and cq_merge say.
  *
  * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream smaller;
- * with the goal balanced, only if coarser meshes stay about as near. The mesh is then encoded two or three times.
+ * with the goal balanced, only if coarser meshes stay about as near. Where that is in question, the mesh is encoded once more,
+ * or twice.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -6056,7 +6057,7 @@ static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder
     for (axes = 0; axes < 4; axes++) {
         uint32_t cost;
         r->axes = axes;
-        cost = fit(d, CQI_PASSES / 2, CQI_ROWS / 2);
+        cost = fit(d, CQI_PASSES / 4, CQI_ROWS / 4);
         if (cost >= least) continue;
         least = cost;
         best = axes;
@@ -9172,7 +9173,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * a in one and the end of a side from a in the other, or d is so for b, against 3. */
 
 /* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8 };
+enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of what is none */
@@ -9192,6 +9193,7 @@ typedef struct cqi_labels {
     cq_index *waiting;           /* faces whose polygons are still to be checked */
     uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
     cq_index num_waiting, clock;
+    cq_index spare;              /* odd vertices that may still become even before the labelling is given up */
     int alike;                   /* the dissolved edges of strips shall run the same way */
     int ready;                   /* number of the labelling that the waves have just made */
 } cqi_labels;
@@ -9772,7 +9774,7 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
  * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such
  * polygons around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each
  * piece of a polygon that they cut has a face there, so only the faces there are checked again. It ends, for with no
- * odd vertices left each face is a polygon. */
+ * odd vertices left each face is a polygon; but if half of them must go, there is no level, which bounds the time. */
 
 enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
 
@@ -9788,6 +9790,7 @@ static void cqi_make_even(cqi_labels *l, cq_index v)
     cq_index h = m->out[v];
     l->label[v] = CQI_EVEN;
     l->since[v] = 0;
+    if (l->spare) l->spare--;
     do {
         cqi_wait(l, (cq_index)(h / 3));
         h = cq_clockwise(m, h);
@@ -9845,7 +9848,7 @@ static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
 static void cqi_repair(cqi_labels *l)
 {
     cqi_polygon p;
-    while (l->num_waiting) {
+    while (l->num_waiting && l->spare) {
         const cq_index f = l->waiting[--l->num_waiting];
         l->face[f] &= (uint8_t)~CQI_LISTED_FACE;
         if (!(l->face[f] & CQI_WAITS)) continue;
@@ -9885,19 +9888,25 @@ static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
     return last;
 }
 
-/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE. If it has been noted before: the odd vertex
- * that is to become even. */
+/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE; since[w] is then its place in the list. If it has been
+ * noted before: the odd vertex that is to become even. */
 static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
 {
-    cq_index k = 0;
-    if (!(l->mesh->mark[w] & CQI_SCRATCH)) {
-        l->mesh->mark[w] |= CQI_SCRATCH;
-        l->queue[*n] = w;
-        l->waiting[(*n)++] = odd;
-        return CQ_NONE;
-    }
-    while (l->queue[k] != w) k++;
-    return odd == CQ_NONE ? l->waiting[k] : odd;
+    if (l->mesh->mark[w] & CQI_SCRATCH) return odd == CQ_NONE ? l->waiting[l->since[w]] : odd;
+    l->mesh->mark[w] |= CQI_SCRATCH;
+    l->since[w] = *n;
+    l->queue[*n] = w;
+    l->waiting[(*n)++] = odd;
+    return CQ_NONE;
+}
+
+/* Puts an odd vertex behind those that are in conflict already, from the end of the queue on. What was noted is even, so both
+ * fit. */
+static void cqi_list_conflict(cqi_labels *l, cq_index odd, cq_index *conflicts)
+{
+    if (odd == CQ_NONE || l->label[odd] & CQI_CONFLICT) return;
+    l->label[odd] |= CQI_CONFLICT;
+    l->queue[cqi_vertex_slots(l->mesh) - ++*conflicts] = odd;
 }
 
 /* The end of a side that leaves v along h, and the odd vertex on it. */
@@ -9918,47 +9927,51 @@ static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f,
     return cqi_place(l, p, p->corner[(k + 2) % 4]);
 }
 
-/* An odd vertex near v that must become even, as a vertex lies around v twice; or CQ_NONE. */
-static cq_index cqi_find_conflict(cqi_labels *l, cq_index v)
+/* Lists the odd vertices near v that must become even, as vertices lie around v twice; returns how many. */
+static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
-    cq_index h = m->out[v], n = 0, conflict = CQ_NONE, odd, w;
+    cq_index h = m->out[v], n = 0, conflicts = 0, odd, w;
     cqi_polygon p;
     do {
         if (cqi_is_cut(l, h)) {
             w = cqi_side_end(l, v, h, &odd);
-            conflict = cqi_note_around(l, &n, w, odd);
-            if (conflict == CQ_NONE && l->face[h / 3] & CQI_OF_FOUR) {
+            cqi_list_conflict(l, cqi_note_around(l, &n, w, odd), &conflicts);
+            if (l->face[h / 3] & CQI_OF_FOUR) {
                 w = cqi_opposite_corner(l, v, (cq_index)(h / 3), &p);
-                conflict = cqi_note_around(l, &n, w, cqi_last_odd(l, &p));
+                cqi_list_conflict(l, cqi_note_around(l, &n, w, cqi_last_odd(l, &p)), &conflicts);
             }
         }
         h = cq_clockwise(m, h);
-    } while (h != m->out[v] && conflict == CQ_NONE);
+    } while (h != m->out[v]);
     while (n) m->mark[l->queue[--n]] &= (uint8_t)~CQI_SCRATCH;
-    return conflict;
+    return conflicts;
 }
 
 /* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
- * too many rounds, which bounds the time that a vertex with many neighbours may take. */
+ * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and polygons
+ * are not what faces say of them. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
     int rounds, again = 1;
     for (rounds = 0; again && rounds < CQI_ROUNDS; rounds++) {
-        cq_index v, conflict;
+        cq_index v, k, conflicts;
         again = 0;
-        for (v = 0; v < cqi_vertex_slots(m); v++) {
+        for (v = 0; v < cqi_vertex_slots(m) && l->spare; v++) {
             if (!(l->label[v] & CQI_LOOK_AROUND)) continue;
             l->label[v] &= (uint8_t)~CQI_LOOK_AROUND;
-            conflict = cqi_find_conflict(l, v);
-            if (conflict == CQ_NONE) continue;
-            cqi_make_even(l, conflict);
-            cqi_repair(l);
-            again = 1;
+            conflicts = cqi_find_conflicts(l, v);
+            for (k = 1; k <= conflicts; k++) {
+                const cq_index odd = l->queue[cqi_vertex_slots(m) - k];
+                if (!cqi_is_odd(l, odd)) continue;
+                cqi_make_even(l, odd);
+                cqi_repair(l);
+                again = 1;
+            }
         }
     }
-    return !again;
+    return !again && l->spare;
 }
 
 /* -- Regular levels: limits --
@@ -10236,13 +10249,14 @@ static void cqi_try_waves(cqi_labels *l, int number)
     else cqi_label_all(l, cqi_find_seed(l->mesh, (uint32_t)number, any_valence), any_valence);
 }
 
-/* What follows waves: all polygons can be coded then. Returns the number of odd vertices. */
-static cq_index cqi_finish_waves(cqi_labels *l)
+/* What follows waves: all polygons can be coded then, or too many odd vertices have become even: 0. */
+static int cqi_finish_waves(cqi_labels *l)
 {
     cqi_refuse(l);
     cqi_wait_all(l);
+    l->spare = (cq_index)(cqi_count_odd(l) / 2 + 1);
     cqi_repair(l);
-    return cqi_count_odd(l);
+    return l->spare != 0;
 }
 
 /* A labelling from the waves to the end. */
@@ -10250,8 +10264,8 @@ static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
 {
     l->limit = limit;
     if (number != l->ready) cqi_try_waves(l, number);
-    cqi_finish_waves(l);
     l->ready = CQI_NO_LABELS;
+    if (!cqi_finish_waves(l)) return 0;
     cqi_fill_all(l);
     return cqi_settle(l) ? cqi_count_odd(l) : 0;
 }
@@ -10290,6 +10304,7 @@ static int cqi_choose_labelling(cqi_labels *l)
         l->ready = k;
         n = cqi_count_odd(l);
         if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 3);
+        if (k > CQI_ANY_VALENCE && n == most) break; /* another seed that finds as many: so will others */
         if (n <= most) continue;
         most = n;
         chosen = k;
