@@ -10632,6 +10632,14 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
+/* And if the mesh before that level is not too far from the exact one: 3/2 of what the span of n vertices divided by the root of n
+ * is, in 1/4096 of the span. */
+static int cqi_is_surely_regular(const cqi_plan *p, const cqi_labels *l, cq_index live)
+{
+    const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
+    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 && error * error * live < 6144 * 6144;
+}
+
 /* Takes regular levels while they are worth it; memory that is idle. */
 static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
 {
@@ -10653,11 +10661,11 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         if (n < live / 12 + 1 || n < 24) return;
         p->num_regular++;
         p->count_of[p->num_regular] = n;
-        if (p->num_regular == 1) p->surely_regular = l.found >= CQI_SURELY && live >= CQI_SMALL && !l.limit;
         cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
         p->num_notes = (cq_index)(p->num_notes + n);
         p->level = p->num_regular;
         if (p->measured) cqi_measure_regular(p, &in->shape);
+        if (p->num_regular == 1) p->surely_regular = cqi_is_surely_regular(p, &l, live);
         live = (cq_index)(live - n);
     }
 }
@@ -10935,23 +10943,25 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
 }
 
 /* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as far
- * passes, for most vertices are much nearer; more, as all bytes are fewer; and a step. */
+ * passes, for most vertices are much nearer; more, as all bytes are fewer; less, if they are hardly fewer, once more for each 24th;
+ * and a step. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
+    const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
     uint32_t level = other->num_levels, error;
     while (level > 1 && other->bytes_at[level - 1] <= p->bytes_at[k]) level--;
     error = cqi_error_of_code(other->level_error[level]);
-    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <= 4 * without * (uint64_t)error + 16 * (uint64_t)bytes;
+    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <= (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
 }
 
 /* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
- * finest ones as long as they take not too much; and if the goal is balanced, as long as what is before them is near
- * enough. */
+ * finest ones as long as they take not too much; and if the goal is balanced, only if they save a 50th, and as long as what is
+ * before them is near enough. */
 static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without, const cq_input *in)
 {
     const uint32_t num_vertices = in->shape.num_vertices;
     uint32_t k = 1;
-    if (without < bytes) return 0;
+    if (without < bytes + (in->goal == CQ_BALANCED && p->measured ? bytes / 50 : 0)) return 0;
     while (k <= p->num_regular &&
            p->bytes_of[k] * (uint64_t)128 <= (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
            (in->goal != CQ_BALANCED || !p->measured || cqi_is_near(p, k, other, bytes, without)))
