@@ -236,6 +236,7 @@ typedef struct cq_shape {
     uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
+    uint32_t regular;                /* of a stream: 1 if there may be regular levels; cq_encode does not look at it */
 } cq_shape;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
@@ -2117,8 +2118,9 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Counts of what a mesh without seams does not have. */
-#define CQI_EXTENDED 0x80 /* bit of the number of channels: they follow */
+/* Bits of the number of channels. A build without what they stand for leaves them, and so there are too many. */
+#define CQI_REGULAR 0x40  /* there may be regular levels */
+#define CQI_EXTENDED 0x80 /* counts of what a mesh without seams does not have follow */
 static int cqi_is_extended(const cq_shape *s)
 {
     return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes;
@@ -2136,6 +2138,12 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
+/* Regular levels have positions or nothing. */
+static int cqi_allows_regular(const cq_shape *s)
+{
+    return !s->num_rows && (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
+}
+
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
     cq_shape *s = h->shape;
@@ -2147,6 +2155,10 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 #ifndef CQ_NO_WEDGES
     s->num_channels -= extended;
 #endif
+#ifndef CQ_NO_REGULAR
+    s->regular = s->num_channels / CQI_REGULAR & 1;
+    s->num_channels -= s->regular * CQI_REGULAR;
+#endif
     if (s->num_channels > CQ_MAX_CHANNELS) {
         s->num_channels = 0; /* no shape has more than its array */
         return CQ_ERROR_UNSUPPORTED;
@@ -2157,6 +2169,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     }
     if (extended) result = cqi_read_extension(r, s);
     if (result != CQ_OK) return result;
+    if (s->regular && !cqi_allows_regular(s)) return CQ_ERROR_UNSUPPORTED;
     payload_size = cqi_read_varint(r);
     h->payload_size = (size_t)payload_size;
     h->payload_crc = cqi_read_uint(r, 4);
@@ -6482,7 +6495,6 @@ static cq_result cqi_step_wipe(cq_decoder *d)
 static cq_result cqi_begin_regular(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    if (d->shape.num_rows || d->shape.num_channels > 1 || (d->shape.num_channels && d->located < 0)) return CQ_ERROR_UNSUPPORTED;
     memset(r, 0, sizeof *r);
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
@@ -6939,7 +6951,7 @@ static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 /* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
-    int regular;
+    int regular = CQI_HAS_REGULAR && d->regular.count; /* the first gates are no edges any more */
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
         if (cqi_has_aside(d)) return CQ_OK;
@@ -6949,8 +6961,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     }
     if (d->level == CQ_MAX_LEVELS) return CQ_ERROR_CORRUPT; /* unreachable: by meshes below 5 million vertices */
     if (CQI_ENCODING(d)) cqi_plan_next_level(d->plan, d->level);
-    regular = d->regular.count || /* the first gates are no edges any more */
-              cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
+    if (CQI_HAS_REGULAR && d->shape.regular && !regular)
+        regular = cqi_code_bit(d, CQI_OTHER_LEVEL, CQI_ENCODING(d) && d->plan->level <= d->plan->num_regular);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     d->level++;
     cqi_code_error(d);
@@ -6962,8 +6974,6 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->rate = CQI_TUNED(rate, CQI_RATE(d->mesh.num_vertices));
 #ifndef CQ_NO_REGULAR
     if (regular) return cqi_begin_regular(d);
-#else
-    if (regular) return CQ_ERROR_UNSUPPORTED;
 #endif
     d->splits = 0;
     d->seed = d->cleared = 0;
@@ -10619,12 +10629,10 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
     }
 }
 
-/* Regular levels need that positions are all that there is, and that every vertex may go. */
+/* Regular levels need that every vertex may go. */
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
-    const cq_shape *s = &in->shape;
-    if (p->row_of_vertex || p->locked || in->conquest_only) return 0;
-    return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
+    return !p->row_of_vertex && !p->locked && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
 /* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes without
@@ -10730,7 +10738,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_varint(&to, s->num_boundary_loops);
     if (s->num_boundary_loops) cqi_write_varint(&to, s->num_boundary_edges);
     cqi_write_varint(&to, euler < 0 ? (uint32_t)(-euler * 2 - 1) : (uint32_t)(euler * 2));
-    cqi_write_uint(&to, s->num_channels | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
+    cqi_write_uint(&to, s->num_channels | s->regular * CQI_REGULAR | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
         cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
@@ -10925,6 +10933,7 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     e->replay.report = report;
     e->plan.most_regular = most_regular;
     cqi_take_regular(&e->plan, coded, &arena);
+    e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
     cqi_simplify_all(e, coded);
     cqi_replay(e, coded);
     result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);

@@ -307,6 +307,7 @@ public:
         shape.num_faces = static_cast<uint32_t>(t.triangles().size() - rim);
         shape.num_boundary_loops = static_cast<uint32_t>(num_cones);
         shape.num_boundary_edges = static_cast<uint32_t>(rim);
+        shape.regular = 1;
         num_edges = (3 * shape.num_faces + rim) / 2;
         std::vector<uint8_t> payload = code_base(t, reals, shape);
         room = half ? (num_edges - rim) / 2 : num_edges;

@@ -182,7 +182,7 @@ class Header:
 
     def read_channels(self):  # 2.4
         count = self.uint(1)
-        extended, count = count // 128, count % 128
+        extended, self.regular, count = count // 128, count // 64 % 2, count % 64
         if count > 8:
             raise End("unsupported")
         self.channels = []
@@ -197,6 +197,8 @@ class Header:
         self.rows = self.aside_rows = self.aside_faces = self.metadata = 0
         if extended:
             self.read_extension()
+        if self.regular and (self.rows or len(self.channels) > 1 or (self.channels and not self.position)):
+            raise End("unsupported")
 
     def add_channel(self, channel):
         channel.first = sum(c.components for c in self.channels if not c.per_face)
@@ -1600,13 +1602,11 @@ class Decoder:
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
-        self.regular = self.regular or self.coder.bit("OTHER_LEVEL")
+        self.regular = self.regular or (self.header.regular and self.coder.bit("OTHER_LEVEL"))
         self.end_step()
         self.read_error()
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
         if self.regular:
-            if len(self.header.channels) > 1 or (self.header.channels and not self.header.position):
-                raise End("unsupported")
             RegularLevel(self).decode()
             return
         self.read_active()
