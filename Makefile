@@ -173,10 +173,10 @@ $(foreach name,assets quality,$(eval $(call venv,$(name),tests/$(name))))
 
 include $(wildcard examples/*/*.mk tests/*.mk tests/*/*.mk fuzz/*.mk)
 
-# A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one.
+# A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one. Long ones are first.
 SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams embedded meshes bases \
     reference portability fuzz fuzz-16 fuzz-msan fuzz-work quotes
-TESTS = $(SCRIPTS) $(CGAL) $(EXHAUSTIVE) $(PROGRAMS)
+TESTS = $(CGAL) $(EXHAUSTIVE) $(SCRIPTS) $(PROGRAMS)
 CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
 VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
     verify/exhaustive-regular verify/cgal-splits \
@@ -193,8 +193,9 @@ test: build/meshes ## runs everything under tests/; what it needs is installed b
 check: ## what to run before a commit, in a minute; T=unit/mesh: this test, T=unit: all of unit/
 	@$(MAKE) --no-print-directory run LOGS='$(addprefix build/log/,$(addsuffix .log,$(or $(CHOSEN),$(NO_TEST),$(CHECKS))))'
 
-CHOSEN = $(if $(T),$(or $(filter $(T),$(TESTS) $(VERIFY)),$(filter $(T)/% $(T)-%,$(TESTS) $(VERIFY))))
-NO_TEST = $(if $(T),$(error no test is called $(T); all: $(sort $(TESTS) $(VERIFY))))
+ALL = $(sort $(TESTS) $(VERIFY) $(CHECKS))
+CHOSEN = $(if $(T),$(or $(filter $(T),$(ALL)),$(filter $(T)/% $(T)-%,$(ALL))))
+NO_TEST = $(if $(T),$(error no test is called $(T); all: $(ALL)))
 
 verify: verify-deps build/meshes ## what takes hours: larger spheres, proofs, other machines, coverage, mutants
 	@$(MAKE) --no-print-directory run LOGS='$(VERIFY:%=build/log/%.log)' \

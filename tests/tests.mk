@@ -9,8 +9,15 @@
 #     unit/mesh-O0   gcc, not optimised, assertions; but for levels, which take long
 
 # A recipe that writes a log. An exit status that is not 0 counts, whatever was printed.
-log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
+log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; times >$(@:.log=.times); \
+    echo "$(TEST_NAME): $$(tail -n 1 $@)"
 TEST_NAME = $(@:build/log/%.log=%)
+
+.PHONY: times
+times: ## seconds of processor time of each test that ran last, without those of its compiler
+	@find build/log -name '*.times' | while read -r file; do \
+	    awk -v name="$${file#build/log/}" 'NR == 2 { gsub(/[ms]/, " "); printf "%8.1f  %s\n", $$1 * 60 + $$2 + $$3 * 60 + $$4, \
+	        substr(name, 1, length(name) - 6) }' "$$file"; done | sort -rn
 
 build/log/%.log: build/tests/%
 	$(call log,ASAN_OPTIONS=handle_sigill=1 $<)
