@@ -494,6 +494,9 @@ typedef struct cqi_walk {
 
 typedef struct cqi_vector {
     int32_t x, y, z;
+#ifdef __TINYC__
+    int32_t unused;           /* tcc 0.9.27 stores 16 bytes of a structure of 12 that a function returns */
+#endif
 } cqi_vector;
 
 /* State of a vertex during a level, the two lowest bits of its mark. */
