@@ -495,6 +495,9 @@ typedef struct cqi_walk {
 
 typedef struct cqi_vector {
     int32_t x, y, z;
+#ifdef __TINYC__
+    int32_t unused;           /* tcc 0.9.27 stores 16 bytes of a structure of 12 that a function returns */
+#endif
 } cqi_vector;
 
 /* State of a vertex during a level, the two lowest bits of its mark. */
@@ -3341,7 +3344,7 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
     return a;
 }
 
-#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES)
+#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES) || !defined(CQ_NO_REGULAR)
 /* The square root, rounded down. */
 static uint32_t cqi_root(uint64_t x)
 {
@@ -7316,11 +7319,12 @@ typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
     cq_input coded;           /* as the input, but what the mesh became */
-    cqi_row row[CQI_ROWS];
     cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
 } cqi_encoder;
 
-#define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
+/* Behind it are the rows: no object of an AVR may have them in itself. */
+#define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
+#define CQI_ENCODER_BYTES (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + 7) / 8 * 8)
 
 #ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
@@ -10454,7 +10458,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
-    p->row = e->row;
+    p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
     p->clean = in->clean;
     p->metadata = in->metadata;
