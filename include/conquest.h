@@ -2078,14 +2078,16 @@ static uint32_t cqi_read_varint(cqi_reader *r)
     return value;
 }
 
+#define CQI_NO_GRID 0x40 /* bit of the form of a channel: step and origin are 0 and left out */
 static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
+    const uint32_t form = cqi_read_uint(r, 1);
     uint32_t k;
-    c->kind = (uint8_t)cqi_read_uint(r, 1);
-    c->merge = (uint8_t)(c->kind >> 4);
-    c->kind &= 15;
+    c->kind = (uint8_t)(form & 15);
+    c->merge = (uint8_t)((form & ~(uint32_t)CQI_NO_GRID) >> 4);
     c->components = (uint8_t)cqi_read_uint(r, 1);
     c->bits = (uint8_t)cqi_read_uint(r, 1);
+    if (form & CQI_NO_GRID) return;
     c->step = cqi_read_uint(r, 4);
     for (k = 0; k < c->components && k < CQ_MAX_COMPONENTS; k++) c->origin[k] = cqi_read_uint(r, 4);
 }
@@ -6858,14 +6860,24 @@ static int cqi_has_base_values(const cq_decoder *d)
     return d->base.value < n;
 }
 
+/* The mesh now has the component, too: the arrays are those of the draft. */
+static void cqi_show_component(cq_decoder *d)
+{
+    const cq_mesh *draft = &d->base.draft;
+    d->num_components += d->mesh.num_vertices < draft->num_vertices; /* not of an empty mesh */
+    d->mesh.num_vertices = draft->num_vertices;
+    d->mesh.num_faces = draft->num_faces;
+    d->mesh.num_virtual = draft->num_virtual;
+    d->mesh.num_virtual_faces = draft->num_virtual_faces;
+    if (d->seams) d->num_rows = d->seams->num_rows;
+}
+
 /* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (cqi_has_base_values(d)) return cqi_code_base_values(d);
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
-    d->num_components += d->mesh.num_vertices < d->base.draft.num_vertices; /* not of an empty mesh */
-    d->mesh = d->base.draft;
-    if (d->seams) d->num_rows = d->seams->num_rows;
+    cqi_show_component(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->mesh.num_vertices;
@@ -10696,6 +10708,13 @@ static void cqi_write_varint(uint8_t **to, uint32_t value)
     *(*to)++ = (uint8_t)value;
 }
 
+static int cqi_has_grid(const cq_channel *c)
+{
+    uint32_t all = c->step, k;
+    for (k = 0; k < cqi_components(c); k++) all |= c->origin[k];
+    return all != 0;
+}
+
 /* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
 static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
 {
@@ -10710,8 +10729,10 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_uint(&to, s->num_channels | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
-        cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
+        const int has_grid = cqi_has_grid(c);
+        cqi_write_uint(&to, c->kind | (uint32_t)c->merge << 4 | (has_grid ? 0u : CQI_NO_GRID), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
+        if (!has_grid) continue;
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
     }
