@@ -710,6 +710,11 @@ typedef struct cqi_model {
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
 } cqi_model;
 
+/* Running means of the residuals before, by channel and component; and of those where a component of the base begins. */
+typedef struct cqi_base_sizes {
+    int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS], first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];
+} cqi_base_sizes;
+
 /* A regular level in progress: see there. */
 enum { CQI_FIXED = 3, CQI_FINE = 7 }; /* features of the two predictions */
 typedef struct cqi_regular {
@@ -807,8 +812,6 @@ typedef struct cq_decoder {
         cq_index value;                    /* next vertex, then next face, of the component to get its values */
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
-        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before; */
-        int32_t first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS]; /* of those where a component begins */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
     int ruled;                             /* pairs are scored by the rule, too: see cqi_score_rule */
@@ -822,6 +825,7 @@ typedef struct cq_decoder {
     cqi_regular regular;
     cqi_ring ring;
     union {
+        cqi_base_sizes base;               /* while the base is read, and what is aside; */
         cqi_choice choice;                 /* while the pair is coded; */
         cqi_fan fan;                       /* then, while values are */
     } now;
@@ -3226,7 +3230,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int begins = d->base.value == 1 && v; /* another component: far away */
-        int32_t *size = (begins ? d->base.first : d->base.size) + k * CQ_MAX_COMPONENTS;
+        int32_t *size = (begins ? d->now.base.first : d->now.base.size) + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
@@ -6687,7 +6691,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
     if (cqi_has_pairs(d, k)) return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, wedge);
     for (c = 0; c < channel->components; c++) {
-        int32_t *const size = (b.num_known ? d->base.size : d->base.first) + k * CQ_MAX_COMPONENTS + c;
+        int32_t *const size = (b.num_known ? d->now.base.size : d->now.base.first) + k * CQ_MAX_COMPONENTS + c;
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
         if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
         x = cqi_code_base_residual(d, channel, x, size);
@@ -6745,7 +6749,7 @@ static int cqi_has_aside(cq_decoder *d)
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
         d->metadata_read == d->shape.metadata_bytes)
         return 0;
-    memset(d->base.size, 0, sizeof d->base.size);
+    memset(d->now.base.size, 0, sizeof d->now.base.size);
     d->base.value = 0;
     d->phase = CQI_READ_ASIDE;
     return 1;
@@ -6765,7 +6769,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
             const size_t row = d->plan->aside_row[d->aside.num_rows];
             x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
         }
-        x = cqi_code_base_residual(d, channel, x, &d->base.size[k * CQ_MAX_COMPONENTS + c]);
+        x = cqi_code_base_residual(d, channel, x, &d->now.base.size[k * CQ_MAX_COMPONENTS + c]);
         x = cqi_number(channel, cqi_sum(p, x));
         if (!cqi_value_fits(channel, x)) return 0;
         to[c] = (cq_value)x;
@@ -7082,6 +7086,7 @@ static void cqi_start(cq_decoder *d)
                                          cqi_all_components(&d->shape, CQI_OF_ROW));
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
+    memset(&d->now.base, 0, sizeof d->now.base);
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
