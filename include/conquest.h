@@ -714,6 +714,11 @@ typedef struct cqi_model {
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
 } cqi_model;
 
+/* Running means of the residuals before, by channel and component; and of those where a component of the base begins. */
+typedef struct cqi_base_sizes {
+    int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS], first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];
+} cqi_base_sizes;
+
 /* A regular level in progress: see there. */
 enum { CQI_FIXED = 3, CQI_FINE = 7 }; /* features of the two predictions */
 typedef struct cqi_regular {
@@ -811,8 +816,6 @@ typedef struct cq_decoder {
         cq_index value;                    /* next vertex, then next face, of the component to get its values */
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
-        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before; */
-        int32_t first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS]; /* of those where a component begins */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
     int ruled;                             /* pairs are scored by the rule, too: see cqi_score_rule */
@@ -826,6 +829,7 @@ typedef struct cq_decoder {
     cqi_regular regular;
     cqi_ring ring;
     union {
+        cqi_base_sizes base;               /* while the base is read, and what is aside; */
         cqi_choice choice;                 /* while the pair is coded; */
         cqi_fan fan;                       /* then, while values are */
     } now;
@@ -2083,14 +2087,16 @@ static uint32_t cqi_read_varint(cqi_reader *r)
     return value;
 }
 
+#define CQI_NO_GRID 0x40 /* bit of the form of a channel: step and origin are 0 and left out */
 static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
+    const uint32_t form = cqi_read_uint(r, 1);
     uint32_t k;
-    c->kind = (uint8_t)cqi_read_uint(r, 1);
-    c->merge = (uint8_t)(c->kind >> 4);
-    c->kind &= 15;
+    c->kind = (uint8_t)(form & 15);
+    c->merge = (uint8_t)((form & ~(uint32_t)CQI_NO_GRID) >> 4);
     c->components = (uint8_t)cqi_read_uint(r, 1);
     c->bits = (uint8_t)cqi_read_uint(r, 1);
+    if (form & CQI_NO_GRID) return;
     c->step = cqi_read_uint(r, 4);
     for (k = 0; k < c->components && k < CQ_MAX_COMPONENTS; k++) c->origin[k] = cqi_read_uint(r, 4);
 }
@@ -3241,7 +3247,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int begins = d->base.value == 1 && v; /* another component: far away */
-        int32_t *size = (begins ? d->base.first : d->base.size) + k * CQ_MAX_COMPONENTS;
+        int32_t *size = (begins ? d->now.base.first : d->now.base.size) + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
@@ -6701,7 +6707,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
     if (cqi_has_pairs(d, k)) return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, wedge);
     for (c = 0; c < channel->components; c++) {
-        int32_t *const size = (b.num_known ? d->base.size : d->base.first) + k * CQ_MAX_COMPONENTS + c;
+        int32_t *const size = (b.num_known ? d->now.base.size : d->now.base.first) + k * CQ_MAX_COMPONENTS + c;
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
         if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
         x = cqi_code_base_residual(d, channel, x, size);
@@ -6759,7 +6765,7 @@ static int cqi_has_aside(cq_decoder *d)
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
         d->metadata_read == d->shape.metadata_bytes)
         return 0;
-    memset(d->base.size, 0, sizeof d->base.size);
+    memset(d->now.base.size, 0, sizeof d->now.base.size);
     d->base.value = 0;
     d->phase = CQI_READ_ASIDE;
     return 1;
@@ -6779,7 +6785,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
             const size_t row = d->plan->aside_row[d->aside.num_rows];
             x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
         }
-        x = cqi_code_base_residual(d, channel, x, &d->base.size[k * CQ_MAX_COMPONENTS + c]);
+        x = cqi_code_base_residual(d, channel, x, &d->now.base.size[k * CQ_MAX_COMPONENTS + c]);
         x = cqi_number(channel, cqi_sum(p, x));
         if (!cqi_value_fits(channel, x)) return 0;
         to[c] = (cq_value)x;
@@ -6874,14 +6880,24 @@ static int cqi_has_base_values(const cq_decoder *d)
     return d->base.value < n;
 }
 
+/* The mesh now has the component, too: the arrays are those of the draft. */
+static void cqi_show_component(cq_decoder *d)
+{
+    const cq_mesh *draft = &d->base.draft;
+    d->num_components += d->mesh.num_vertices < draft->num_vertices; /* not of an empty mesh */
+    d->mesh.num_vertices = draft->num_vertices;
+    d->mesh.num_faces = draft->num_faces;
+    d->mesh.num_virtual = draft->num_virtual;
+    d->mesh.num_virtual_faces = draft->num_virtual_faces;
+    if (d->seams) d->num_rows = d->seams->num_rows;
+}
+
 /* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (cqi_has_base_values(d)) return cqi_code_base_values(d);
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
-    d->num_components += d->mesh.num_vertices < d->base.draft.num_vertices; /* not of an empty mesh */
-    d->mesh = d->base.draft;
-    if (d->seams) d->num_rows = d->seams->num_rows;
+    cqi_show_component(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->mesh.num_vertices;
@@ -7084,6 +7100,7 @@ static void cqi_start(cq_decoder *d)
                                          cqi_all_components(&d->shape, CQI_OF_ROW));
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
+    memset(&d->now.base, 0, sizeof d->now.base);
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
     d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
@@ -10731,6 +10748,13 @@ static void cqi_write_varint(uint8_t **to, uint32_t value)
     *(*to)++ = (uint8_t)value;
 }
 
+static int cqi_has_grid(const cq_channel *c)
+{
+    uint32_t all = c->step, k;
+    for (k = 0; k < cqi_components(c); k++) all |= c->origin[k];
+    return all != 0;
+}
+
 /* Writes a header into uint8_t[CQ_MAX_HEADER_BYTES]; returns its size. */
 static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_size, uint32_t payload_crc)
 {
@@ -10745,8 +10769,10 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     cqi_write_uint(&to, s->num_channels | s->regular * CQI_REGULAR | (cqi_is_extended(s) ? CQI_EXTENDED : 0u), 1);
     for (k = 0; k < s->num_channels; k++) {
         const cq_channel *c = &s->channel[k];
-        cqi_write_uint(&to, (uint32_t)(c->kind | c->merge << 4), 1);
+        const int has_grid = cqi_has_grid(c);
+        cqi_write_uint(&to, c->kind | (uint32_t)c->merge << 4 | (has_grid ? 0u : CQI_NO_GRID), 1);
         cqi_write_uint(&to, c->components | (uint32_t)c->bits << 8, 2);
+        if (!has_grid) continue;
         cqi_write_uint(&to, c->step, 4);
         for (j = 0; j < cqi_components(c); j++) cqi_write_uint(&to, c->origin[j], 4);
     }

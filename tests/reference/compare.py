@@ -159,7 +159,7 @@ def parts(data):
     extended, count = divmod(data[first], 128)
     at = first + 1
     for _ in range(count):
-        at += 7 + 4 * data[at + 1]
+        at += 3 if data[at] & 64 else 7 + 4 * data[at + 1]
     for _ in range(4 * extended):
         while data[at] > 127:
             at += 1

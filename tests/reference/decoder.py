@@ -187,9 +187,9 @@ class Header:
             raise End("unsupported")
         self.channels = []
         for _ in range(count):
-            channel = Channel(self.uint(1), self.uint(1), self.uint(1))
-            self.uint(4)
-            for _ in range(min(channel.components, 4)):
+            form = self.uint(1)
+            channel = Channel(form & ~64, self.uint(1), self.uint(1))
+            for _ in range(0 if form & 64 else 1 + min(channel.components, 4)):
                 self.uint(4)
             if not channel.is_valid():
                 raise End("unsupported")
@@ -1636,8 +1636,8 @@ class Decoder:
 
     def count_active(self):
         """Real vertices of the components that take part: of the base the first ones, and all others."""
-        first_of_others = self.first_gates[self.active][0] if self.active < len(self.first_gates) else self.base_vertices
-        return self.vertices - (self.base_vertices - first_of_others)
+        others = self.first_gates[self.active:]
+        return self.vertices - (self.base_vertices - others[0][0] if others else 0)
 
     def conquest(self):  # 7.4
         self.states = {}

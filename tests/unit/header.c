@@ -43,11 +43,14 @@ static void put_start(header *h, uint32_t vertices, uint32_t loops, uint32_t edg
     put_varint(h, euler < 0 ? ~((uint32_t)euler << 1) : (uint32_t)euler << 1);
 }
 
-static void put_channel(header *h, uint32_t kind, uint32_t components, uint32_t bits) {
+enum { NO_GRID = 64 }; /* bit of the form: step and origin are not there */
+
+static void put_channel(header *h, uint32_t form, uint32_t components, uint32_t bits) {
     uint32_t k;
-    put(h, kind, 1);
+    put(h, form, 1);
     put(h, components, 1);
     put(h, bits, 1);
+    if (form & NO_GRID) return;
     put(h, 0x3f800000u, 4);
     for (k = 0; k < components; ++k) put(h, k, 4);
 }
@@ -326,7 +329,7 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 /* The table of SPEC.md, by hand. */
 static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
     static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1"};
-    uint32_t kind = form % 16, merge = form / 16;
+    uint32_t kind = form % 16, merge = (form & ~(uint32_t)NO_GRID) / 16;
     if (kind == 9) return merge == 2 && components == 1 && bits == 1;
     if (kind > 8 || merge > 2 || components < 1 || components > 4) return 0;
     if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
@@ -345,20 +348,22 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
                 put_start(&h, 4, 0, 0, 1);
                 put(&h, 1, 1);
                 put_channel(&h, form, components > 4 ? 4 : components, bits);
-                if (components > 4) h.bytes[h.size - 4 * 4 - 4 - 2] = (uint8_t)components;
+                if (components > 4) h.bytes[h.size - (form & NO_GRID ? 0 : 4 * 4 + 4) - 2] = (uint8_t)components;
                 put_end(&h, 10);
                 result = peek(&h, &shape);
                 CHECK_EQ(result, good ? CQ_OK : CQ_ERROR_UNSUPPORTED);
                 if (result != CQ_OK) continue;
                 CHECK_EQ(shape.channel[0].kind, form % 16);
-                CHECK_EQ(shape.channel[0].merge, form / 16);
+                CHECK_EQ(shape.channel[0].merge, form / 16 & 3);
+                CHECK_EQ(shape.channel[0].step == 0 && shape.channel[0].origin[0] == 0, (form & NO_GRID) != 0);
                 CHECK_EQ(shape.channel[0].components, components);
                 CHECK_EQ(shape.channel[0].bits, bits);
                 count++;
             }
         }
     }
-    CHECK_EQ(count, (20 + 20 + 5) * 25 + 1);  /* 20 of all components and kinds, 5 have one component, 1 one bit */
+    /* With and without a grid: 20 of all components and kinds, 5 have one component, 1 one bit. */
+    CHECK_EQ(count, 2 * ((20 + 20 + 5) * 25 + 1));
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
