@@ -86,6 +86,7 @@
 #define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
 #define cq_read_rows CQI_SYMBOL(cq_read_rows)
 #define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
+#define cq_material CQI_SYMBOL(cq_material)
 #define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
 #define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
 #define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
@@ -135,6 +136,7 @@ extern "C" {
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
+#define CQ_MAX_MATERIALS 1024        /* materials of one stream */
 #define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
 #define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
 
@@ -235,6 +237,7 @@ typedef struct cq_shape {
     uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
+    uint32_t num_materials;          /* see "Materials"; 0 or 1: nothing of that */
 } cq_shape;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
@@ -265,7 +268,18 @@ typedef struct cq_aside {
     uint32_t num_rows, num_faces;          /* shape's, or 0 before they are read */
     cq_index *index;                       /* cq_index[3 * num_faces], rows */
     cq_value *channel[CQ_MAX_CHANNELS];    /* cq_value[num_rows][components], or cq_value[num_faces] */
+    cq_index *material;                    /* cq_index[num_faces], or NULL */
 } cq_aside;
+
+/* -- Materials -----------------------------------------------------------------------------------------------------
+ *
+ * Faces of one material have their numbers in a range of their own, which is as long as the full mesh needs. Each range
+ * fills from its start, so at any moment a material is drawn with one call, from the same vertex and index buffers:
+ *
+ *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
+ *
+ * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE. No
+ * face ever gets another number. Without materials all faces are one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -278,7 +292,8 @@ typedef struct cq_aside {
  * .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; their slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
- * last in, first out. A decoder never collapses: its vertices and faces have no gaps.
+ * last in, first out. A decoder never collapses: its vertices have no gaps, nor have its faces but for those of
+ * materials, whose free slots are on no list.
  *
  * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from
  * a vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices
@@ -460,7 +475,7 @@ typedef struct cq_report {
  * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
  * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
  * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
- * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component. A join of the base has
+ * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component; materials the same. A join of the base has
  * 3 and 32. Of regular levels, an insertion has three residuals; weights are 112 raw bits. */
 #define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
 
@@ -469,7 +484,7 @@ typedef struct cq_report {
 
 /* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
  * than half, and moves to the start without overlap. */
-#define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
+#define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1))
 
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -692,6 +707,13 @@ typedef struct cqi_seams {
     cq_index wanted[CQI_CORNERS];             /* by an encoder */
 } cqi_seams;
 
+/* The range of face numbers of a material. */
+typedef struct cqi_material {
+    cq_index first, count;                    /* the next face gets first + count; */
+    cq_index shown;                           /* cq_material tells so many */
+    cq_index scan;                            /* base: all halfedges of the range before it are closed */
+} cqi_material;
+
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
@@ -746,6 +768,10 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
 /* Metadata of m bytes need so much more. */
 #define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
 
+/* More for m materials, a faces being aside. */
+#define CQ_MATERIAL_BYTES(m, a) \
+    ((m) ? CQI_ROUND((cqi_size)(m) * sizeof(cqi_material)) + CQI_ROUND((cqi_size)(a) * sizeof(cq_index)) : 0)
+
 /* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
  * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
  * of faces. */
@@ -785,6 +811,8 @@ typedef struct cq_decoder {
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
     cqi_seams *seams;                      /* NULL without wedges */
+    cqi_material *materials;               /* cqi_material[shape.num_materials], or NULL */
+    cq_index new_face[2];                  /* with materials: those that a split makes, at p and at q */
     cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
     uint32_t metadata_read;                /* bytes */
     struct {
@@ -801,6 +829,8 @@ typedef struct cq_decoder {
         cq_index gate, before, before2;    /* the border halfedge to grow at, and the two before it */
         cq_index scan, virtual_scan;       /* all halfedges before these are closed */
         cq_index value;                    /* next vertex, then next face, to get its values */
+        cq_index last_face;                /* real one that was added last; or that got its values last; or CQ_NONE */
+        uint32_t material;                 /* the next one whose number of faces is read */
         cq_index vertices;                 /* of the base */
         int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
     } base;
@@ -850,6 +880,10 @@ CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_ind
  * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
 CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
 
+/* The faces of material m that are there: numbers *first .. *first + *count - 1. Draw `index` from 3 * *first on, 3 * *count
+ * indices. Without materials there is one, number 0, which has all faces. */
+CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
+
 /* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
  * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
 CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
@@ -865,7 +899,8 @@ typedef struct cq_lod {
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
     uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
-    size_t first;           /* out: of its indices, 3 * num_faces of them */
+    size_t first;           /* out: of its indices, 3 * num_faces of them, material by material */
+    cq_index *of_material;  /* in: NULL, or cq_index[num_materials], out: faces of each */
 } cq_lod;
 
 /* Keeps the levels that are due. Call it after each cq_decode: a level has up to as many vertices too many as the budget
@@ -894,6 +929,7 @@ typedef struct cq_input {
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
+    const cq_index *materials;             /* cq_index[num_faces], each below shape.num_materials, if that is 2 or more */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
     int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
@@ -1171,7 +1207,7 @@ static int cqi_countable(const cq_shape *s)
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
     return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
            s->num_aside_rows <= CQI_MAX_HALFEDGES - (s->num_rows ? s->num_rows : s->num_vertices) &&
-           s->num_aside_faces <= limit;
+           s->num_aside_faces <= limit && s->num_materials <= CQ_MAX_MATERIALS;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -2094,7 +2130,7 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 #define CQI_EXTENDED 0x80 /* bit of the number of channels: they follow */
 static int cqi_is_extended(const cq_shape *s)
 {
-    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes;
+    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
 }
 
 static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
@@ -2103,8 +2139,10 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     s->num_aside_rows = cqi_read_varint(r);
     s->num_aside_faces = cqi_read_varint(r);
     s->metadata_bytes = cqi_read_varint(r);
+    s->num_materials = cqi_read_varint(r);
     if (r->result != CQ_OK) return r->result;
     if (!cqi_is_extended(s) || s->metadata_bytes > CQ_MAX_METADATA) return CQ_ERROR_CORRUPT;
+    if (s->num_materials == 1 || s->num_materials > CQ_MAX_MATERIALS) return CQ_ERROR_CORRUPT;
     if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
     return CQ_OK;
 }
@@ -2180,12 +2218,13 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES and CQ_METADATA_BYTES, in numbers that can't overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that can't
+ * overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
     const uint64_t all = of_row + cqi_all_components(s, CQI_OF_VERTEX), faces = s->num_aside_faces;
-    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes);
+    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes) + CQ_MATERIAL_BYTES(s->num_materials, faces);
     if (s->num_rows) {
         bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
         bytes += CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
@@ -2291,6 +2330,7 @@ typedef struct cqi_plan {
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
     const uint8_t *metadata;            /* as handed in */
+    const cq_index *materials;          /* as handed in */
     cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
 } cqi_plan;
 
@@ -2782,6 +2822,204 @@ static void cqi_model_keep(const cqi_model *m);
 static void cqi_model_omit(cqi_model *m);                     /* takes out what it is to do without */
 #endif
 
+/* What the next step does. */
+enum {
+    CQI_HEADER, CQI_MATERIALS, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
+    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
+    CQI_READ_ASIDE, CQI_COMPLETE
+};
+
+/* A value, given those of what is near it. */
+static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
+{
+    int i, j, refused = 0;
+    for (i = 0; i < n; i++) {
+        int asked = 0, same = 0;
+        for (j = 0; j < n; j++) {
+            same += beside[j] == beside[i];
+            asked += j < i && beside[j] == beside[i];
+        }
+        if (asked) continue;
+        if (cqi_code_bit(d, CQI_FACE + 4 * cqi_at_most(refused, 2) + cqi_at_most(same, 3), value == beside[i]))
+            return beside[i];
+        refused++;
+    }
+    return (int32_t)cqi_code_raw(d, (uint32_t)value, bits);
+}
+
+/* -- Materials: ranges of face numbers --
+ *
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the slot that
+ * it is to get is put there. */
+
+#ifdef CQ_NO_WEDGES
+#define cqi_code_base_material(d, input) 1
+#define cqi_code_new_materials(d, p, q) 1
+#define cqi_take_new_faces(d) ((void)0)
+#define cqi_show_materials(d) ((void)0)
+#define cqi_base_face(d, f) (f)
+#define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
+#define cqi_aside_material(d, face) 1
+#else
+
+static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
+{
+    return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
+}
+
+/* The material of a face: the last one that does not begin behind it. */
+static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
+{
+    uint32_t low = 0, high = d->shape.num_materials;
+    while (high - low > 1) {
+        const uint32_t m = low + (high - low) / 2;
+        if (d->materials[m].first <= face) low = m;
+        else high = m;
+    }
+    return low;
+}
+
+static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
+{
+    const cqi_plan *p = d->plan;
+    return p->materials[p->face_of_input ? p->face_of_input[face] : face];
+}
+
+/* Counts the faces of each material of an encoder. */
+static void cqi_count_materials(cq_decoder *d)
+{
+    cq_index f;
+    for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
+}
+
+/* How many faces of each material the mesh will have: of each but the last a number of what is left. */
+static cq_result cqi_step_materials(cq_decoder *d)
+{
+    const uint32_t k = d->base.material++;
+    cqi_material *m = &d->materials[k];
+    uint32_t left = d->shape.num_faces - m->first, n;
+    if (CQI_ENCODING(d) && !k) cqi_count_materials(d);
+    n = m->shown;
+    m->shown = 0;
+    if (k + 1 == d->shape.num_materials) {
+        memset(d->mesh.origin, 0xff, 3 * (size_t)d->shape.num_faces * sizeof(cq_index));
+        d->mesh.num_faces = d->base.draft.num_faces = (cq_index)d->shape.num_faces;
+        d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
+        return CQ_OK;
+    }
+    n = cqi_code_raw(d, n, cqi_bit_length(left));
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (n > left) return CQ_ERROR_CORRUPT;
+    m[1].first = (cq_index)(m->first + (cq_index)n);
+    m[1].scan = (cq_index)(3 * m[1].first);
+    return CQ_OK;
+}
+
+/* A material, given those of faces nearby; or -1, if it is none. */
+static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
+{
+    const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
+    return m < (int32_t)d->shape.num_materials ? m : -1;
+}
+
+/* The next face of the base, behind the gate, gets its slot. 0: it can't. */
+static int cqi_code_base_material(cq_decoder *d, cq_index input)
+{
+    int32_t beside[2], m;
+    cqi_material *of;
+    int n = 0;
+    if (cqi_is_real_face(&d->base.draft, d->base.gate))
+        beside[n++] = (int32_t)cqi_material_of(d, (cq_index)(d->base.gate / 3));
+    beside[n++] = d->base.last_face != CQ_NONE ? (int32_t)cqi_material_of(d, d->base.last_face) : 0;
+    m = cqi_code_material(d, beside, n, CQI_ENCODING(d) ? cqi_plan_material(d, (cq_index)(input / 3)) : 0);
+    if (m < 0) return 0;
+    of = &d->materials[m];
+    if (of->first + of->count == cqi_end_of_material(d, (uint32_t)m)) return 0;
+    d->base.last_face = (cq_index)(of->first + of->count++);
+    cqi_free_face(&d->base.draft, d->base.last_face);
+    return 1;
+}
+
+/* The slots of the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
+static int cqi_code_new_materials(cq_decoder *d, int p, int q)
+{
+    int32_t m = 0, beside[3];
+    int end, side, n;
+    d->new_face[0] = d->new_face[1] = CQ_NONE;
+    for (end = 0; end < 2; end++) {
+        cq_index spoke = d->ring.spoke[end ? q : p];
+        if (cq_is_virtual(&d->mesh, cq_target(&d->mesh, spoke))) continue;
+        beside[0] = m;
+        n = d->new_face[0] != CQ_NONE;
+        for (side = 0; side < 2; side++, spoke = d->mesh.twin[spoke])
+            if (cqi_is_real_face(&d->mesh, spoke)) beside[n++] = (int32_t)cqi_material_of(d, (cq_index)(spoke / 3));
+        m = cqi_code_material(d, beside, n, CQI_ENCODING(d) ? cqi_plan_material(d, d->plan->note[d->plan->next].face[end]) : 0);
+        if (m < 0) return 0;
+        d->new_face[end] = (cq_index)(d->materials[m].first + d->materials[m].count);
+        if (d->new_face[0] != CQ_NONE && end && d->new_face[end] == d->new_face[0]) d->new_face[end]++;
+        if (d->new_face[end] >= cqi_end_of_material(d, (uint32_t)m)) return 0;
+    }
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->channels, &cqi_level_report(d)->values);
+    return 1;
+}
+
+/* Makes these the next free faces, the one at p first. */
+static void cqi_take_new_faces(cq_decoder *d)
+{
+    int end;
+    for (end = 1; end >= 0; end--) {
+        const cq_index f = d->new_face[end];
+        cqi_material *m;
+        if (f == CQ_NONE) continue;
+        m = &d->materials[cqi_material_of(d, f)];
+        m->shown = ++m->count;
+        cqi_free_face(&d->mesh, f);
+    }
+}
+
+/* What has been added to the base becomes public. */
+static void cqi_show_materials(cq_decoder *d)
+{
+    uint32_t m;
+    for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
+}
+
+/* The first face of the base from f on: f, if there is one, or that at which the next material begins. */
+static cq_index cqi_base_face(const cq_decoder *d, cq_index f)
+{
+    const cqi_material *const m = d->materials;
+    uint32_t k;
+    if (!m || f >= d->shape.num_faces) return f;
+    for (k = cqi_material_of(d, f); k < d->shape.num_materials; k++) {
+        if (f < m[k].first) f = m[k].first;
+        if (f < m[k].first + m[k].count) return f;
+    }
+    return (cq_index)d->shape.num_faces;
+}
+
+/* The material of the next face aside, given that of the one before. 0: it is none. */
+static int cqi_aside_material(cq_decoder *d, cq_index face)
+{
+    const cq_index k = (cq_index)d->aside.num_faces;
+    const int32_t before = k ? (int32_t)d->aside.material[k - 1] : 0;
+    const int32_t m = cqi_code_material(d, &before, 1, CQI_ENCODING(d) ? (uint32_t)d->plan->materials[face] : 0);
+    d->aside.material[k] = (cq_index)m;
+    return m >= 0;
+}
+
+#endif /* CQ_NO_WEDGES */
+
+/* Real faces of a mesh of the decoder. */
+static cq_index cqi_num_real_faces(const cq_decoder *d, const cq_mesh *m)
+{
+    cq_index n = 0;
+    uint32_t k;
+    if (!d->materials) return m->num_faces;
+    for (k = 0; k < d->shape.num_materials; k++) n = (cq_index)(n + d->materials[k].count);
+    return n;
+}
+
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
  * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[]
@@ -2833,7 +3071,10 @@ static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index 
 static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
 {
     cq_mesh *m = &d->base.draft;
-    cq_index f = cqi_new_face(m, cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c));
+    const int is_virtual = cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c);
+    cq_index f;
+    if (d->materials && !is_virtual && !cqi_code_base_material(d, input)) return CQ_NONE;
+    f = cqi_new_face(m, is_virtual);
     if (f == CQ_NONE) return CQ_NONE;
     cqi_set_face(m, f, a, b, c);
     m->valence[a]++;
@@ -2860,8 +3101,9 @@ static cq_result cqi_start_component(cq_decoder *d)
         v[k] = cqi_code_new_vertex(d, k == 2, corner);
         if (v[k] == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     }
+    d->base.gate = 3 * m->first_virtual_face; /* there is none before the first face */
     f = cqi_add_face(d, v[0], v[1], v[2], input);
-    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (f == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     m->mark[v[0]] |= CQI_SEED;
     h = (cq_index)(3 * f);
     m->twin[h] = (cq_index)(h + 1);
@@ -2900,6 +3142,7 @@ static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
     n = CQI_ENCODING(d) ? cqi_halfedge_number(m, *border) : 0;
     n = (cq_index)cqi_code_raw(d, n, cqi_bit_length((uint32_t)cqi_num_halfedges(m) - 1));
     *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->base.gate;
+    if (m->origin[*border / 3 * 3] == CQ_NONE) *border = d->base.gate; /* a face that is not there */
     return CQI_JOIN;
 }
 
@@ -2944,6 +3187,12 @@ static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 static int cqi_find_gate(cq_decoder *d)
 {
     cq_index virtual_end = (cq_index)(3 * (d->base.draft.first_virtual_face + d->base.draft.num_virtual_faces));
+    uint32_t k;
+    for (k = 0; d->materials && k < d->shape.num_materials; k++) {
+        cqi_material *of = &d->materials[k];
+        if (cqi_scan_gate(d, &of->scan, (cq_index)(3 * (of->first + of->count)))) return 1;
+    }
+    if (d->materials) return cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
     return cqi_scan_gate(d, &d->base.scan, (cq_index)(3 * d->base.draft.num_faces)) ||
            cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
 }
@@ -2971,7 +3220,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (x == CQ_NONE || x == u || x == w) return CQ_ERROR_CORRUPT;
     f = cqi_add_face(d, w, u, x, behind);
-    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (f == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     k = (cq_index)(3 * f);
     cqi_link_face(d, k, border);
     if (kind == CQI_TURN) {
@@ -2989,7 +3238,7 @@ static cq_result cqi_finish_base(cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
     const cq_shape *s = &d->shape;
-    int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
+    int64_t euler = 2 * (int64_t)m->num_vertices - cqi_num_real_faces(d, m) - (int64_t)m->num_virtual_faces;
     int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
     if (m->num_virtual != m->max_virtual || euler != full) return CQ_ERROR_CORRUPT;
     return cq_mesh_check(m, NULL) == CQ_OK ? CQ_OK : CQ_ERROR_CORRUPT;
@@ -3146,31 +3395,13 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 
 /* -- Values of faces: mostly that of a face nearby -- */
 
-/* A value, given those of what is near it. */
-static int32_t cqi_code_copy(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
-{
-    int i, j, refused = 0;
-    for (i = 0; i < n; i++) {
-        int asked = 0, same = 0;
-        for (j = 0; j < n; j++) {
-            same += beside[j] == beside[i];
-            asked += j < i && beside[j] == beside[i];
-        }
-        if (asked) continue;
-        if (cqi_code_bit(d, CQI_FACE + 4 * cqi_at_most(refused, 2) + cqi_at_most(same, 3), value == beside[i]))
-            return beside[i];
-        refused++;
-    }
-    return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
-}
-
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
-    int32_t before = f ? values[f - 1] : 0, x = 0;
+    int32_t before = d->base.last_face != CQ_NONE ? values[d->base.last_face] : 0, x = 0;
     if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
-    values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+    values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
 }
 
 /* All channels of vertices or of faces, of the next base vertex or face. */
@@ -3187,6 +3418,10 @@ static cq_result cqi_code_base_values(cq_decoder *d)
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
+    }
+    if (of_face) {
+        d->base.last_face = v;
+        d->base.value = (cq_index)(d->base.draft.num_vertices + cqi_base_face(d, (cq_index)(v + 1)));
     }
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
@@ -3206,10 +3441,11 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
         beside[0] = x;
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
-            if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
+            if (cqi_is_real_face(m, spoke)) beside[n++] = values[spoke / 3];
         if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, d->plan->note[d->plan->next].face[end]);
-        x = cqi_code_copy(d, k, beside, n, x);
-        if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
+        x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
+        if (d->materials) values[d->new_face[end]] = (cq_value)x;
+        else if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
     }
 }
@@ -3928,7 +4164,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     int j;
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
-    x = cqi_code_copy(d, k, beside, n, x);
+    x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
     if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
     *to = (cq_value)x;
     return 1;
@@ -3954,6 +4190,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 {
     uint32_t k;
     cqi_list_fan_of_b(d, p, q);
+    if (d->materials && !cqi_code_new_materials(d, p, q)) return 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int of = cqi_class(&d->shape, k);
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
@@ -4432,13 +4669,6 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
-/* What the next step does. */
-enum {
-    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
-    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
-    CQI_READ_ASIDE, CQI_COMPLETE
-};
-
 /* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
@@ -4478,14 +4708,15 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     const cqi_ring *r = &d->ring;
     cqi_plan_vertex(plan, c->removed, b);
     if (!plan->follows_faces) return;
-    if (p != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[0]), num_faces++);
-    if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), num_faces);
+    if (p != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[0]), d->materials ? d->new_face[0] : num_faces++);
+    if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), d->materials ? d->new_face[1] : num_faces);
 }
 
 /* Splits the patch: its values are there. */
 static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
+    if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
@@ -5029,7 +5260,7 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     if (near != CQ_NONE) beside[n++] = values[(size_t)near * channel->components];
     if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
-    x = cqi_code_copy(d, k, beside, n, x);
+    x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
     return 1;
@@ -6388,7 +6619,7 @@ static cq_result cqi_step_wipe(cq_decoder *d)
 static cq_result cqi_begin_regular(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    if (d->shape.num_rows || d->shape.num_channels > 1 || (d->shape.num_channels && d->located < 0)) return CQ_ERROR_UNSUPPORTED;
+    if (d->shape.num_rows || d->materials || d->shape.num_channels > 1 || (d->shape.num_channels && d->located < 0)) return CQ_ERROR_UNSUPPORTED;
     memset(r, 0, sizeof *r);
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
@@ -6461,6 +6692,12 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
         d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
         for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+    }
+    if (s->num_materials) {
+        d->materials = (cqi_material *)cqi_take(arena, s->num_materials, sizeof(cqi_material));
+        memset(d->materials, 0, s->num_materials * sizeof(cqi_material));
+        d->aside.material = (cq_index *)cqi_take(arena, s->num_aside_faces, sizeof(cq_index));
+        d->phase = CQI_MATERIALS;
     }
     d->aside.index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_aside_faces, sizeof(cq_index));
     aside = (cq_value *)cqi_take(arena, s->num_aside_rows * all, sizeof(cq_value));
@@ -6653,13 +6890,14 @@ static int cqi_code_aside_face(cq_decoder *d)
         if (row >= all) return 0;
         to[k] = (cq_index)row;
     }
+    if (d->materials && !cqi_aside_material(d, face)) return 0;
     for (k = 0; k < s->num_channels; k++) {
         cq_value *value = d->aside.channel[k] + d->aside.num_faces;
         int32_t before = 0, x = 0;
         if (cqi_class(s, k) != CQI_OF_FACE) continue;
         if (d->aside.num_faces) before = value[-1];
         if (CQI_ENCODING(d) && s->channel[k].kind != CQ_TURNED) x = d->plan->input[k][face];
-        *value = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+        *value = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
     }
     return 1;
 }
@@ -6709,14 +6947,17 @@ static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
     cq_index faces = (cq_index)(cqi_all_components(&d->shape, CQI_OF_FACE) ? draft->num_faces : 0);
+    if (d->base.value == draft->num_vertices) d->base.value = (cq_index)(d->base.value + cqi_base_face(d, 0));
+    if (d->base.value <= draft->num_vertices) d->base.last_face = CQ_NONE;
     if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = draft->num_vertices;
-        d->report->base_faces = draft->num_faces;
+        d->report->base_faces = cqi_num_real_faces(d, draft);
     }
     d->mesh = *draft;
+    cqi_show_materials(d);
     cqi_take_virtual(&d->mesh);
     d->base.vertices = d->mesh.num_vertices;
     d->active = 0;
@@ -6858,6 +7099,7 @@ static cq_result cqi_step_patch(cq_decoder *d)
 static cq_result cqi_step(cq_decoder *d)
 {
     switch (d->phase) {
+    case CQI_MATERIALS: return cqi_step_materials(d);
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
 #ifndef CQ_NO_WEDGES
@@ -6906,17 +7148,18 @@ static void cqi_start(cq_decoder *d)
     d->located = cqi_context_channel(&d->shape);
     cqi_model_init(&d->model, &d->shape);
     d->index = d->mesh.origin;
+    d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 #ifndef CQ_NO_WEDGES
     cqi_start_rows(d, &arena);
 #endif
     d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
                                          cqi_all_components(&d->shape, CQI_OF_FACE) +
-                                         cqi_all_components(&d->shape, CQI_OF_ROW));
+                                         cqi_all_components(&d->shape, CQI_OF_ROW) + (d->shape.num_materials != 0));
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
+    d->base.last_face = CQ_NONE;
 }
 
 cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
@@ -7087,6 +7330,16 @@ void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_i
     }
 }
 
+void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count)
+{
+    CQ_ASSERT(m < d->shape.num_materials || !m);
+    *first = 0;
+    *count = d->mesh.num_faces;
+    if (!d->materials) return;
+    *first = d->materials[m].first;
+    *count = d->materials[m].shown;
+}
+
 /* A row moves to a new vertex only, so those that have are around new vertices. */
 void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
 {
@@ -7116,9 +7369,23 @@ static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
            (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
 }
 
+/* Copies the indices of all faces that are there, material by material. */
+static void cqi_keep_faces(const cq_decoder *d, cq_index *to, cq_index *of_material)
+{
+    uint32_t m = 0;
+    do {
+        cq_index first, count;
+        cq_material(d, m, &first, &count);
+        memcpy(to, d->index + 3 * (size_t)first, 3 * (size_t)count * sizeof(cq_index));
+        to += 3 * (size_t)count;
+        if (of_material) of_material[m] = count;
+    } while (++m < d->shape.num_materials);
+}
+
 size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
 {
-    const size_t corners = 3 * (size_t)d->mesh.num_faces;
+    const cq_index faces = cqi_num_real_faces(d, &d->mesh);
+    const size_t corners = 3 * (size_t)faces;
     size_t end = 0, k = 0;
     CQ_ASSERT((!count || lod) && (!capacity || indices));
     while (k < count && lod[k].num_vertices) {
@@ -7126,15 +7393,13 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
         k++;
     }
     for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_faces != d->mesh.num_faces; /* each split makes some */
-        if (is_new) {
-            if (corners > capacity - end) break;
-            memcpy(indices + end, d->index, corners * sizeof(cq_index));
-            end += corners;
-        }
+        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split makes some */
+        if (is_new && corners > capacity - end) break;
+        if (is_new) end += corners;
+        cqi_keep_faces(d, indices + (end - corners), lod[k].of_material);
         lod[k].first = end - corners;
         lod[k].num_vertices = d->num_rows;
-        lod[k].num_faces = d->mesh.num_faces;
+        lod[k].num_faces = faces;
         lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
     }
     return k;
@@ -10249,6 +10514,8 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
 {
     cq_result result = CQ_OK;
     uint32_t k;
+    for (k = 0; in->shape.num_materials > 1 && k < in->shape.num_faces; k++)
+        if (in->materials[k] >= in->shape.num_materials) return cqi_error(place, CQ_ERROR_VALUE, (cq_index)k, CQ_NONE, CQ_NONE);
     for (k = 0; k < in->shape.num_channels && result == CQ_OK; k++) result = cqi_check_channel(in, k, place);
     return result;
 }
@@ -10272,7 +10539,8 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
-    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
+    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE) || s->num_materials;
+    p->materials = in->materials;
     p->clean = in->clean;
     p->metadata = in->metadata;
     e->replay.shape = *s;
@@ -10409,7 +10677,7 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
     const cq_shape *s = &in->shape;
-    if (p->row_of_vertex || p->locked || in->conquest_only) return 0;
+    if (p->row_of_vertex || p->locked || s->num_materials || in->conquest_only) return 0;
     return s->num_channels == 0 || (s->num_channels == 1 && cqi_context_channel(s) == 0);
 }
 
@@ -10511,6 +10779,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
         cqi_write_varint(&to, s->num_aside_rows);
         cqi_write_varint(&to, s->num_aside_faces);
         cqi_write_varint(&to, s->metadata_bytes);
+        cqi_write_varint(&to, s->num_materials);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -10655,6 +10924,7 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
         e->plan.locked = in->locked;
         e->coded.shape = in->shape;
     }
+    if (e->coded.shape.num_materials == 1) e->coded.shape.num_materials = 0;
     return result;
 }
 
@@ -10765,8 +11035,10 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
 #ifdef CQ_NO_WEDGES
-    if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+    if (in->shape.metadata_bytes || in->shape.num_materials > 1) return CQ_ERROR_UNSUPPORTED;
 #endif
+    if (in->shape.num_materials > CQ_MAX_MATERIALS || (in->shape.num_materials > 1 && in->shape.num_faces && !in->materials))
+        return CQ_ERROR_ARGUMENT;
     if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);

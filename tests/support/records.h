@@ -17,6 +17,7 @@ typedef struct row_record {
 typedef struct triangle_record {
     row_record corner[3];
     int32_t of_face[CQ_MAX_CHANNELS];
+    int32_t material;
 } triangle_record;
 
 static inline int compare_row_records(const void *a, const void *b) { return memcmp(a, b, sizeof(row_record)); }
@@ -71,10 +72,22 @@ static inline triangle_record *triangles_of_input(const cq_input *in) {
         for (k = 0; k < 3; ++k) all[f].corner[k] = row_of_input(in, in->indices[3 * f + k]);
         for (k = 0; k < in->shape.num_channels; ++k)
             if (in->shape.channel[k].merge == CQ_PER_FACE) all[f].of_face[k] = (int32_t)in->values[k][f];
+        if (in->shape.num_materials > 1) all[f].material = (int32_t)in->materials[f];
         turn_record(&all[f]);
     }
     qsort(all, in->shape.num_faces, sizeof *all, compare_triangle_records);
     return all;
+}
+
+/* The material that has a face of the mesh, 0 without any. */
+static inline uint32_t material_of_face(const cq_decoder *d, uint32_t f) {
+    cq_index first = 0, count = 0;
+    uint32_t m;
+    for (m = 0; m < d->shape.num_materials; ++m) {
+        cq_material(d, m, &first, &count);
+        if (f >= first && f - first < count) return m;
+    }
+    return 0;
 }
 
 /* Triangle f of a complete mesh; those aside follow the others. */
@@ -91,6 +104,7 @@ static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f
     for (k = 0; k < d->shape.num_channels; ++k)
         if (d->shape.channel[k].merge == CQ_PER_FACE && d->shape.channel[k].kind != CQ_TURNED)
             t.of_face[k] = (int32_t)(aside ? d->aside.channel[k] : d->channel[k])[g];
+    t.material = aside && d->aside.material != NULL ? (int32_t)d->aside.material[g] : (int32_t)material_of_face(d, f);
     turn_record(&t);
     return t;
 }
@@ -149,10 +163,29 @@ static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const 
         for (j = 0; j < 3; ++j) t.corner[j] = row_of_input(in, in->indices[3 * k + j]);
         for (j = 0; j < in->shape.num_channels; ++j)
             if (in->shape.channel[j].merge == CQ_PER_FACE) t.of_face[j] = (int32_t)in->values[j][k];
+        if (in->shape.num_materials > 1) t.material = (int32_t)in->materials[k];
         turn_record(&t);
         if (face_map[k] >= d->mesh.num_faces + d->aside.num_faces) return 0;
         u = triangle_of_output(d, face_map[k]);
         if (memcmp(&t, &u, sizeof t) != 0) return 0;
+    }
+    return 1;
+}
+
+/* A face is there if and only if it is one of those that are told of its material; these fill their ranges from the start, and
+ * the ranges all numbers. */
+static inline int materials_are_valid(const cq_decoder *d) {
+    uint32_t f = 0, m;
+    for (m = 0; m < d->shape.num_materials; ++m) {
+        cq_index first, count, next = (cq_index)d->shape.num_faces;
+        cq_material(d, m, &first, &count);
+        if (m + 1 < d->shape.num_materials) {
+            cq_index unused;
+            cq_material(d, m + 1, &next, &unused);
+        }
+        if (first != f || count > next - first) return 0;
+        for (; f < next; ++f)
+            if ((d->mesh.origin[3 * f] != CQ_NONE) != (f < (uint32_t)first + count)) return 0;
     }
     return 1;
 }
@@ -165,6 +198,7 @@ static inline int rows_are_valid(const cq_decoder *d) {
     used = (uint8_t *)calloc(d->num_rows + 1u, 1);
     for (h = 0; h < 3 * (uint32_t)d->mesh.num_faces; ++h) {
         const cq_index row = d->index[h];
+        if (d->mesh.origin[h / 3 * 3] == CQ_NONE) continue;
         if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) break;
         n += !used[row];
         used[row] = 1;

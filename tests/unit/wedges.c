@@ -13,6 +13,7 @@ enum { MOST_ROWS = 20000, MOST_FACES = 12000 };
 static struct scene {
     cq_index index[3 * MOST_FACES];
     cq_value position[3 * MOST_ROWS], normal[2 * MOST_ROWS], uv[2 * MOST_ROWS], joint[MOST_ROWS], group[MOST_FACES];
+    cq_index material[MOST_FACES];
     uint8_t locked[MOST_ROWS];
     cq_input input;
 } scene;
@@ -48,6 +49,8 @@ static void begin(int channels)
     if (channels & 4) add_channel(CQ_JOINTS, 1, 6, CQ_COPY, scene.joint);
     if (channels & 8) add_channel(CQ_GROUP, 1, 4, CQ_PER_FACE, scene.group);
     if (channels & 16) scene.input.shape.channel[1].merge = CQ_COPY;
+    if (channels & 32) scene.input.shape.num_materials = 7;
+    scene.input.materials = scene.material;
 }
 
 static cq_index add_row(int32_t x, int32_t y, int32_t z)
@@ -70,6 +73,7 @@ static void add_face(cq_index a, cq_index b, cq_index c)
     scene.index[3 * f + 1] = b;
     scene.index[3 * f + 2] = c;
     scene.group[f] = (cq_value)(f / 64 % 5);
+    scene.material[f] = (cq_index)(f / 50 % 4 + f / 17 % 2);
 }
 
 static cq_index copy_row(cq_index from)
@@ -171,6 +175,7 @@ static void check_steps(const coded *c, int clean)
         d.result = cq_decode(d.decoder, &in, 1);
         if (d.decoder->mesh.num_vertices == vertices || d.result < 0) continue;
         CHECK(rows_are_valid(d.decoder));
+        CHECK(materials_are_valid(d.decoder));
         if (vertices % 37 == 0) CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
         memset(moved, 0, sizeof moved);
         if (vertices) cq_moved_rows(d.decoder, vertices, rows, 0, moved);
@@ -269,6 +274,8 @@ TEST(the_macros_and_the_function_for_decoder_memory_agree)
         s.num_aside_rows = n % 5;
         s.num_aside_faces = n % 7;
         s.metadata_bytes = n % 9;
+        s.num_materials = n % 4;
+        bytes += (size_t)CQ_MATERIAL_BYTES(n % 4, n % 7);
         bytes += (size_t)CQ_WEDGE_BYTES(2 * n, n + 1, 4) + (size_t)CQ_METADATA_BYTES(n % 9);
         CHECK_EQ(cq_decoder_bytes(&s), bytes + (size_t)CQ_ASIDE_BYTES(n % 7, n % 5, 8, 1));
     }
@@ -423,6 +430,29 @@ TEST(nothing_but_what_is_aside)
     check_round_trip();
 }
 
+TEST(each_material_is_one_range)
+{
+    int channels;
+    for (channels = 32; channels < 64; channels += 3) {
+        begin(channels);
+        add_sheet(20, 16, channels & 3, 0);
+        if (channels & 4) add_sheet(7, 5, 3, 0);
+        if (channels & 8) add_seams(3, 3);
+        if (channels & 16) damage(20, 0xff);
+        check_round_trip();
+        CHECK_EQ(last.shape.num_materials, 7);
+    }
+    scene.input.shape.num_materials = 4;
+    scene.material[5] = 4;
+    {
+        coded c;
+        code(&c, &scene.input);
+        CHECK_EQ(c.result, CQ_ERROR_VALUE);
+        CHECK_EQ(c.place.face, 5);
+        uncode(&c);
+    }
+}
+
 TEST(a_clean_mesh_never_moves_a_row)
 {
     begin(3);
@@ -442,7 +472,7 @@ TEST(whatever_comes_in_comes_out)
     for (k = 0; k < CASES; k++) {
         const uint32_t what = draw(8);
         seed = (uint32_t)k * 2654435761u + 1;
-        begin((int)draw(32));
+        begin((int)draw(64));
         add_sheet(3 + (int)draw(14), 3 + (int)draw(10), (int)draw(4), what == 1);
         if (draw(3) == 0) add_sheet(3 + (int)draw(4), 3 + (int)draw(4), (int)draw(4), 0);
         if (draw(2)) add_seams((int)draw(8), (int)draw(4));
@@ -469,6 +499,7 @@ int main(int argc, char **argv)
     RUN(turned_faces_are_turned_back);
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
+    RUN(each_material_is_one_range);
     RUN(a_clean_mesh_never_moves_a_row);
     RUN(a_junction_is_in_the_base);
     RUN(the_macros_and_the_function_for_decoder_memory_agree);
