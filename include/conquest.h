@@ -130,14 +130,14 @@ extern "C" {
 #define CQ_VERSION_STRING "0.1.0"    /* the same for humans */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
-#define CQ_MAX_CHANNELS 8            /* channels of one stream */
+#define CQ_MAX_CHANNELS 16           /* channels of one stream */
 #define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
 #define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
 #define CQ_MAX_MATERIALS 1024        /* materials of one stream */
-#define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
+#define CQ_MAX_HEADER_BYTES 512      /* a header is never longer */
 #define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
 
 /* -- Results ------------------------------------------------------------------------------------------------------- */
@@ -482,9 +482,9 @@ typedef struct cq_report {
 /* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
- * than half, and moves to the start without overlap. */
-#define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1))
+/* Input that waits for its step, or a header: the largest step, and a little. What is left of it moves to the start when the
+ * buffer is full and less than a step is left: of most meshes, whose steps are short, once for many of them. */
+#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1) + 64)
 
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -7214,11 +7214,12 @@ static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
-/* Moves what is left in the buffer to its start: less than half of it. */
+/* Moves what is left in the buffer to its start; the two may overlap. */
 static void cqi_drop_used(cq_decoder *d)
 {
-    size_t left = d->range.size - d->range.count;
-    memcpy(d->input.buffer, d->input.buffer + d->range.count, left);
+    const size_t left = d->range.size - d->range.count;
+    size_t k;
+    for (k = 0; k < left; k++) d->input.buffer[k] = d->input.buffer[d->range.count + k];
     d->input.dropped += d->range.count;
     d->range.size = left;
     d->range.count = 0;

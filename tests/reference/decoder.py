@@ -183,7 +183,7 @@ class Header:
     def read_channels(self):  # 2.4
         count = self.uint(1)
         extended, count = count // 128, count % 128
-        if count > 8:
+        if count > 16:
             raise End("unsupported")
         self.channels = []
         for _ in range(count):
@@ -194,7 +194,7 @@ class Header:
             if not channel.is_valid():
                 raise End("unsupported")
             self.add_channel(channel)
-        self.rows = self.aside_rows = self.aside_faces = self.metadata = 0
+        self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
 
@@ -203,9 +203,9 @@ class Header:
         self.channels.append(channel)
 
     def read_extension(self):  # 2.6
-        counts = [self.varint() for _ in range(4)]
-        self.rows, self.aside_rows, self.aside_faces, self.metadata = counts
-        if not any(counts) or self.metadata > 1 << 20 or \
+        counts = [self.varint() for _ in range(5)]
+        self.rows, self.aside_rows, self.aside_faces, self.metadata, self.materials = counts
+        if not any(counts) or self.metadata > 1 << 20 or self.materials == 1 or self.materials > 1024 or \
            (self.rows and not self.vertices < self.rows <= 3 * self.faces):
             raise End("corrupt")
         channels, self.channels = self.channels, []
@@ -323,12 +323,52 @@ class RangeDecoder:
 
 # -- 5. The base mesh --------------------------------------------------------------------------------------------------
 
+class Materials:  # 18
+    def __init__(self, decoder):
+        self.decoder, self.first = decoder, [0]
+        for _ in range(decoder.header.materials - 1):
+            left = decoder.header.faces - self.first[-1]
+            faces = decoder.coder.raw(left.bit_length())
+            if faces > left:
+                decoder.reject("corrupt")
+            decoder.end_step()
+            self.first.append(self.first[-1] + faces)
+        self.end = self.first[1:] + [decoder.header.faces]
+        self.next = list(self.first)    # number of the next triangle of each
+        self.of, self.number = {}, {}   # of triangles, by id
+
+    def read(self, near, taken=()):
+        """That of a new triangle, given those nearby; `taken` go to triangles that are not yet there."""
+        m = self.decoder.copied((len(self.first) - 1).bit_length(), near)
+        if m >= len(self.first) or self.next[m] + list(taken).count(m) == self.end[m]:
+            self.decoder.reject("corrupt")
+        return m
+
+    def enter(self, triangle, m):
+        self.of[id(triangle)], self.number[id(triangle)] = m, self.next[m]
+        self.next[m] += 1
+        return self.next[m] - 1
+
+    def near(self, mesh, a, b):
+        """Of the triangle on the left of a -> b, if it is real."""
+        return [self.of[id(mesh.left[a, b])]] if id(mesh.left[a, b]) in self.of else []
+
+    def split(self, mesh, centre, ends):  # 18
+        made = []
+        for x in ends:
+            if not mesh.is_virtual(x):
+                made.append(self.read(made[:1] + self.near(mesh, centre, x) + self.near(mesh, x, centre), made))
+        return made
+
+
 class Base:
     """Halfedge 3 t + k of real triangle t has that number, one of virtual triangle t the number 3 (F + t) + k."""
 
     def __init__(self, decoder):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
         self.real, self.virtual = [], []          # triangles, lists of corners
+        self.numbered = {}                        # real ones by their numbers
+        self.gate = None
         self.vertices, self.loops = 0, 0          # vertices so far
         self.corners = {}                         # number of triangle corners at a vertex
         self.last = {}                            # the triangle added last at a vertex
@@ -365,24 +405,31 @@ class Base:
         triangles, limit = (self.virtual, self.header.edges) if virtual else (self.real, self.header.faces)
         if len(triangles) == limit:
             self.decoder.reject("corrupt")
-        triangle = list(corners)
+        triangle, number, materials = list(corners), len(triangles), self.decoder.materials
+        if materials and not virtual:
+            behind = [] if self.gate is None or self.gate // 3 not in self.numbered else \
+                [materials.of[id(self.numbered[self.gate // 3])]]
+            number = materials.enter(triangle, materials.read(behind + [materials.of[id(self.real[-1])] if self.real else 0]))
         triangles.append(triangle)
+        if not virtual:
+            self.numbered[number] = triangle
         for v in corners:
             self.corners[v] = self.corners.get(v, 0) + 1
             self.last[v] = triangle
-        return 3 * (len(triangles) - 1 + (self.header.faces if virtual else 0))
+        return 3 * (number + (self.header.faces if virtual else 0))
 
     def corner(self, h, step):
         """The vertex at the start of halfedge h (step 0) or at its end (step 1)."""
         t, k = divmod(h, 3)
         faces = self.header.faces
-        triangle = self.real[t] if t < faces else self.virtual[t - faces]
+        triangle = self.numbered[t] if t < faces else self.virtual[t - faces]
         return triangle[(k + step) % 3]
 
     def is_open(self, h):
         return self.after[self.after[h]] != h
 
     def start_component(self):  # 5.2
+        self.gate = None
         left, right = self.new_vertex(False), self.new_vertex(False)
         h = self.add_triangle(left, right, self.new_vertex(True))
         self.after.update({h: h + 1, h + 1: h + 2, h + 2: h})
@@ -392,6 +439,8 @@ class Base:
     def find_gate(self):  # 5.6
         if self.is_open(self.gate):
             return True
+        if self.decoder.materials:
+            return self.find_numbered_gate()
         # Halfedges never open again: all below the scans are closed.
         while self.scan < 3 * len(self.real) and not self.is_open(self.scan):
             self.scan += 1
@@ -403,6 +452,16 @@ class Base:
             if self.virtual_scan == end:
                 return False
             found = self.virtual_scan
+        self.before2 = found
+        self.before = self.after[found]
+        self.gate = self.after[self.before]
+        return True
+
+    def find_numbered_gate(self):
+        numbers = sorted(self.numbered) + [self.header.faces + t for t in range(len(self.virtual))]
+        found = next((h for t in numbers for h in range(3 * t, 3 * t + 3) if self.is_open(h)), None)
+        if found is None:
+            return False
         self.before2 = found
         self.before = self.after[found]
         self.gate = self.after[self.before]
@@ -440,13 +499,13 @@ class Base:
             self.gate = k + 1
 
     def join(self):
-        reals = 3 * len(self.real)
+        reals = 3 * (self.header.faces if self.decoder.materials else len(self.real))
         count = reals + 3 * len(self.virtual)
         n = self.coder.raw((count - 1).bit_length())
         if n >= count:
             self.decoder.reject("corrupt")
         border = n if n < reals else n - reals + 3 * self.header.faces
-        if not self.is_open(border):
+        if border not in self.after or not self.is_open(border):
             self.decoder.reject("corrupt")
         return border
 
@@ -1379,8 +1438,13 @@ def read_aside(decoder):  # 16
             face.append(coder.raw((count - 1).bit_length() if count else 0))
             if face[-1] >= count:
                 decoder.reject("corrupt")
+        if decoder.materials:
+            face.append(decoder.copied((header.materials - 1).bit_length(), [faces[-1][3] if faces else 0]))
+            if face[-1] >= header.materials:
+                decoder.reject("corrupt")
+        at = len(face)
         for k, channel in enumerate(header.face_channels()):
-            face.append(decoder.copy(channel, [faces[-1][3 + k] if faces else 0]))
+            face.append(decoder.copy(channel, [faces[-1][at + k] if faces else 0]))
         decoder.end_step()
         faces.append(face)
     letters = [32768] * 256
@@ -1407,6 +1471,7 @@ class Decoder:
         self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
         self.rows = None       # 15
+        self.materials = None  # 18
         self.num_rows = 0
         self.aside = [], []    # 16: rows; triangles with their values
         self.metadata = b""
@@ -1423,7 +1488,8 @@ class Decoder:
             self.kind = end.args[0]
 
     def triangles(self):
-        return self.mesh.real if self.mesh and self.vertices else []
+        real = self.mesh.real if self.mesh and self.vertices else []
+        return sorted(real, key=lambda triangle: self.materials.number[id(triangle)]) if self.materials else real
 
     # 10.2
     def is_starved(self):
@@ -1441,6 +1507,8 @@ class Decoder:
 
     def decode(self):
         self.start_models()
+        if self.header.materials:
+            self.materials = Materials(self)
         if self.header.vertices:
             self.start_mesh(Base(self))
         self.stop_here()
@@ -1539,7 +1607,10 @@ class Decoder:
         sizes[k] = (3 * sizes[k] + min(abs(residual), 1 << 28)) // 4
         return self.value(channel, prediction + residual)
 
-    def copy(self, channel, near):  # 6.3
+    def copy(self, channel, near):
+        return self.copied(channel.bits, near)
+
+    def copied(self, bits, near):  # 6.3
         refused = []
         for value in near:
             if value in refused:
@@ -1547,12 +1618,13 @@ class Decoder:
             if self.coder.bit("COPY", 4 * min(len(refused), 2) + min(near.count(value), 3)):
                 return value
             refused.append(value)
-        return self.coder.raw(channel.bits)
+        return self.coder.raw(bits)
 
     def base_face_values(self, mesh):  # 6.4
         channels = self.header.face_channels()
         before = None
-        for triangle in mesh.real if channels else ():
+        real = sorted(mesh.real, key=lambda t: self.materials.number[id(t)]) if self.materials else mesh.real
+        for triangle in real if channels else ():
             before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
             self.face_values[id(triangle)] = before
             self.end_step()
@@ -1673,6 +1745,7 @@ class Decoder:
         ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
         p, q = self.pairs.decode(self.coder, ring)
         self.axes = None
+        materials = self.materials.split(mesh, centre, (x[p], x[q])) if self.materials else []
         values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
         self.end_step()
         self.values.append(values)
@@ -1686,6 +1759,8 @@ class Decoder:
         if corners:
             self.rows.apply(ring, p, q, corners)
         new = mesh.real[virtual - 2:] if virtual < 2 else []
+        for triangle, m in zip(new, materials):
+            self.materials.enter(triangle, m)
         self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
         self.splits += 1
 
@@ -2185,6 +2260,8 @@ def dump(decoder):
         lines += [" ".join(map(str, [rows.vertex[r]] + rows.values[r])) for r in range(decoder.num_rows)]
     lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []) +
                            (rows.of[id(triangle)] if rows else []))) for triangle in triangles]
+    if triangles and decoder.materials:
+        lines += [f"material {a} {b - a}" for a, b in zip(decoder.materials.first, decoder.materials.next)]
     if decoder.kind == "done":
         lines += [" ".join(map(str, ["aside"] + values)) for part in decoder.aside for values in part]
         lines += [f"metadata {decoder.metadata.hex()}"] if decoder.metadata else []
