@@ -388,7 +388,7 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
         put_start(&h, 4, 0, 0, 1);
         put(&h, n, 1);
         for (k = 0; k < m && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
-        if (n >= 128) put(&h, 0x00010500, 4); /* no seams, five rows and a face aside, no metadata */
+        if (n >= 128) put(&h, 0x00010500, 4), put(&h, 0, 1); /* no seams, five rows and a face aside, no metadata, no materials */
         put_end(&h, 10);
         CHECK_EQ(peek(&h, &shape), m <= CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
         CHECK_EQ(shape.num_channels, m <= CQ_MAX_CHANNELS ? m : 0);
@@ -403,6 +403,7 @@ static header of_rows_aside(uint32_t vertices, uint32_t rows) {
     put(&h, 0x80, 1);
     put_varint(&h, 0);
     put_varint(&h, rows);
+    put_varint(&h, 0);
     put_varint(&h, 0);
     put_varint(&h, 0);
     put_varint(&h, 0);
