@@ -202,7 +202,9 @@ typedef enum cq_kind {
     CQ_WEIGHTS = 6,       /* and their weights */
     CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
     CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
-    CQ_TURNED = 9         /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
+    CQ_TURNED = 9,        /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
+    CQ_TANGENT = 10       /* 2 or 3 components, an octahedral pair, and 0 or 1 for the sign of the bitangent; or 4, a
+                             vector and w */
 } cq_kind;
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
@@ -251,7 +253,7 @@ typedef struct cq_shape {
  *         ---- seam ----            two faces of an edge have the same two mesh vertices: so there is no crack.
  *               / | \
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
- *           /  1  |  2  \            Per row: normals, texture coordinates and colours.
+ *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
  * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, then
  * the row goes along, and gets what the new vertex has for the channels of the mesh vertex. cq_moved_rows tells which.
@@ -474,17 +476,17 @@ typedef struct cq_report {
 /* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
  * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
  * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
- * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
- * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component; materials the same. A join of the base has
+ * questions about a position: 203.1. With 61 exact components, the three of a position being 5.1 less each, and 12.1 for the sum
+ * of weights, that makes 255, and up to 8 more until the next byte: of 272 here. A joint has 9 and 24. Face values: 6 and 64, of a component; materials the same. A join of the base has
  * 3 and 32. Of regular levels, an insertion has three residuals; weights are 112 raw bits. */
-#define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
+#define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
 /* Input that waits for its step, or a header: the largest step, and a little. What is left of it moves to the start when the
  * buffer is full and less than a step is left: of most meshes, whose steps are short, once for many of them. */
-#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1) + 64)
+#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1) + 32)
 
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -644,7 +646,9 @@ enum {
     CQI_PRIORS = CQI_OF_CONQUEST + CQI_HAS_REGULAR * (CQI_ALL_PRIORS - CQI_OF_CONQUEST),
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
-    CQI_MODELS = CQI_FACE + 12,
+    CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
+    CQI_SUM = CQI_OTHER_JOINT + 4 * 6,        /* the last weight makes the sum what it is nearby */
+    CQI_MODELS = CQI_SUM + 1,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
     CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
@@ -683,15 +687,16 @@ typedef struct cqi_quick_model {
 } cqi_quick_model;
 
 /* Sets of models for residuals of rows, classes of what is expected, and lengths. */
-enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_SETS };
+enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_TURN, CQI_ROW_SETS };
 #define CQI_ROW_CLASSES 20
+#define CQI_ROUNDING (CQI_ROW_CLASSES - 1) /* class of pairs that are turned */
 #define CQI_ROW_LENGTHS 16
 
 /* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
 #define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
-    cq_bit_model equal[CQ_MAX_CHANNELS][8];   /* a channel of a new row is equal to that of another row */
+    cq_bit_model equal[CQ_MAX_CHANNELS][11];  /* a channel of a new row is equal to that of another row */
     cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
     int full;                                 /* there were more */
@@ -1173,11 +1178,16 @@ static uint32_t cqi_components(const cq_channel *c)
 /* What the numbers of a channel belong to. */
 enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
 
+static int cqi_is_of_corner(int kind)
+{
+    return kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR || kind == CQ_TANGENT;
+}
+
 static int cqi_class(const cq_shape *s, uint32_t k)
 {
     const int kind = s->channel[k].kind;
     if (s->channel[k].merge == CQ_PER_FACE) return CQI_OF_FACE;
-    return s->num_rows && (kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR) ? CQI_OF_ROW : CQI_OF_VERTEX;
+    return s->num_rows && cqi_is_of_corner(kind) ? CQI_OF_ROW : CQI_OF_VERTEX;
 }
 
 /* Numbers per vertex, per face or per row. */
@@ -2102,8 +2112,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    static const uint8_t components[CQ_TURNED + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2 }; /* bit n: n are allowed */
-    return c->kind <= CQ_TURNED && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+    static const uint8_t components[CQ_TANGENT + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2, 28 }; /* bit n: n are allowed */
+    return c->kind <= CQ_TANGENT && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
@@ -4102,27 +4112,86 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
     return 1;
 }
 
-/* -- Other channels -- */
+/* -- Other channels --
+ *
+ * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it stands
+ * there; and the last one makes the sum of all what it is at A. */
+
+/* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before; or
+ * -1. */
+static int cqi_joints_of(const cq_shape *s, uint32_t k)
+{
+    uint32_t j, nth = 0, found = 0;
+    if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge != CQ_AVERAGE) return -1;
+    for (j = 0; j < k; j++) nth += s->channel[j].kind == CQ_WEIGHTS && s->channel[j].merge != CQ_PER_FACE;
+    for (j = 0; j < k; j++)
+        if (s->channel[j].kind == CQ_JOINTS && s->channel[j].merge != CQ_PER_FACE && found++ == nth)
+            return s->channel[j].components == s->channel[k].components ? (int)j : -1;
+    return -1;
+}
+
+/* Component c of a vertex or row; or with `joints` the weight of the joint that B has there. */
+static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_index vertex, int joints)
+{
+    const uint32_t stride = d->shape.channel[k].components;
+    const cq_value *const values = d->channel[k] + (size_t)vertex * stride, *joint;
+    cq_value wanted;
+    uint32_t j;
+    if (joints < 0) return values[c];
+    joint = d->channel[joints] + (size_t)vertex * stride;
+    wanted = d->channel[joints][(size_t)d->mesh.num_vertices * stride + c];
+    for (j = 0; j < stride; j++)
+        if (joint[j] == wanted) return values[j];
+    return 0;
+}
+
+/* Is component c of channel k the last weight of all, by 24 bits at most? */
+static int cqi_is_last_weight(const cq_shape *s, uint32_t k, uint32_t c)
+{
+    const cq_channel *channel = &s->channel[k];
+    if (channel->kind != CQ_WEIGHTS || channel->bits > 24 || c + 1 < channel->components) return 0;
+    for (k++; k < s->num_channels; k++)
+        if (s->channel[k].kind == CQ_WEIGHTS && s->channel[k].merge != CQ_PER_FACE) return 0;
+    return 1;
+}
+
+/* What the weights of A have more than those of B without the last one: modulo 2^32, as exact ones may count, too. */
+static int32_t cqi_rest_of_weights(const cq_decoder *d, cq_index a)
+{
+    const cq_shape *s = &d->shape;
+    const cq_index b = d->mesh.num_vertices;
+    int64_t rest = 0;
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++) {
+        const uint32_t n = s->channel[k].components;
+        uint32_t c;
+        if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge == CQ_PER_FACE) continue;
+        for (c = 0; c < n; c++) {
+            const int32_t of_a = d->channel[k][(size_t)a * n + c], of_b = d->channel[k][(size_t)b * n + c];
+            rest += (int64_t)of_a - (cqi_is_last_weight(s, k, c) ? 0 : of_b);
+        }
+    }
+    return (int32_t)(uint32_t)rest;
+}
 
 /* Predictions of component c from the fan: the mean, and three others less that, as numbers times 2^fraction. */
 static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t *feature, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
-    const cq_value *values = d->channel[k] + c;
-    const uint32_t stride = channel->components;
-    const int32_t a = cqi_rough(channel, values[f->vertex[0] * (size_t)stride]);
+    const int joints = cqi_joints_of(&d->shape, k);
+    const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
     int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
     int n, beyond = 0;
     x[0] = 0;
-    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, values[f->vertex[n] * (size_t)stride]) - a;
+    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], joints)) - a;
     mean = cqi_product(sum, cqi_reciprocal[f->size], 16);
     *spread = 0;
     for (n = 0; n < f->size; n++) {
         const int next = n + 1 < f->size ? n + 1 : 0;
         *spread += cqi_abs(x[n] - mean);
         if (f->beyond[n] == CQ_NONE) continue;
-        o = cqi_rough(channel, values[f->beyond[n] * (size_t)stride]) - a;
+        o = cqi_rough(channel, cqi_value_near(d, k, c, f->beyond[n], joints)) - a;
         outer += cqi_floor_shift(2 * o - x[n] - x[next], 2);
         beyond++;
     }
@@ -4139,6 +4208,13 @@ static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     int32_t *weight = d->model.plain[k], feature[3], p, x = 0;
     uint32_t spread;
     int n, half_bits;
+    if (cqi_is_last_weight(&d->shape, k, c)) {
+        p = cqi_rest_of_weights(d, d->now.fan.vertex[0]);
+        if (cqi_code_bit(d, CQI_SUM, CQI_ENCODING(d) && cqi_plan_value(d, k, c, input) == p)) {
+            *to = (cq_value)p;
+            return cqi_value_fits(channel, p);
+        }
+    }
     p = cqi_predict_plain(d, k, c, feature, &spread);
     for (n = 0; n < 3; n++) p += cqi_product(feature[n], weight[n], 16);
     p = cqi_unrough(channel, p);
@@ -4170,6 +4246,41 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
+/* A joint of B: as one of a neighbour, at the same place, or at another one of A and the common neighbours; but for one that B
+ * has already, unless it is 0. */
+static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+{
+    enum { AT_PLACE = 6, LISTED = AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1), ASKED = 9 };
+    const cqi_fan *f = &d->now.fan;
+    const uint32_t stride = d->shape.channel[k].components;
+    int32_t near[LISTED], x = 0;
+    int n = 0, at, i, j, refused = 0;
+    uint32_t e;
+    for (at = 0; at < f->size && at < AT_PLACE; at++)
+        near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at > 2 ? at - 1 : at] * (size_t)stride + c];
+    for (at = 0; at < 3; at++)
+        for (e = 0; e < stride; e++)
+            if (e != c) near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at] * (size_t)stride + e];
+    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
+    for (i = 0; i < n && refused < ASKED; i++) {
+        int same = 0, known = 0;
+        for (e = 0; e < c && near[i]; e++) known |= (to - c)[e] == near[i];
+        for (j = 0; j < n; j++) {
+            same += near[j] == near[i];
+            known |= j < i && near[j] == near[i];
+        }
+        if (known) continue;
+        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == near[i])) {
+            *to = (cq_value)near[i];
+            return 1;
+        }
+        refused++;
+    }
+    x = (int32_t)cqi_code_raw(d, (uint32_t)x, d->shape.channel[k].bits);
+    *to = (cq_value)x;
+    return cqi_value_fits(&d->shape.channel[k], x);
+}
+
 /* All components of channel k of B, which is going to be vertex b. */
 static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index input, cq_index b)
 {
@@ -4178,7 +4289,9 @@ static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index in
     uint32_t c;
     if ((int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
     for (c = 0; c < channel->components; c++) {
-        const int ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
+        const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
+        const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
+                     : channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
                                                  : cqi_code_plain(d, k, c, input, to + c);
         if (!ok) return 0;
     }
@@ -5147,11 +5260,11 @@ static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
     return 1;
 }
 
-static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int32_t half, int fold)
+static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, cq_index row, int32_t half, int fold)
 {
     cqi_pair_of_normal a;
-    a.x = values[2 * (size_t)row] - half;
-    a.y = values[2 * (size_t)row + 1] - half;
+    a.x = values[stride * (size_t)row] - half;
+    a.y = values[stride * (size_t)row + 1] - half;
     return fold ? cqi_folded(a, half) : a;
 }
 
@@ -5159,35 +5272,38 @@ static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int3
 static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
 {
     const cq_channel *c = &d->shape.channel[k];
-    return d->located >= 0 && c->kind == CQ_NORMAL && c->components == 2 && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
+    const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
+    return d->located >= 0 && is_pair && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
 }
 
 /* How far the pairs around are from what is expected, on the mean. */
-static uint32_t cqi_spread_of_pairs(const cq_value *values, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
+static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
 {
     uint32_t sum = 0;
     int k;
     for (k = 0; k < n; k++) {
-        const cqi_pair_of_normal a = cqi_pair_at(values, around[k], half, fold);
+        const cqi_pair_of_normal a = cqi_pair_at(values, stride, around[k], half, fold);
         sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
     }
     return sum / 2;
 }
 
-/* Codes a pair, given what is expected from geometry, and the rows around: those of the fan, or the one beside. */
-static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, cq_index wedge)
+/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is expected
+ * has been turned to where the pair is, but for rounding. */
+static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, int turned, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    cq_value *const values = d->channel[k], *const to = values + 2 * (size_t)row;
+    const uint32_t stride = channel->components;
+    cq_value *const values = d->channel[k], *const to = values + stride * (size_t)row;
     const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
     cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
-    const int set = n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
+    const int set = turned ? CQI_ROW_TURN : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
     int fold, half_bits, odd = 0;
-    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, around[0], half, 0) : wanted;
+    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
     fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
     if (fold) expected = cqi_folded(expected, half);
     p = expected;
-    half_bits = cqi_half_bits(cqi_spread_of_pairs(values, around, n, half, fold, p));
+    half_bits = turned ? CQI_ROUNDING : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, p));
     if (CQI_ENCODING(d)) {
         wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
         wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
@@ -5206,6 +5322,126 @@ static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_
     to[0] = (cq_value)(wanted.x + half);
     to[1] = (cq_value)(wanted.y + half);
     return 1;
+}
+
+static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
+
+/* -- Tangents of rows --
+ *
+ * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is there
+ * already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
+
+/* As long as its pair says: x, y and z together have the size half. */
+static cqi_direction cqi_direction_of(cqi_pair_of_normal p, int32_t half)
+{
+    cqi_direction n;
+    n.z = half - (int32_t)cqi_abs(p.x) - (int32_t)cqi_abs(p.y);
+    if (n.z < 0) p = cqi_folded(p, half);
+    n.x = p.x;
+    n.y = p.y;
+    return n;
+}
+
+static cqi_direction cqi_across(cqi_direction a, cqi_direction b)
+{
+    cqi_direction n;
+    n.x = a.y * b.z - a.z * b.y;
+    n.y = a.z * b.x - a.x * b.z;
+    n.z = a.x * b.y - a.y * b.x;
+    return n;
+}
+
+static int64_t cqi_along(cqi_direction a, cqi_direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
+
+/* The first channel of pairs that are normals, if it comes before channel k; or -1. */
+static int cqi_normals_before(const cq_decoder *d, uint32_t k)
+{
+    uint32_t j;
+    for (j = 0; j < k; j++)
+        if (d->shape.channel[j].kind == CQ_NORMAL && cqi_has_pairs(d, j)) return (int)j;
+    return -1;
+}
+
+/* How far a tangent is turned away from t, in 1/half: `side` is t turned by a right angle. */
+static int32_t cqi_turn_of(cqi_direction a, cqi_direction t, cqi_direction side, int32_t half)
+{
+    const int64_t along = cqi_along(a, t) / half, x = cqi_along(a, side), most = 4 * (int64_t)half;
+    if (along <= 0) return 0;
+    return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
+}
+
+/* Turns what is expected. Vectors have 24 bits, products of two 49, a cross product divided by the normal's length 26, and
+ * what comes out 54. 0: there is no normal, or nothing that says where to begin. */
+static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *expected, const cq_index *around, int n, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int normals = cqi_normals_before(d, k);
+    const int32_t half = cqi_half_of(channel);
+    cqi_direction t = { 0, 0, 0 }, normal, side, a;
+    cqi_pair_of_normal p;
+    int32_t turn = 0, length;
+    uint32_t spread = 0;
+    int j;
+    if (normals < 0 || !n) return 0;
+    for (j = 0; j < n; j++) {
+        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
+        t.x += a.x;
+        t.y += a.y;
+        t.z += a.z;
+    }
+    length = cqi_half_of(&d->shape.channel[normals]);
+    normal = cqi_direction_of(cqi_pair_at(d->channel[normals], 2, row, length, 0), length);
+    if (!cqi_pair_of(t, half, &p)) return 0;
+    t = cqi_across(normal, cqi_direction_of(p, half));
+    if (!cqi_pair_of(t, half, &p)) return 0;
+    t = cqi_across(cqi_direction_of(p, half), normal);
+    if (!cqi_pair_of(t, half, &p)) return 0; /* unreachable: the two are at right angles, nearly */
+    t = cqi_direction_of(p, half);
+    side = cqi_across(normal, t);
+    length = (int32_t)cqi_root((uint64_t)cqi_along(normal, normal));
+    side.x /= length;
+    side.y /= length;
+    side.z /= length;
+    for (j = 0; j < n; j++) {
+        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
+        spread += cqi_abs(cqi_turn_of(a, t, side, half)) / (uint32_t)n;
+    }
+    if (CQI_ENCODING(d)) {
+        p.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        p.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        turn = cqi_turn_of(cqi_direction_of(p, half), t, side, half);
+    }
+    turn = cqi_code_row_residual(d, CQI_ROW_TURN, cqi_at_most(cqi_half_bits(spread), CQI_ROUNDING - 1), 26, turn);
+    expected->x = t.x * half + side.x * turn;
+    expected->y = t.y * half + side.y * turn;
+    expected->z = t.z * half + side.z * turn;
+    return 1;
+}
+
+/* The sign that a tangent has as third number, 0 or 1: mostly as nearby. */
+static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, cq_index row, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_bit_model *const model = d->seams->equal[k];
+    const int side = near != CQ_NONE && d->channel[k][3 * (size_t)near + 2] != 0;
+    int32_t x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, 2, wedge) : 0;
+    if (cqi_code_with(d, &model[8], x >> 1 != 0)) x = (int32_t)cqi_code_raw(d, (uint32_t)x, channel->bits);
+    else x = cqi_code_with(d, &model[9 + side], (int)x);
+    d->channel[k][3 * (size_t)row + 2] = (cq_value)x;
+    return cqi_value_fits(channel, x);
+}
+
+/* A pair, by the normals of faces; or of a tangent, by those around. */
+static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, int corner, const cq_index *around, int n, cq_index wedge)
+{
+    cqi_direction expected = { 0, 0, 0 };
+    int turned = 0;
+    if (d->shape.channel[k].kind == CQ_NORMAL) expected = cqi_row_direction(d, row, corner);
+    else turned = cqi_code_turn(d, k, row, &expected, around, n, wedge);
+    if (!cqi_code_pair_of_normal(d, k, row, expected, around, n, turned, wedge)) return 0;
+    return d->shape.channel[k].components == 2 || cqi_code_sign(d, k, n ? around[0] : CQ_NONE, row, wedge);
 }
 
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
@@ -5265,8 +5501,6 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     *to = (cq_value)x;
     return 1;
 }
-
-static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
 
 /* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
  * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too. *off
@@ -5351,8 +5585,9 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
     }
     if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
     if (cqi_has_pairs(d, k)) {
-        const cq_index *around = beside != CQ_NONE ? &made->beside : &in_face;
-        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, made->corner), around, *around != CQ_NONE, wedge);
+        const int other = beside == CQ_NONE || (channel->kind == CQ_TANGENT && in_face != CQ_NONE);
+        const cq_index *around = other ? &in_face : &made->beside;
+        return cqi_code_expected_pair(d, k, row, made->corner, around, *around != CQ_NONE, wedge);
     }
     swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
     for (c = 0; c < channel->components && ok; c++) {
@@ -5375,7 +5610,7 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
         return 1;
     if (cqi_has_pairs(d, k)) {
         const cqi_fan *f = &d->now.fan;
-        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, CQI_CORNERS), f->vertex, f->size, wedge);
+        return cqi_code_expected_pair(d, k, row, CQI_CORNERS, f->vertex, f->size, wedge);
     }
     for (c = 0; c < channel->components && ok; c++)
         ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_fitted(d, k, c, wedge, to + c);
@@ -6668,7 +6903,7 @@ static void cqi_init_seams(cqi_seams *s)
     for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
         for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
     for (j = 0; j < CQ_MAX_CHANNELS; j++) {
-        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < 11; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
     }
     memset(s->length, 0, sizeof s->length);
     for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
@@ -8519,7 +8754,7 @@ typedef struct cqi_preparer {
 
 static int cqi_is_of_row(const cq_channel *c)
 {
-    return c->merge != CQ_PER_FACE && (c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR);
+    return c->merge != CQ_PER_FACE && cqi_is_of_corner(c->kind);
 }
 
 /* -- Rows with the same values -- */

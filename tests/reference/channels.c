@@ -48,7 +48,8 @@ static void make_channel(cq_channel *c, const char *text)
     uint32_t k;
     if (text) read_channel(c, text);
     else do {
-        c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 1));
+        c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 2));
+        if (c->kind == CQ_TURNED) c->kind = CQ_TANGENT;
         c->merge = (uint8_t)(random_below(2) ? CQ_AVERAGE : random_below(CQ_PER_FACE + 1));
         c->components = (uint8_t)(1 + random_below(CQ_MAX_COMPONENTS));
         c->bits = (uint8_t)(random_below(4) ? 1 + random_below(CQ_MAX_BITS) : CQ_EXACT_BITS);
@@ -135,7 +136,7 @@ static cq_index *make_materials(cq_shape *s, const double *xyz, const cq_index *
 /* A copy has the values of its vertex, but for channels of rows. */
 static void copy_values(const cq_channel *c, const cq_shape *s, cq_value *values)
 {
-    const int of_row = c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR;
+    const int of_row = c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR || c->kind == CQ_TANGENT;
     uint32_t v, k;
     for (v = 0; v < s->num_vertices && c->merge != CQ_PER_FACE; v++)
         for (k = 0; k < c->components && (!of_row || random_below(5) == 0); k++)

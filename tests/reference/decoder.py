@@ -36,7 +36,7 @@ class Tables:
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
         # A.1: PLAIN begins like FIRST
-        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + sizes["COPY"] * [240]
+        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + (sizes["COPY"] + sizes["JOINT"] + sizes["SUM"]) * [240]
         # A.4: along and above, by class
         rows = [linear[k:k + 4] for k in range(0, 64, 4)]
         self.linear = rows[:8], rows[8:]
@@ -91,7 +91,8 @@ def clamp(a, low, high):
 class Channel:
     """2.4. `first`: the place of its first number among those of a vertex."""
 
-    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,), (1,)]
+    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,), (1,),
+                  (2, 3, 4)]
     AVERAGE, COPY, PER_FACE = 0, 1, 2
 
     def __init__(self, kind_and_merge, components, bits):
@@ -210,7 +211,7 @@ class Header:
             raise End("corrupt")
         channels, self.channels = self.channels, []
         for channel in channels:  # 15.1
-            channel.of_row = self.rows > 0 and not channel.per_face and channel.kind in (2, 3, 4)
+            channel.of_row = self.rows > 0 and not channel.per_face and channel.kind in (2, 3, 4, 10)
             if channel.of_row:
                 channel.first = sum(c.components for c in self.channels if c.of_row)
             else:
@@ -1028,9 +1029,9 @@ class Rows:
         self.count, self.full = 0, False
         self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME": [32768] * 3,
                           "NEW": [32768] * 3} for _ in range(27)]
-        self.equal = [[32768] * 8 for _ in self.header.channels]
-        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(4)]
-        self.used = [[[0] * 16 for _ in range(20)] for _ in range(4)]
+        self.equal = [[32768] * 11 for _ in self.header.channels]
+        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(5)]
+        self.used = [[[0] * 16 for _ in range(20)] for _ in range(5)]
         self.sizes = [[0] * 4 for _ in self.header.channels]
         self.read_base(base)
 
@@ -1244,8 +1245,9 @@ class Rows:
         return self.row_in(self.mesh.front[y, z], y, z)
 
     def is_pair(self, channel):
-        return self.header.position is not None and channel.kind == 2 and channel.merge == Channel.AVERAGE and \
-            channel.components == 2 and not channel.exact and channel.bits > 1
+        pair = (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3))
+        return self.header.position is not None and pair and channel.merge == Channel.AVERAGE and \
+            not channel.exact and channel.bits > 1
 
     def same(self, channel, a, b):
         part = self.part(channel)
@@ -1307,7 +1309,8 @@ class Rows:
         if neighbour is not None and self.is_equal(k, channel, 4 + (companion is not None), row, neighbour):
             return
         if self.is_pair(channel):
-            around = [r for r in (neighbour, companion) if r is not None][:1]
+            order = (companion, neighbour) if channel.kind == 10 else (neighbour, companion)
+            around = [r for r in order if r is not None][:1]
             self.pair(k, channel, row, corner, around)
             return
         near, far = neighbour, companion
@@ -1366,27 +1369,63 @@ class Rows:
         u, v = half1 - abs(y), half1 - abs(x)
         return [-u if x < 0 else u, -v if y < 0 else v]
 
-    def pair(self, k, channel, row, corner, around):
-        half1 = (1 << channel.bits - 1) - 1
-        around = [[c - half1 for c in self.values[r][self.part(channel)]] for r in around]
-        n = self.direction(row, corner)
+    @staticmethod
+    def vector(pair, half1):
+        z = half1 - sum(map(abs, pair))
+        return (Rows.fold(pair, half1) if z < 0 else list(pair)) + [z]
+
+    @staticmethod
+    def pair_of(n, half1):
         m, shift = sum(map(abs, n)), 0
         while m >> shift >= 1 << 38:
             shift += 1
         m >>= shift
-        if m:
-            expected = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
-            if n[2] < 0:
-                expected = self.fold(expected, half1)
-        else:
-            expected = around[0] if around else [0, 0]
+        if not m:
+            return None
+        pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
+        return Rows.fold(pair, half1) if n[2] < 0 else pair
+
+    @staticmethod
+    def turn_of(a, t, side, half1):
+        along, x = quotient(dot(a, t), half1), dot(a, side)
+        if along <= 0:
+            return 0
+        return clamp(quotient(x - along // 2 if x < 0 else x + along // 2, along), -4 * half1, 4 * half1)
+
+    def turned(self, k, row, around, half1):  # 15.10
+        normals = next((c for c in self.header.channels[:k] if c.kind == 2 and self.is_pair(c)), None)
+        if normals is None or not around:
+            return None
+        around = [self.vector(pair, half1) for pair in around]
+        length = (1 << normals.bits - 1) - 1
+        normal = self.vector([c - length for c in self.values[row][self.part(normals)]], length)
+        pair = self.pair_of(total(around), half1)
+        pair = pair and self.pair_of(cross(normal, self.vector(pair, half1)), half1)
+        pair = pair and self.pair_of(cross(self.vector(pair, half1), normal), half1)
+        if pair is None:
+            return None
+        t = self.vector(pair, half1)
+        length = math.isqrt(dot(normal, normal))
+        side = [quotient(c, length) for c in cross(normal, t)]
+        spread = sum(abs(self.turn_of(a, t, side, half1)) // len(around) for a in around)
+        turn = self.residual(4, min(half(spread), 18), 26)
+        return [x * half1 + y * turn for x, y in zip(t, side)]
+
+    def pair(self, k, channel, row, corner, around):
+        half1 = (1 << channel.bits - 1) - 1
+        near = around
+        around = [[c - half1 for c in self.values[r][self.part(channel)][:2]] for r in around]
+        turned = self.turned(k, row, around, half1) if channel.kind == 10 else None
+        n = self.direction(row, corner) if channel.kind == 2 else turned or [0, 0, 0]
+        expected = self.pair_of(n, half1) or (around[0] if around else [0, 0])
         out = sum(map(abs, expected)) > half1
         if out:
             expected = self.fold(expected, half1)
             around = [self.fold(pair, half1) for pair in around]
         spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
         odd = self.coder.adaptive(f"EQUAL {k}", self.equal[k], 1) if out else 0
-        pair = [c + self.residual(0 if len(around) > 1 else 1, half(spread), 26) for c in expected]
+        which, e = (4, 19) if turned else (0 if len(around) > 1 else 1, half(spread))
+        pair = [c + self.residual(which, e, 26) for c in expected]
         if any(abs(c) >= 1 << 25 for c in pair):
             self.decoder.reject("corrupt")
         if out and not odd:
@@ -1394,6 +1433,12 @@ class Rows:
         values = [channel.value(c + half1) for c in pair]
         if None in values:
             self.decoder.reject("corrupt")
+        if channel.components == 3:
+            side = int(bool(near) and self.values[near[0]][channel.first + 2] != 0)
+            if self.coder.adaptive(f"EQUAL {k}", self.equal[k], 8):
+                values.append(self.decoder.value(channel, self.coder.raw(channel.bits)))
+            else:
+                values.append(self.coder.adaptive(f"EQUAL {k}", self.equal[k], 9 + side))
         self.values[row][self.part(channel)] = values
 
     # 15.8
@@ -1779,21 +1824,74 @@ class Decoder:
                 self.axes = place.axes
                 offset = place.decode()
                 result += [self.value(channel, number) for number in plus(origin, offset)]
-            elif channel.merge == Channel.AVERAGE:
-                result += [self.plain_value(channel, fan, c, self.plain[k], self.values) for c in numbers]
-            else:
-                result += [self.copied_value(channel, fan, c, self.values) for c in numbers]
+            for c in numbers if channel is not self.header.position and not channel.per_face else ():
+                if channel.merge == Channel.AVERAGE:
+                    result.append(self.plain_value(channel, fan, c, self.plain[k], self.values, made=result))
+                elif channel.kind == 5:
+                    result.append(self.joint(channel, fan, c, result))
+                else:
+                    result.append(self.copied_value(channel, fan, c, self.values))
         return result, of_faces
 
     def copied_value(self, channel, fan, c, values):  # 9.10
         order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
         return self.copy(channel, [values[fan.v[at]][c] for at in order])
 
-    def plain_value(self, channel, fan, c, weights, values, rows=None):  # 9.9, and of rows 15.5
-        a = channel.rough(values[fan.v[0]][c])
-        t = [channel.rough(values[v][c]) - a for v in fan.v]
+    def joint(self, channel, fan, c, made):  # 9.10
+        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+        places = range(channel.first, channel.first + channel.components)
+        near = [self.values[fan.v[at]][c] for at in order]
+        near += [self.values[fan.v[at]][other] for at in (0, 1, fan.size - 1) for other in places if other != c]
+        refused = [value for value in made[channel.first:c] if value]
+        had = len(refused)
+        for value in near:
+            asked = len(refused) - had
+            if value in refused or asked == 9:
+                continue
+            if self.coder.bit("JOINT", 4 * min(asked, 5) + min(near.count(value), 4) - 1):
+                return value
+            refused.append(value)
+        return self.coder.raw(channel.bits)
+
+    def skinning(self, kind):
+        return [c for c in self.header.channels if c.kind == kind and not c.per_face]
+
+    def weight_joints(self, channel):  # 9.9
+        if channel.kind != 6:
+            return None
+        nth = self.skinning(6).index(channel)
+        joints = self.skinning(5)[nth:nth + 1]
+        if not joints or joints[0].components != channel.components or \
+           self.header.channels.index(joints[0]) > self.header.channels.index(channel):
+            return None
+        return joints[0]
+
+    def rest_of_weights(self, a, made, last):
+        rest = 0
+        for channel in self.skinning(6):
+            for c in range(channel.first, channel.first + channel.components):
+                rest += self.values[a][c] - (0 if c == last else made[c])
+        return (rest + (1 << 31)) % (1 << 32) - (1 << 31)
+
+    def plain_value(self, channel, fan, c, weights, values, rows=None, made=None):  # 9.9, and of rows 15.5
+        if channel.kind == 6 and channel is self.skinning(6)[-1] and not channel.exact and \
+           c == channel.first + channel.components - 1:
+            rest = self.rest_of_weights(fan.v[0], made, c)
+            if self.coder.bit("SUM"):
+                return self.value(channel, rest)
+        joints = self.weight_joints(channel)
+
+        def near(v):
+            if not joints:
+                return values[v][c]
+            here = values[v][joints.first:joints.first + joints.components]
+            wanted = made[joints.first + c - channel.first]
+            return values[v][channel.first + here.index(wanted)] if wanted in here else 0
+
+        a = channel.rough(near(fan.v[0]))
+        t = [channel.rough(near(v)) - a for v in fan.v]
         m = mean(sum(t), fan.size)
-        outer = sum(2 * (channel.rough(values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
+        outer = sum(2 * (channel.rough(near(fan.w[k])) - a) - t[k] - t[(k + 1) % fan.size] >> 2
                     for k in fan.known)
         g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
         s = sum(abs(x - m) for x in t)
