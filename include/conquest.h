@@ -2866,6 +2866,7 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_code_base_material(d, input) 1
 #define cqi_code_new_materials(d, p, q) 1
 #define cqi_take_new_faces(d) ((void)0)
+#define cqi_count_new_faces(d) ((void)0)
 #define cqi_show_materials(d) ((void)0)
 #define cqi_base_face(d, f) (f)
 #define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
@@ -2978,13 +2979,19 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
 static void cqi_take_new_faces(cq_decoder *d)
 {
     int end;
-    for (end = 1; end >= 0; end--) {
-        const cq_index f = d->new_face[end];
+    for (end = 1; end >= 0; end--)
+        if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
+}
+
+/* They are there. */
+static void cqi_count_new_faces(cq_decoder *d)
+{
+    int end;
+    for (end = 0; end < 2; end++) {
         cqi_material *m;
-        if (f == CQ_NONE) continue;
-        m = &d->materials[cqi_material_of(d, f)];
+        if (d->new_face[end] == CQ_NONE) continue;
+        m = &d->materials[cqi_material_of(d, d->new_face[end])];
         m->shown = ++m->count;
-        cqi_free_face(&d->mesh, f);
     }
 }
 
@@ -4831,6 +4838,7 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
     if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (d->materials) cqi_count_new_faces(d);
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
 #ifdef CQ_TRAINING
