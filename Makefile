@@ -358,7 +358,7 @@ test: deps build/meshes ## installs what the tests need and runs everything unde
 # What takes longer than a test may: make verify.
 VERIFY = verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols verify/exhaustive-regular \
     verify/cgal-splits \
-    proof proof-bugs portability-all windows vendor-windows coverage mutation
+    batch proof proof-bugs portability-all windows vendor-windows coverage mutation
 VERIFY_LOGS = $(VERIFY:%=build/log/%.log)
 
 .PHONY: cgal exhaustive verify
@@ -472,7 +472,8 @@ build/log/vendor-windows.log: $(VENDOR)
 
 # The package is built as a wheel and installed, beside what it is tested with.
 PYTHON = build/python/venv/bin/python
-PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/*)
+PYTEST = pytest -q -p no:cacheprovider -o pythonpath=../support -p last_line
+PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/* examples/python/conquest/*/*) $(CQM_SOURCES) $(CQM_HEADERS)
 
 build/python/venv/complete: tests/python/requirements.txt
 	@mkdir -p $(@D)
@@ -488,8 +489,21 @@ build/python/installed: build/python/venv/complete $(PYTHON_SOURCES)
 
 build/log/python.log: build/python/installed build/cqm README.md $(wildcard tests/python/*)
 	@mkdir -p $(@D)
-	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m pytest -q -p no:cacheprovider >../../$@ 2>&1 || true
+	@cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m $(PYTEST) >../../$@ 2>&1 || true
 	@echo "python: $$(tail -n 1 $@)"
+
+# conquest.batch, with a scheduler and workers on loopback: what it needs has a virtual environment of its own.
+build/batch/venv/complete: tests/batch/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/log/batch.log: build/batch/venv/complete build/python/installed $(wildcard tests/batch/*)
+	@mkdir -p $(@D)
+	@build/batch/venv/bin/pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	@cd tests/batch && ../../build/batch/venv/bin/python -m $(PYTEST) >../../$@ 2>&1 || true
+	@echo "batch: $$(tail -n 1 $@)"
 
 build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/complete tests/engine/engine.py
 	@mkdir -p $(@D)
@@ -615,15 +629,16 @@ build/bench/mesh_file/%.o: examples/mesh_file/%.c $(MESH_FILE_HEADERS)
 
 # -- Bytes of many meshes ------------------------------------------------------------------------------------------
 #
-# tests/peers: ours and Draco's, by class of mesh. All that was measured goes to build/peers/results.tsv.
+# tests/peers: ours and Draco's, by class of mesh; and of published files with seams, with all their attributes. All that
+# was measured goes to build/peers/results.tsv and assets.tsv.
 
 PEERS_PACKAGES = g++ libdraco-dev python3
 PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o $(MESH_FILE:examples/%.c=build/bench/%.o)
 
 .PHONY: peers deps-peers
-peers: deps-peers build/meshes ## compares bytes with Draco's, by class of mesh; MESHES=DIR adds meshes
-	@$(MAKE) --no-print-directory -s build/peers/peers
-	@$(call KEEP,tests/peers/peers.sh $(MESHES))
+peers: deps-peers deps-assets build/meshes build/assets/venv/complete ## compares bytes with Draco's, by class; MESHES=DIR adds meshes
+	@$(MAKE) --no-print-directory -s build/peers/peers build/peers/assets
+	@$(call KEEP,(tests/peers/peers.sh $(MESHES); status=$$?; echo; tests/peers/assets.sh $(ASSETS) && exit $$status))
 
 deps-peers:
 	$(call install,$(PEERS_PACKAGES))
@@ -631,9 +646,12 @@ deps-peers:
 build/peers/peers: $(PEERS_OBJECTS)
 	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
 
+build/peers/assets: build/peers/assets.o $(MESH_FILE:examples/%.c=build/bench/%.o)
+	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
+
 build/peers/%.o: tests/peers/%.cpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
 	@mkdir -p $(@D)
-	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -O2 -c $< -o $@
+	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 
 # -- Quality -------------------------------------------------------------------------------------------------------
 #

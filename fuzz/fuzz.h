@@ -189,7 +189,7 @@ typedef struct decoding {
     cq_report *report;        /* for streams of odd size; else NULL */
     cq_result result;         /* of the last call */
     size_t used;              /* bytes of input */
-    uint32_t vertices, faces; /* after the last call */
+    uint32_t vertices, faces, level; /* after the last call */
     uint64_t calls;
 } decoding;
 
@@ -277,7 +277,7 @@ static inline void check_report(const cq_report *r, const cq_decoder *d) {
     REQUIRE(flags == r->flags && indices == r->indices);
 }
 
-/* What holds after every call, whatever it returned. Before the base is complete there is no mesh. */
+/* What holds after every call, whatever it returned. Before the first level there are some components of the base. */
 static inline void check_decoder(const cq_decoder *d) {
     const cq_mesh *m = &d->mesh;
     const cq_shape *s = &d->shape;
@@ -288,14 +288,17 @@ static inline void check_decoder(const cq_decoder *d) {
         return;
     }
     REQUIRE(m->num_vertices <= s->num_vertices && m->num_faces <= s->num_faces);
-    REQUIRE(m->num_virtual == s->num_boundary_loops && m->num_virtual_faces <= s->num_boundary_edges);
-    REQUIRE(2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces ==
-            2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges);
+    REQUIRE(m->num_virtual <= s->num_boundary_loops && m->num_virtual_faces <= s->num_boundary_edges);
+    if (d->level > 0) {
+        REQUIRE(m->num_virtual == s->num_boundary_loops);
+        REQUIRE(2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces ==
+                2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges);
+    }
     for (k = 0; k < 3 * (uint32_t)m->num_faces; k++) REQUIRE(m->origin[k] < m->num_vertices);
     for (k = 0; k < m->num_vertices; k++) REQUIRE(m->out[k] != CQ_NONE);
     REQUIRE(rows_are_valid(d));
     check_values(d);
-    check_triangles(m, s->num_boundary_loops);
+    check_triangles(m, m->num_virtual);
 }
 
 /* One call of cq_decode. `thoroughly`: check the whole mesh after it, which takes time O(vertices). */
@@ -311,9 +314,10 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     if (d->result == CQ_NEED_INPUT) REQUIRE(in != NULL && in->size == 0);
     if (d->result == CQ_TRUNCATED) REQUIRE(in == NULL || is_permanent(last));
     REQUIRE(r->mesh.num_vertices >= d->vertices && r->mesh.num_faces >= d->faces);
-    if (d->vertices > 0 && budget == 1) REQUIRE(r->mesh.num_vertices - d->vertices <= 1);
+    if (d->level > 0 && budget == 1) REQUIRE(r->mesh.num_vertices - d->vertices <= 1);
     d->vertices = r->mesh.num_vertices;
     d->faces = r->mesh.num_faces;
+    d->level = r->level;
     if (d->result == CQ_DONE) {
         REQUIRE(r->mesh.num_vertices == r->shape.num_vertices && r->mesh.num_faces == r->shape.num_faces);
         REQUIRE(r->num_rows == rows_of_mesh(r) && r->metadata_read == r->shape.metadata_bytes);
@@ -354,13 +358,13 @@ static inline void decoding_run(decoding *d, const stream *s) {
     in.data = s->data;
     in.size = s->size;
     do {
-        uint32_t vertices = d->vertices;
+        uint32_t vertices = d->vertices, level = d->level;
         uint64_t before = work, now;
         int small = d->decoder->shape.num_vertices < 80;
         ended |= d->result == CQ_NEED_INPUT;
         decoding_call(d, ended ? NULL : &in, 1, 0);
         now = work - before;
-        if (vertices > 0 && d->vertices > vertices) now -= now < WORK_PER_SPLIT ? now : WORK_PER_SPLIT;
+        if (level > 0 && d->vertices > vertices) now -= now < WORK_PER_SPLIT ? now : WORK_PER_SPLIT;
         spent += now;
         if (d->vertices > vertices && (small || d->calls % 64 == 0)) check_decoder(d->decoder);
     } while (!is_permanent(d->result));

@@ -536,19 +536,14 @@ typedef struct cqi_ring {
     int32_t square[CQ_MAX_VALENCE];              /* of its length */
 } cqi_ring;
 
-/* Candidates for the pair of common neighbours. Scores by p and q add up: */
-#define CQI_LISTED 48                            /* pairs, at most */
+/* Candidates for the pair of common neighbours: p < q. */
+#define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 typedef struct cqi_choice {
     int32_t end_p[CQ_MAX_VALENCE];               /* of a ring vertex as p, less those that it and all before it have */
-    int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it; */
-    int32_t of_steps[CQ_MAX_VALENCE];            /* and of q - p, at CQ_MAX_VALENCE - q + p; */
-    int32_t of_rule[CQ_MAX_VALENCE];             /* or of that and the rule, for a q */
-    int16_t rule[2 * CQI_RULE_CLASSES];          /* weights of the rule, */
-    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* and what it compares: see cqi_find_alternatives */
-    int32_t best[CQ_MAX_VALENCE];                /* of the best pair with a q */
-    int count;                                   /* pairs that are listed: */
-    uint8_t p[CQI_LISTED], q[CQI_LISTED];
-    int32_t score[CQI_LISTED];
+    int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it */
+    uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* what the rule compares: see cqi_find_alternatives */
+    int32_t score[CQI_PAIRS];                    /* of each pair less that of its q, by q, then p; CQI_TRIED */
+    int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q */
 } cqi_choice;
 
 /* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
@@ -593,8 +588,7 @@ enum {
     CQI_INNER_KIND = CQI_INNER_LENGTH + 16,                  /* [kind] */
     CQI_JOINT = CQI_INNER_KIND + 32,                         /* [valence][steps] */
     CQI_GAP = CQI_JOINT + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
-    CQI_GAP_3 = CQI_GAP + 8 * 32,                            /* [score above the third] */
-    CQI_END_OPPOSITE = CQI_GAP_3 + 32,                       /* [opposite angles] */
+    CQI_END_OPPOSITE = CQI_GAP + 8 * 32,                     /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
     CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
     CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
@@ -806,7 +800,7 @@ typedef struct cq_decoder {
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
                                               it, in 1/16 of the positions' step; 0 at CQ_DONE */
-    uint32_t num_components;               /* of the mesh, once the base is read */
+    uint32_t num_components;               /* of the mesh of this moment */
     cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
 
     /* private */
@@ -830,13 +824,16 @@ typedef struct cq_decoder {
     } input;
     cq_range_decoder range;
     struct {
-        cq_mesh draft;                     /* the mesh while the base is read */
+        cq_mesh draft;                     /* the mesh, and the component that is being read */
         cq_index gate, before, before2;    /* the border halfedge to grow at, and the two before it */
         cq_index scan, virtual_scan;       /* all halfedges before these are closed */
-        cq_index value;                    /* next vertex, then next face, to get its values */
-        cq_index last_face;                /* real one that was added last; or that got its values last; or CQ_NONE */
+        cq_index value;                    /* next vertex, then next face, of the component to get its values */
+        cq_index faces, shown;             /* real ones; of these, those of complete components */
+        cq_index last_face;                /* real one that was added last, or CQ_NONE; */
+        cq_index valued_face;              /* and that got its values last */
         uint32_t material;                 /* the next one whose number of faces is read */
         cq_index vertices;                 /* of the base */
+        int more;                          /* another component follows */
         int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
@@ -872,8 +869,10 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
- * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent. Before the base is
- * complete the mesh has no vertices. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
+ * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent.
+ *
+ * Before the first level begins (level 0) components arrive one after another, the largest of those with as many levels
+ * first. Each can be drawn when it is complete: until then it is not part of the mesh. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
  * for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
@@ -908,8 +907,8 @@ typedef struct cq_lod {
     cq_index *of_material;  /* in: NULL, or cq_index[num_materials], out: faces of each */
 } cq_lod;
 
-/* Keeps the levels that are due. Call it after each cq_decode: a level has up to as many vertices too many as the budget
- * of that had steps.
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: a level has up to as many
+ * vertices too many as the budget of that had steps.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
  * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
@@ -1569,18 +1568,29 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
+/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces with so
+ * many corners at these vertices are fine. */
+static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
+                                cq_place *place)
+{
+    const cq_index faces = (cq_index)(m->num_faces - f), virtual_faces = (cq_index)(m->num_virtual_faces - vf);
+    const cq_index first_virtual_face = (cq_index)(m->first_virtual_face + vf);
+    cq_index in_fans = 0;
+    cq_result r = cqi_check_halfedges(m, f, faces, place);
+    if (r == CQ_OK) r = cqi_check_halfedges(m, first_virtual_face, virtual_faces, place);
+    if (r == CQ_OK) r = cqi_check_vertices(m, v, (cq_index)(m->num_vertices - v), &in_fans, place);
+    if (r == CQ_OK)
+        r = cqi_check_vertices(m, (cq_index)(m->first_virtual + vv), (cq_index)(m->num_virtual - vv), &in_fans, place);
+    if (r != CQ_OK) return r;
+    corners = (cq_index)(corners + cqi_count_corners(m, f, faces));
+    corners = (cq_index)(corners + cqi_count_corners(m, first_virtual_face, virtual_faces));
+    return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
+}
+
 cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 {
-    cq_index in_fans = 0, corners;
     cq_result r = cqi_error(place, cqi_counts_fit(m) ? CQ_OK : CQ_ERROR_INDEX, CQ_NONE, CQ_NONE, CQ_NONE);
-    if (r == CQ_OK) r = cqi_check_halfedges(m, 0, m->num_faces, place);
-    if (r == CQ_OK) r = cqi_check_halfedges(m, m->first_virtual_face, m->num_virtual_faces, place);
-    if (r == CQ_OK) r = cqi_check_vertices(m, 0, m->num_vertices, &in_fans, place);
-    if (r == CQ_OK) r = cqi_check_vertices(m, m->first_virtual, m->num_virtual, &in_fans, place);
-    if (r != CQ_OK) return r;
-    corners = cqi_count_corners(m, 0, m->num_faces);
-    corners = (cq_index)(corners + cqi_count_corners(m, m->first_virtual_face, m->num_virtual_faces));
-    return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
+    return r == CQ_OK ? cqi_check_from(m, 0, 0, 0, 0, 0, place) : r;
 }
 
 /* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
@@ -2706,84 +2716,80 @@ static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
-    -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 7, 0, -1, 2, 5, 8, 5, 0, 0, 0, 1,
-    -2, -2, -3, 4, -2, -3, -4, 2, -3, -4, -4, 3, -4, -4, -5, 1, -1, -2, -3, 0, 11, 13,
-    0, -2, 3, 4, 4, 3, -1, -1, 1, 5, -3, -3, -4, 3, -3, -4, -4, 6, -4, -4, -5, 4,
+    -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 7, 0, -1, 3, 5, 8, 5, 0, 0, 0, 1,
+    -2, -2, -4, 4, -2, -3, -4, 2, -3, -4, -4, 2, -4, -4, -5, 1, -1, -2, -3, 0, 12, 13,
+    0, -2, 3, 4, 4, 4, -1, -1, 1, 5, -3, -3, -5, 3, -4, -4, -4, 6, -4, -5, -5, 4,
     -5, -5, -5, 1, -4, -3, -4, 2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 6, 0, 0, -4, 1, -1, 0, -2, 1, -1, 0, -4, 1, 0, 1, -2, 1, 1, 1, -5,
-    2, 1, 2, -2, 2, 1, 1, -3, 3, 1, 0, -3, 0, 25, 31, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, 29, 27, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 20, 22, 12, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -3, 10, 17,
-    14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -11,
-    1, 11, 11, 7, -18, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -20, -4, 6, 10, 8, 0, -12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -27, -7, 3, 7, 9, 4, 1, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -31, -12, 0, 5, 7, 5, 7, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -32, -22, -7, -2, -3, -3, 4, -3, -3, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -37, -29, -10, -5, -8, -2, -6, -4, -4, -4, -1, -1, -1,
-    -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -10, -7, -5, -3, -2, -6, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -19, -13,
-    -9, -9, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -18, -11, -8, -3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, -17, -9, -5, -1,
+    0, 0, 6, 0, 0, -4, 1, -1, 0, -2, 1, -1, 0, -4, 1, 0, 1, -3, 1, 1, 1, -5,
+    2, 1, 2, -3, 3, 1, 1, -3, 3, 1, 0, -3, 0, 25, 31, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 30, 28, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 8, 20, 23, 12, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 10, 17,
+    15, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12,
+    1, 11, 12, 8, -17, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -21, -4, 6, 10, 9, 0, -12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -28, -7, 3, 7, 10, 5, 1, -4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -32, -12, 0, 5, 8, 6, 8, -2, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -23, -7, -1, -3, -2, 4, -2, -2, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -38, -29, -10, -5, -7, -4, -5, -3, -4, -4, -4, -3, -1,
+    -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, -19, -13, -8, -6, -5, -7, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -18, -13,
+    -9, -7, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -17, -11, -8, -3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 21, -16, -9, -5, -1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -15, 2, 11, 12, 4, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -2, 5, 2, 0, 0,
+    0, 0, 0, 0, 0, 0, -14, 2, 12, 12, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13, -1, 6, 2, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 24, -11, 0, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, 13, 27, 21, 7, 1, 0, 0,
+    0, 0, 0, 25, -10, 1, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6, 14, 28, 25, 9, 2, 1, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 46, -10, -7, -3, -3, -2, -5, -4, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -5,
-    -14, -17, -18, -14, -1, 7, 5, 5, 5, 5, 5, 4, 1, 6, 0, 1, 0, 0, 0, 0, 0, 0,
-    -1, -6, -8, -8, 8, 11, 7, 7, 6, 5, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -1, -3, -4, -7, -16, -21, -27, -1, 8, 5, 4, 4, 5, 5,
-    6, 5, 5, 2, 1, 1, 0, 1, 2, -1, 0, 0, 0, -4, -6, -8, 8, 8, 7, 5, 4, 4,
-    5, 0,
+    0, 45, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -1, -1, -2, -4, -8, -15, -17, -18, -15, 0, 7, 6, 5, 5, 5,
+    5, 5, 2, 6, 1, 1, -1, 0, 0, 0, -1, -1, -2, -4, -6, -7, 9, 12, 8, 7, 6, 5,
+    6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -2,
+    -3, -7, -15, -21, -26, -1, 8, 5, 4, 4, 4, 4, 6, 5, 5, 2, 1, 1, 0, 0, 2, -1,
+    -1, -1, -2, -4, -5, -6, 9, 8, 7, 5, 4, 4, 5, 0,
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
-    -4, -2, -2, -1, -1, -2, -2, -2, -2, -2, -3, -2, -3, -3, -3, 0, -3, -2, -1, -1, -1, -2,
-    -2, -2, -2, -3, -3, -3, -3, -3, -3, -1, -1, 1, 0, -4, -1, 1, 0, -4, -2, -1, 0, -1,
-    -2, -2, -2, 3, -2, -1, -1, 0, -2, -1, -1, -2, -3, -1, 0, -2, -2, 0, 1, -2, -2, 3,
-    0, -4, -1, 0, 4, 0, -2, -2, -1, 1, -3, -3, -3, 3, -3, -2, -2, 2, -2, -2, -2, 0,
-    -3, -2, -1, 0, -4, -1, -1, -2, -9, -7, -6, -5, -2, -2, 0, 0, 0, 1, 1, 1, 1, 1,
+    -3, -2, -1, 0, 0, -1, -1, -1, -1, -2, -2, -2, -2, -2, -2, 2, -2, -1, 0, 0, 0, -1,
+    -1, -1, -2, -2, -2, -2, -2, -2, -2, 0, -1, 1, 0, -4, 0, 1, 0, -3, -1, 0, 1, -1,
+    -1, -1, -2, 4, -1, -1, 0, 0, -1, -1, 0, -2, -2, -1, 0, -2, -1, 0, 2, -2, -1, 3,
+    0, -4, -1, 0, 4, 0, -2, -1, 0, 1, -2, -2, -3, 4, -2, -1, -1, 2, -2, -1, -1, 0,
+    -2, -1, -1, 0, -3, 0, 0, -2, -9, -8, -6, -5, -2, -2, 0, 0, 1, 1, 1, 1, 1, 1,
     1, -4, -3, 0, 0, 1, -1, -2, 0, -1, -1, -1, -1, 0, 0, -1, -1, -1, -1, -1, -1, 0,
-    -1, -1, -1, 1, -1, -1, -1, 1, -1, -2, -1, -4, 0, 26, 35, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 26, 28, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 19, 24, 21, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, 13, 20,
-    20, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -13,
-    4, 14, 16, 14, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -27, -2, 7, 11, 10, 8, -9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -31, -7, 2, 5, 7, 7, -2, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -33, -14, -4, 0, 0, 3, 0, -4, -3, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -35, -21, -10, -6, -5, -4, -2, -2, -5, -2, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -30, -17, -10, -10, -12, -8, -6, -5, -3, -3, -1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, -5, 0, 3, 5, 1, 1, 1, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -13, -4,
-    1, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -1, -13, -5, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, -12, -3, 1, 4,
+    -1, -1, -1, 1, -1, -1, -1, 0, -1, -2, -2, -4, 0, 24, 33, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 26, 27, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 20, 25, 20, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, 14, 21,
+    21, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12,
+    5, 15, 17, 14, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -25, -1, 8, 12, 11, 8, -8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, -30, -7, 3, 5, 7, 7, -1, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -33, -13, -4, 0, 0, 3, 0, -5, -3, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -34, -21, -10, -6, -5, -4, -2, -2, -5, -2, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -42, -30, -16, -10, -11, -12, -9, -6, -7, -5, -4, -1, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -20, -13, -6, 2, 3, 1, 2, 0, -1, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -20, -12,
+    -6, -2, 3, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -20, -12, -5, -4, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 22, -18, -9, -1, 3,
+    2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, -17, -7, 2, 6, 2, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, -6, 5, 4, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -4, -11, -1, 6, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4, -10, 0, 5, 3, 1, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, -2, -9, 2, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -5, 8, 14, 4, 3, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 2, -7, -2, 2, 5, 2, -1, -1, -2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, -7, -6, -6, -6, -6, -5, -5, -4, -4, -4,
-    -3, -2, -3, -2, -2, -3, 3, 2, 1, 1, 1, 0, -1, -2, -3, -3, -4, -4, -4, -5, -5, -6,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1,
-    -4, -12, -17, -17, -3, 4, 3, 2, 2, 2, 1, 2, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0,
-    0, 0, 0, 4, 7, 6, 5, 3, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -2, -5, -13, -19, -3, 4, 2, 1, 1, 1, 0,
-    1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 4, 9, 4, 3, 2, 0, 0,
-    0, 0,
+    0, 0, 0, 27, -15, -5, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -11, 1, 17, 18, 12, 9, 5, 2,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 46, -5, -4, -4, -4, -4, -4, -3, -3, -2, -2, -2, -1, -1, -1, -1, -1, 3, 2, 2, 2,
+    1, 1, -1, -2, -3, -4, -4, -4, -5, -5, -5, -6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -2, -5, -12, -17, -18, -3, 4, 3, 2, 1, 1,
+    1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 4, 7, 5, 5, 3, 2, 1,
+    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, 0,
+    0, -1, -5, -14, -20, -3, 4, 2, 1, 1, 0, -1, 1, 1, 1, 0, 1, 1, 1, 0, 1, 0,
+    0, 0, 0, -1, -1, 3, 8, 4, 2, 1, 0, -1, -1, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
     75, 46, 20, 8, 2, 0, 78, 78, 87, 62, 32, 19, 11, 3, 78, 78, 114, 79, 42, 29, 43, 7,
@@ -2868,7 +2874,9 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_take_new_faces(d) ((void)0)
 #define cqi_count_new_faces(d) ((void)0)
 #define cqi_show_materials(d) ((void)0)
-#define cqi_base_face(d, f) (f)
+#define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
+#define cqi_check_material_faces(d, corners) CQ_OK
+#define cqi_drop_component(d) ((void)0)
 #define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
 #define cqi_aside_material(d, face) 1
 #else
@@ -3002,17 +3010,40 @@ static void cqi_show_materials(cq_decoder *d)
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* The first face of the base from f on: f, if there is one, or that at which the next material begins. */
-static cq_index cqi_base_face(const cq_decoder *d, cq_index f)
+/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of each
+ * material. Asked for one after the other, and only if there is one. */
+static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
-    const cqi_material *const m = d->materials;
+    const cqi_material *m = d->materials;
+    cq_index f = 0;
+    if (!m) return (cq_index)(d->mesh.num_faces + n);
+    if (n) f = (cq_index)(d->base.valued_face + 1);
+    for (m += cqi_material_of(d, f); f >= m->first + m->count || m->shown == m->count;) m++;
+    return f < m->first + m->shown ? (cq_index)(m->first + m->shown) : f;
+}
+
+/* Are the faces of the component well joined? *corners is how many they have. */
+static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners)
+{
+    cq_result result = CQ_OK;
     uint32_t k;
-    if (!m || f >= d->shape.num_faces) return f;
-    for (k = cqi_material_of(d, f); k < d->shape.num_materials; k++) {
-        if (f < m[k].first) f = m[k].first;
-        if (f < m[k].first + m[k].count) return f;
+    for (k = 0; d->materials && k < d->shape.num_materials && result == CQ_OK; k++) {
+        const cqi_material *m = &d->materials[k];
+        const cq_index n = (cq_index)(m->count - m->shown);
+        result = cqi_check_halfedges(&d->base.draft, (cq_index)(m->first + m->shown), n, NULL);
+        *corners = (cq_index)(*corners + 3 * n);
     }
-    return (cq_index)d->shape.num_faces;
+    return result;
+}
+
+/* A component that will never be complete is taken away. */
+static void cqi_drop_component(cq_decoder *d)
+{
+    uint32_t k;
+    for (k = 0; d->materials && k < d->shape.num_materials; k++) {
+        cqi_material *m = &d->materials[k];
+        for (; m->count > m->shown; m->count--) d->mesh.origin[3 * (m->first + m->count - 1)] = CQ_NONE;
+    }
 }
 
 /* The material of the next face aside, given that of the one before. 0: it is none. */
@@ -3027,19 +3058,20 @@ static int cqi_aside_material(cq_decoder *d, cq_index face)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Real faces of a mesh of the decoder. */
-static cq_index cqi_num_real_faces(const cq_decoder *d, const cq_mesh *m)
+/* Faces of the mesh. */
+static cq_index cqi_num_faces(const cq_decoder *d)
 {
     cq_index n = 0;
     uint32_t k;
-    if (!d->materials) return m->num_faces;
-    for (k = 0; k < d->shape.num_materials; k++) n = (cq_index)(n + d->materials[k].count);
+    if (!d->materials) return d->mesh.num_faces;
+    for (k = 0; k < d->shape.num_materials; k++) n = (cq_index)(n + d->materials[k].shown);
     return n;
 }
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. While it grows, twin[]
+ * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft until
+ * its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows, twin[]
  * is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
  * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own.
  * The gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
@@ -3093,6 +3125,7 @@ static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, 
     if (d->materials && !is_virtual && !cqi_code_base_material(d, input)) return CQ_NONE;
     f = cqi_new_face(m, is_virtual);
     if (f == CQ_NONE) return CQ_NONE;
+    d->base.faces = (cq_index)(d->base.faces + !is_virtual);
     cqi_set_face(m, f, a, b, c);
     m->valence[a]++;
     m->valence[b]++;
@@ -3129,7 +3162,6 @@ static cq_result cqi_start_component(cq_decoder *d)
     d->base.gate = h;
     d->base.before = (cq_index)(h + 2);
     d->base.before2 = (cq_index)(h + 1);
-    d->num_components++;
     return CQ_OK;
 }
 
@@ -3250,15 +3282,26 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The base is complete: it must be a mesh with the header's boundary loops and Euler characteristic. */
-static cq_result cqi_finish_base(cq_decoder *d)
+/* Has the complete base the header's boundary loops and Euler characteristic? */
+static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
     const cq_shape *s = &d->shape;
-    int64_t euler = 2 * (int64_t)m->num_vertices - cqi_num_real_faces(d, m) - (int64_t)m->num_virtual_faces;
-    int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
-    if (m->num_virtual != m->max_virtual || euler != full) return CQ_ERROR_CORRUPT;
-    return cq_mesh_check(m, NULL) == CQ_OK ? CQ_OK : CQ_ERROR_CORRUPT;
+    const int64_t euler = 2 * (int64_t)m->num_vertices - d->base.faces - (int64_t)m->num_virtual_faces;
+    const int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
+    return m->num_virtual == m->max_virtual && euler == full;
+}
+
+/* All faces of a component are there: it must be a mesh. What is in d->mesh are the components before it. Only open
+ * halfedges are glued, and those before have none: so they have nothing in common. */
+static cq_result cqi_finish_component(const cq_decoder *d)
+{
+    const cq_mesh *m = &d->mesh;
+    cq_index corners = 0;
+    cq_result result = cqi_check_material_faces(d, &corners);
+    if (result == CQ_OK)
+        result = cqi_check_from(&d->base.draft, m->num_vertices, m->num_faces, m->num_virtual, m->num_virtual_faces, corners, NULL);
+    return result == CQ_OK && (d->base.more || cqi_base_fits(d)) ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
@@ -3416,30 +3459,29 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
-    int32_t before = d->base.last_face != CQ_NONE ? values[d->base.last_face] : 0, x = 0;
+    int32_t before = d->base.valued_face != CQ_NONE ? values[d->base.valued_face] : 0, x = 0;
     if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
     values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
 }
 
-/* All channels of vertices or of faces, of the next base vertex or face. */
+/* All channels of vertices or of faces, of the next vertex or face of the component. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
-    const int of_face = d->base.value >= d->base.draft.num_vertices;
-    const cq_index v = (cq_index)(of_face ? d->base.value - d->base.draft.num_vertices : d->base.value);
-    int32_t *size = d->base.size;
+    const cq_index vertices = (cq_index)(d->base.draft.num_vertices - d->mesh.num_vertices);
+    const int of_face = d->base.value >= vertices;
+    const cq_index v = of_face ? cqi_face_of_component(d, (cq_index)(d->base.value - vertices))
+                               : (cq_index)(d->mesh.num_vertices + d->base.value);
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
+        int32_t *size = d->base.size + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
     }
-    if (of_face) {
-        d->base.last_face = v;
-        d->base.value = (cq_index)(d->base.draft.num_vertices + cqi_base_face(d, (cq_index)(v + 1)));
-    }
+    if (of_face) d->base.valued_face = v;
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
 
@@ -4444,12 +4486,11 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  *
  * D (D - 1) / 2 pairs p < q for a centre of valence D; the paper's indices are i = p and j = D - 1 - q. Each pair has a
  * score: the sum of weights of its features. Then pairs are asked about, the best first: "is it this one?", each time
- * by a logistic model of the score and of how much better it is than the next ones; all weights follow the gradient.
+ * by a logistic model of the score and of how much better it is than the next one; all weights follow the gradient.
  *
  * Without positions lengths and angles are of one class, and say nothing. */
 
-#define CQI_NEAR (3 * CQI_NAT / 4) /* pairs that are so much worse than the best one are not looked at more closely; */
-#define CQI_NEAR_RULED (3 * CQI_NAT) /* of a level that is ruled */
+#define CQI_TRIED (-0x40000000) /* in place of the score of a pair that was asked about: no sum with it is a score */
 #define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
@@ -4602,89 +4643,69 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
 /* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
- * of its valence minus that of B, for all p with a q. For another goal than that they would give 0.03 bit. */
-static const int32_t *cqi_score_rule(cqi_choice *c, int q)
+ * of its valence minus that of B are added, for all p with a q. For another goal than that they would give 0.03 bit. */
+static void cqi_score_rule(const int16_t *w, const cqi_choice *c, int q, int32_t *score)
 {
-    const int16_t *const before = c->rule + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
+    const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
     int p;
-    for (p = 0; p < q; p++)
-        c->of_rule[p] = c->of_steps[CQ_MAX_VALENCE - q + p] + before[c->before[p]] + after[p];
-    return c->of_rule;
+    for (p = 0; p < q; p++) score[p] += before[c->before[p]] + after[p];
 }
 
-/* Scores of p with a q, by p, beside those of the ends. */
-static const int32_t *cqi_score_steps(const cq_decoder *d, cqi_choice *c, int q)
+static int32_t cqi_best_of(const int32_t *score, int n)
 {
-    return d->ruled ? cqi_score_rule(c, q) : c->of_steps + CQ_MAX_VALENCE - q;
-}
-
-/* The score of the best pair of all, and of each q. */
-static int32_t cqi_best_score(const cq_decoder *d, cqi_choice *c)
-{
-    int32_t best = INT32_MIN;
-    int p, q;
-    for (q = 1; q < d->ring.size; q++) {
-        const int32_t *const of_steps = cqi_score_steps(d, c, q);
-        int32_t most = c->end_p[0] + of_steps[0];
-        for (p = 1; p < q; p++) {
-            const int32_t x = c->end_p[p] + of_steps[p];
-            most = x > most ? x : most;
-        }
-        most += c->end_q[q];
-        c->best[q] = most;
-        best = most > best ? most : best;
-    }
+    int32_t best = score[0];
+    int k;
+    for (k = 1; k < n; k++) best = score[k] > best ? score[k] : best;
     return best;
 }
 
-/* Lists pairs with scores from `low` on, but below `high`, by q, then p. */
-static void cqi_list_pairs(const cq_decoder *d, cqi_choice *c, int32_t low, int32_t high)
+/* The scores of all pairs. */
+static void cqi_score_pairs(cq_decoder *d)
 {
-    int p, q, n = 0;
-    for (q = 1; q < d->ring.size; q++) {
-        const int32_t *of_steps;
-        if (c->best[q] < low) continue;
-        of_steps = cqi_score_steps(d, c, q);
+    cqi_choice *c = &d->now.choice;
+    const int16_t *const w = d->model.weight, *of_steps = w + cqi_joint(&d->ring);
+    int32_t *score = c->score;
+    int p, q;
+    cqi_score_ends(w, &d->ring, c);
+    if (d->ruled) cqi_find_alternatives(&d->ring, c);
+    for (q = 1; q < d->ring.size; score += q++) {
+        int32_t best = CQI_TRIED;
         for (p = 0; p < q; p++) {
-            const int32_t x = c->end_q[q] + c->end_p[p] + of_steps[p];
-            if (x < low || x >= high || n == CQI_LISTED) continue;
-            c->score[n] = x;
-            c->p[n] = (uint8_t)p;
-            c->q[n++] = (uint8_t)q;
+            const int32_t x = c->end_p[p] + of_steps[q - p];
+            score[p] = x;
+            best = x > best ? x : best;
         }
+        if (d->ruled) {
+            cqi_score_rule(w, c, q, score);
+            best = cqi_best_of(score, q);
+        }
+        c->best[q] = c->end_q[q] + best;
     }
-    c->count = n;
 }
 
-/* The best listed pair, moved to the end of the list; and the two best scores after it. */
-static void cqi_best_pair(cqi_choice *c, int32_t *second, int32_t *third)
+/* Takes the best of the pairs with a q out, of equal ones the first; returns its p. */
+static int cqi_take_best(cqi_choice *c, int q)
 {
-    int32_t best = INT32_MIN;
-    int k, at = 0, last = c->count - 1;
-    *second = *third = INT32_MIN;
-    for (k = 0; k <= last; k++) {
-        const int32_t x = c->score[k];
-        if (x > best) {
-            *third = *second;
-            *second = best;
-            best = x;
-            at = k;
-        } else if (x > *second) {
-            *third = *second;
-            *second = x;
-        } else if (x > *third) {
-            *third = x;
-        }
+    int32_t *const score = c->score + ((unsigned)(q * (q - 1)) >> 1);
+    const int32_t best = c->best[q] - c->end_q[q];
+    int p = 0;
+    while (score[p] != best) p++;
+    score[p] = CQI_TRIED;
+    c->best[q] = c->end_q[q] + cqi_best_of(score, q);
+    return p;
+}
+
+/* The q whose best pair is the best one, of equal ones the first. */
+static int cqi_find_best_q(const cqi_choice *c, int size)
+{
+    int32_t best = c->best[1];
+    int q, at = 1;
+    for (q = 2; q < size; q++) {
+        const int32_t x = c->best[q];
+        at = x > best ? q : at;
+        best = x > best ? x : best;
     }
-    if (at != last) {
-        const uint8_t p = c->p[at], q = c->q[at];
-        c->p[at] = c->p[last];
-        c->q[at] = c->q[last];
-        c->score[at] = c->score[last];
-        c->p[last] = p;
-        c->q[last] = q;
-        c->score[last] = best;
-    }
+    return at;
 }
 
 static int cqi_gap(int32_t a, int32_t b)
@@ -4723,23 +4744,15 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
-/* Is it the best listed pair? Asks, and learns from the answer. */
-static int cqi_code_try(cq_decoder *d, int rank, int p, int q)
+/* Is it the pair p, q? Asks, given its score and the next one's, and learns from the answer. */
+static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t score, int32_t next)
 {
-    cqi_choice *c = &d->now.choice;
-    int16_t *const w = d->model.weight, *of_gap, *of_third;
-    int32_t second, third, error;
-    int last = c->count - 1, yes;
-    cqi_best_pair(c, &second, &third);
-    rank = cqi_at_most(rank, 7);
-    of_gap = w + CQI_GAP + 32 * rank + cqi_gap(c->score[last], second);
-    of_third = w + CQI_GAP_3 + cqi_gap(c->score[last], third);
-    yes = c->p[last] == p && c->q[last] == q;
-    yes = cqi_code_decision(d, c->score[last] + *of_gap + (rank ? 0 : *of_third), yes, &error);
+    int16_t *const of_gap = d->model.weight + CQI_GAP + 32 * cqi_at_most(rank, 7) + cqi_gap(score, next);
+    int32_t error;
+    yes = cqi_code_decision(d, score + *of_gap, yes, &error);
     if (!error) return yes;
     cqi_nudge(of_gap, error);
-    if (!rank) cqi_nudge(of_third, error);
-    cqi_learn_pair(d, c->p[last], c->q[last], error);
+    cqi_learn_pair(d, p, q, error);
     return yes;
 }
 
@@ -4752,39 +4765,23 @@ static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
     *p = number - *q * (*q - 1) / 2;
 }
 
-/* What scores of pairs are the sums of. Later ones are of these, too, whatever the weights have learned by then. */
-static void cqi_score_parts(cq_decoder *d)
-{
-    cqi_choice *c = &d->now.choice;
-    const int16_t *const w = d->model.weight, *const of_steps = w + cqi_joint(&d->ring);
-    int k;
-    cqi_score_ends(w, &d->ring, c);
-    for (k = 1; k < d->ring.size; k++) c->of_steps[CQ_MAX_VALENCE - k] = of_steps[k];
-    if (!d->ruled) return;
-    memcpy(c->rule, w + CQI_RULE, sizeof c->rule);
-    cqi_find_alternatives(&d->ring, c);
-}
-
-/* Codes the pair p, q of the patch. Pairs are listed by nats of their scores. */
+/* Codes the pair p, q of the patch. */
 static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 {
     cqi_choice *c = &d->now.choice;
-    const int32_t near = d->ruled ? CQI_NEAR_RULED : CQI_NEAR;
-    int rank;
-    int32_t low;
+    int best_p, best_q, next_q, rank;
     cqi_classify_ring(d);
-    cqi_score_parts(d);
-    low = cqi_best_score(d, c) - near;
-    cqi_list_pairs(d, c, low, INT32_MAX);
-    for (rank = 0; rank < CQI_TRIES; rank++) {
-        for (; !c->count && rank < CQI_TRIES; rank++, low -= near) cqi_list_pairs(d, c, low - near, low);
-        if (!c->count) break;
-        if (cqi_code_try(d, rank, *p, *q)) {
-            *p = c->p[c->count - 1];
-            *q = c->q[c->count - 1];
-            return;
-        }
-        c->count--;
+    cqi_score_pairs(d);
+    next_q = cqi_find_best_q(c, d->ring.size);
+    for (rank = 0; rank < CQI_TRIES && c->best[next_q] > CQI_TRIED / 2; rank++) {
+        const int32_t score = c->best[next_q];
+        best_q = next_q;
+        best_p = cqi_take_best(c, best_q);
+        next_q = cqi_find_best_q(c, d->ring.size);
+        if (!cqi_code_try(d, rank, best_p, best_q, best_p == *p && best_q == *q, score, c->best[next_q])) continue;
+        *p = best_p;
+        *q = best_q;
+        return;
     }
     cqi_code_any_pair(d, p, q);
 }
@@ -6877,22 +6874,20 @@ static cq_result cqi_begin_regular(cq_decoder *d)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
+/* The faces of a component are complete. Whether another follows is known before its values. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
-    cq_result result;
-    int more = CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds;
-    more = cqi_code_bit(d, CQI_COMPONENT, more);
+    d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (more) return cqi_start_component(d);
-    result = cqi_finish_base(d);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    d->base.value = 0;
     d->phase = CQI_BASE_VALUES;
-    return result;
+    return cqi_finish_component(d);
 }
 
 static CQI_APART cq_result cqi_step_base(cq_decoder *d)
 {
-    if (!d->num_components) return cqi_start_component(d);
+    if (d->mesh.num_vertices == d->base.draft.num_vertices) return cqi_start_component(d);
     if (!cqi_is_open(&d->base.draft, d->base.gate) && !cqi_find_gate(d)) return cqi_end_component(d);
     return cqi_grow_base(d);
 }
@@ -6962,9 +6957,8 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
 
 static cq_result cqi_begin_base_rows(cq_decoder *d)
 {
-    memset(d->base.size, 0, sizeof d->base.size);
-    d->seams->vertex = 0;
-    d->seams->corner = d->base.draft.out[0];
+    d->seams->vertex = d->mesh.num_vertices;
+    d->seams->corner = d->base.draft.out[d->mesh.num_vertices];
     d->phase = CQI_BASE_ROWS;
     return CQ_OK;
 }
@@ -7052,10 +7046,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
     int ok = 1;
-    if (s->vertex == d->base.draft.num_vertices) {
-        d->num_rows = s->num_rows;
-        return cqi_step_base_values(d);
-    }
+    if (s->vertex == d->base.draft.num_vertices) return cqi_step_base_values(d);
     if (s->fresh && cqi_next_channel(d, &s->channel)) {
         const uint32_t k = s->channel++;
         ok = cqi_code_base_row(d, k);
@@ -7186,21 +7177,32 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
+/* Are there values of vertices or faces of the component to come? */
+static int cqi_has_base_values(const cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
-    cq_index faces = (cq_index)(cqi_all_components(&d->shape, CQI_OF_FACE) ? draft->num_faces : 0);
-    if (d->base.value == draft->num_vertices) d->base.value = (cq_index)(d->base.value + cqi_base_face(d, 0));
-    if (d->base.value <= draft->num_vertices) d->base.last_face = CQ_NONE;
-    if (d->base.value < draft->num_vertices + faces) return cqi_code_base_values(d);
+    cq_index n = (cq_index)(draft->num_vertices - d->mesh.num_vertices);
+    if (cqi_all_components(&d->shape, CQI_OF_FACE)) n = (cq_index)(n + (d->base.faces - d->base.shown));
+    return d->base.value < n;
+}
+
+/* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
+static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
+{
+    if (cqi_has_base_values(d)) return cqi_code_base_values(d);
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
+    d->num_components += d->mesh.num_vertices < d->base.draft.num_vertices; /* not of an empty mesh */
+    d->mesh = d->base.draft;
+    d->base.shown = d->base.faces;
+    cqi_show_materials(d);
+    if (d->seams) d->num_rows = d->seams->num_rows;
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
-        d->report->base_vertices = draft->num_vertices;
-        d->report->base_faces = cqi_num_real_faces(d, draft);
+        d->report->base_vertices = d->mesh.num_vertices;
+        d->report->base_faces = d->base.shown;
     }
-    d->mesh = *draft;
-    cqi_show_materials(d);
+    d->phase = CQI_BASE;
+    if (d->base.more) return CQ_OK;
     cqi_take_virtual(&d->mesh);
     d->base.vertices = d->mesh.num_vertices;
     d->active = 0;
@@ -7402,7 +7404,7 @@ static void cqi_start(cq_decoder *d)
     d->base.draft = d->mesh;
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    d->base.last_face = CQ_NONE;
+    d->base.last_face = d->base.valued_face = CQ_NONE;
 }
 
 cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
@@ -7523,6 +7525,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
     if (!d->seams) d->num_rows = d->mesh.num_vertices;
     if (result == CQ_NEED_INPUT) return result;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
+    else if (result != CQ_OK) cqi_drop_component(d);
     d->status = result;
     return result;
 }
@@ -7609,7 +7612,8 @@ static int cqi_knows_error(const cq_decoder *d)
 
 static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
 {
-    return d->num_rows && d->num_rows >= lod->min_vertices &&
+    const int base_is_complete = d->phase > CQI_BASE_ROWS;
+    return base_is_complete && d->num_rows && d->num_rows >= lod->min_vertices &&
            (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
 }
 
@@ -7628,7 +7632,7 @@ static void cqi_keep_faces(const cq_decoder *d, cq_index *to, cq_index *of_mater
 
 size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
 {
-    const cq_index faces = cqi_num_real_faces(d, &d->mesh);
+    const cq_index faces = cqi_num_faces(d);
     const size_t corners = 3 * (size_t)faces;
     size_t end = 0, k = 0;
     CQ_ASSERT((!count || lod) && (!capacity || indices));
@@ -10823,9 +10827,30 @@ static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
-/* Simplifies a component, level by level. Its collapses begin with a note of level 0. */
+/* Longest side of the box of a component's vertices; without positions, how many these are. */
+static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
+{
+    cq_value low[3], high[3];
+    cq_index v = root, n = 0, longest = 0;
+    int k;
+    for (k = 0; p->measured && k < 3; k++) low[k] = high[k] = p->measured[3 * (size_t)root + (size_t)k];
+    for (; v != CQ_NONE; v = p->decoded[v], n++) {
+        for (k = 0; p->measured && k < 3; k++) {
+            const cq_value x = p->measured[3 * (size_t)v + (size_t)k];
+            if (x < low[k]) low[k] = x;
+            if (x > high[k]) high[k] = x;
+        }
+    }
+    for (k = 0; p->measured && k < 3; k++)
+        if ((cq_index)(high[k] - low[k]) > longest) longest = (cq_index)(high[k] - low[k]);
+    return p->measured ? longest : n;
+}
+
+/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has the
+ * component's size. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
+    const cq_index size = cqi_component_size(p, seed->notes);
     p->note[p->num_notes++].level = 0;
     p->most_loss = most_loss;
     p->tries = 0;
@@ -10847,14 +10872,34 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
         }
     }
     seed->notes = p->num_notes;
+    p->note[p->num_notes].kept = size;
     if (p->num_levels < p->level - 1) p->num_levels = p->level - 1;
 }
 
-/* Sorts the components: those with more levels come first. `sorted` is scratch. */
+/* One pass of a radix sort by sizes, which are in the notes behind those of each component; large ones first. */
+static void cqi_sort_by_size(const cqi_plan *p, const cqi_seed *from, cqi_seed *to, int shift)
+{
+    cq_index end[256], k, sum = 0;
+    int byte;
+    memset(end, 0, sizeof end);
+    for (k = 0; k < p->num_seeds; k++) end[p->note[from[k].notes].kept >> shift & 255]++;
+    for (byte = 255; byte >= 0; byte--) {
+        const cq_index count = end[byte];
+        end[byte] = sum;
+        sum = (cq_index)(sum + count);
+    }
+    for (k = 0; k < p->num_seeds; k++) to[end[p->note[from[k].notes].kept >> shift & 255]++] = from[k];
+}
+
+/* Sorts the components: those with more levels come first, and of these the larger ones. `sorted` is scratch. */
 static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 {
     cq_index end[CQ_MAX_LEVELS + 1], k, sum = 0;
     int level;
+    for (level = 0; level < CQ_INDEX_BITS; level += 16) {
+        cqi_sort_by_size(p, p->seed, sorted, level);
+        cqi_sort_by_size(p, sorted, p->seed, level + 8);
+    }
     memset(end, 0, sizeof end);
     for (k = 0; k < p->num_seeds; k++) end[p->note[p->seed[k].notes - 1].level]++;
     for (level = CQ_MAX_LEVELS; level >= 0; level--) {

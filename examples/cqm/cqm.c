@@ -98,8 +98,8 @@ static const char decode_help[] =
     "  --help             this text\n"
     "\n"
     "A stream that ends too early gives the mesh that its bytes make, a message and\n"
-    "exit status 1; with --bytes, no message and status 0. No mesh is written if not\n"
-    "even the base is complete, or if bytes are corrupt or follow the stream's end.\n"
+    "exit status 1; with --bytes, no message and status 0. No mesh is written if no\n"
+    "component of the base is complete, or if bytes are corrupt or follow the stream's end.\n"
     "Without positions in the stream, all are written as 0 0 0, with a warning; STL\n"
     "would then hold nothing and is refused. Names, unused vertices and faces that are\n"
     "no surface come with the last bytes.\n";

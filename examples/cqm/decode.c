@@ -70,7 +70,7 @@ static int is_near_enough(const cq_decoder *d, const struct options *options)
 static int is_fine_enough(const cq_decoder *d, const struct options *options)
 {
     uint32_t vertices = d->mesh.num_vertices;
-    return vertices > 0 && (vertices >= options->max_vertices || d->level > options->max_levels
+    return d->level > 0 && (vertices >= options->max_vertices || d->level > options->max_levels
                             || is_near_enough(d, options));
 }
 
@@ -78,7 +78,7 @@ static int is_fine_enough(const cq_decoder *d, const struct options *options)
  * and at the base. */
 static uint32_t step_budget(const cq_decoder *d, const struct options *options)
 {
-    if (options->max_levels != CQ_NO_LIMIT || options->max_error >= 0 || d->mesh.num_vertices == 0)
+    if (options->max_levels != CQ_NO_LIMIT || options->max_error >= 0 || d->level == 0)
         return 1;
     return options->max_vertices - d->mesh.num_vertices;
 }

@@ -7,35 +7,11 @@
  * boundary edges included. Prints one `key value` a line; the exit status is 0 if the mesh is complete. */
 #include "board.h"
 #include "conquest.h"
+#include "report.h"
 #include "stream.h"
 
 static cq_decoder decoder;
 static uint32_t memory[CQ_DECODER_BYTES(STREAM_VERTICES, STREAM_FACES, 3) / sizeof(uint32_t)];
-
-static void print_number(const char *key, uint32_t value, uint32_t base)
-{
-    char text[12];
-    int at = sizeof text - 1;
-    text[at] = '\0';
-    do {
-        text[--at] = "0123456789abcdef"[value % base];
-        value /= base;
-    } while (value);
-    board_print(key);
-    board_print(text + at);
-    board_print("\n");
-}
-
-/* FNV-1a of a number's four bytes, the lowest first. */
-static uint32_t add_to_hash(uint32_t hash, uint32_t value)
-{
-    int k;
-    for (k = 0; k < 4; k++) {
-        hash = (hash ^ (value & 0xff)) * 0x01000193u;
-        value >>= 8;
-    }
-    return hash;
-}
 
 static uint32_t num_values(uint32_t channel)
 {

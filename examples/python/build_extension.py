@@ -51,6 +51,7 @@ ffi.cdef("""
     #define CQ_MAX_CHANNELS ...
     #define CQ_MAX_COMPONENTS ...
     #define CQ_MAX_HEADER_BYTES ...
+    #define CQ_MAX_METADATA ...
     #define CQ_NO_LIMIT ...
     #define CQ_NONE ...
     static char *const CQ_VERSION_STRING;
@@ -58,7 +59,7 @@ ffi.cdef("""
     typedef struct { uint32_t face, vertex, other; ...; } cq_place;
     typedef struct { uint8_t kind, components, bits, merge; uint32_t step, origin[...]; ...; } cq_channel;
     typedef struct {
-        uint32_t num_vertices, num_faces, num_channels, num_rows, num_aside_rows, num_aside_faces;
+        uint32_t num_vertices, num_faces, num_channels, num_rows, num_aside_rows, num_aside_faces, metadata_bytes;
         cq_channel channel[...];
         ...;
     } cq_shape;
@@ -71,12 +72,14 @@ ffi.cdef("""
         uint32_t *index, *vertex, num_rows, level, error;
         int32_t *channel[...];
         cq_aside aside;
+        uint8_t *metadata;
         ...;
     } cq_decoder;
     typedef struct {
         cq_shape shape;
         const uint32_t *indices;
         const int32_t *values[...];
+        const uint8_t *metadata;
         int goal, clean;
         const uint8_t *locked;
         uint32_t *map, *face_map;

@@ -16,7 +16,8 @@
 //     splits SMALL FILE ...
 //
 // SMALL is the number of vertices up to which all is compared. Files are real meshes, which CGAL reads; random ones, of
-// any topology, are made here. A program that was given no file, or split nothing, fails.
+// any topology, also with seams of texture coordinates over them, are made here: then the mesh of vertices is compared,
+// and each row must lie at the vertices of its corners. So must the base be a mesh with each component. A program that was given no file, or split nothing, fails.
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -27,6 +28,9 @@
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 #include <CGAL/boost/graph/helpers.h>
+
+#include <map>
+#include <utility>
 
 #include "../support/codec.h"
 #include "../support/manifold.hpp"
@@ -183,7 +187,7 @@ const char *examine_whole(const cq_mesh &m, Topology &found) {
 // -- One stream ------------------------------------------------------------------------------------------------------
 
 struct Tally {
-    size_t meshes = 0, splits = 0, whole = 0, local = 0, insertions = 0, flips = 0;
+    size_t meshes = 0, splits = 0, whole = 0, local = 0, insertions = 0, flips = 0, components = 0, rows = 0;
     uint32_t small = 0;
 };
 
@@ -239,7 +243,8 @@ public:
     // Called after each step of the decoder: nullptr, or what is wrong.
     const char *step(bool done) {
         const char *error = nullptr;
-        if (mesh.num_vertices == 0) return done ? "no mesh" : nullptr;
+        if (decoder.level == 0 && !done) return mesh.num_vertices == shown_vertices ? nullptr : show_base();
+        if (mesh.num_vertices == 0) return "no mesh";
         if (!begun) error = begin();
         else if (mesh.num_vertices != num_vertices) error = follow();
         else if (decoder.regular.count > 0) error = follow_flips();
@@ -257,8 +262,17 @@ private:
     Numbered follower;          // gets CGAL's splits
     Topology topology;          // of the base
     bool begun = false;
+    uint32_t shown_vertices = 0;   // of the base
     uint32_t level = 0, num_vertices = 0, num_faces = 0, num_virtual_faces = 0;
     std::vector<cq_index> shown;   // corners of the real faces, in regular levels
+
+    // Another component of the base has arrived.
+    const char *show_base() {
+        shown_vertices = mesh.num_vertices;
+        tally.components++;
+        Topology so_far;
+        return examine_whole(mesh, so_far);
+    }
 
     const char *begin() {
         begun = true;
@@ -352,7 +366,15 @@ private:
         tally.whole++;
         if (const char *error = examine_whole(mesh, found)) return error;
         if (!(found == topology)) return "another topology";
+        if (!rows_lie_at_their_vertices()) return "a row is at two vertices";
         return sorted(follower_faces(false)) == sorted(faces_of(mesh, true, true)) ? nullptr : "CGAL has other faces";
+    }
+
+    bool rows_lie_at_their_vertices() const {
+        for (size_t h = 0; decoder.vertex && h < 3 * size_t(mesh.num_faces); ++h)
+            if (decoder.vertex[decoder.index[h]] != mesh.origin[h]) return false;
+        tally.rows += decoder.vertex != nullptr;
+        return true;
     }
 
     // The stars of the vertices and of all their neighbours, from the decoder's triangles.
@@ -386,6 +408,7 @@ struct Input {
     uint32_t num_vertices = 0;
     std::vector<Face> faces;
     std::vector<cq_value> positions;   // or empty
+    std::vector<cq_value> texcoords;   // or empty; then vertices are rows
 };
 
 const char *follow(const Input &input, const coded &coded, Tally &tally) {
@@ -402,7 +425,7 @@ const char *follow(const Input &input, const coded &coded, Tally &tally) {
     if (!error && d.result != CQ_DONE) error = "not done";
     std::vector<Face> faces = input.faces;
     for (Face &f : faces)
-        for (uint32_t &v : f) v = coded.map[v];
+        for (uint32_t &v : f) v = d.decoder->vertex ? d.decoder->vertex[coded.map[v]] : coded.map[v];
     if (!error && !follower.ends_as(faces)) error = "another mesh in the end";
     decoding_free(&d);
     return error;
@@ -421,6 +444,13 @@ void run(const std::string &what, const Input &input, Tally &tally, Report &repo
     in.shape.channel[0].kind = CQ_POSITION;
     in.shape.channel[0].components = 3;
     in.shape.channel[0].bits = 12;
+    if (!input.texcoords.empty()) {
+        cq_channel &c = in.shape.channel[in.shape.num_channels];
+        c.kind = CQ_TEXCOORD;
+        c.components = 2;
+        c.bits = 12;
+        in.values[in.shape.num_channels++] = input.texcoords.data();
+    }
     coded coded;
     Report::watch();
     code(&coded, &in);
@@ -483,6 +513,52 @@ Recipe random_recipe(Random &random, size_t growth) {
     return recipe;
 }
 
+// A mesh with seams between the charts that its faces belong to: a row for each vertex and chart. Vertices that have no
+// position of their own would be glued.
+Input with_seams(const Input &mesh, Random &random) {
+    const uint32_t charts = 2 + random.below(3), width = 1 + random.below(9);
+    std::map<std::pair<uint32_t, uint32_t>, uint32_t> rows;
+    Input out;
+    for (Face f : mesh.faces) {
+        const uint32_t chart = random.below(12) ? f[0] / width % charts : random.below(charts);
+        for (uint32_t &v : f) {
+            const auto found = rows.emplace(std::make_pair(v, chart), out.num_vertices);
+            if (found.second) {
+                out.num_vertices++;
+                for (uint32_t x : {v * 31 % 4096, v * 17 % 64 + v / 4096 * 64, v * v % 4096})
+                    out.positions.push_back(static_cast<cq_value>(x));
+                for (uint32_t x : {chart * 1000 + v * 31 % 900, v * 17 % 4096}) out.texcoords.push_back(static_cast<cq_value>(x));
+            }
+            v = found.first->second;
+        }
+        out.faces.push_back(f);
+    }
+    return out;
+}
+
+// Of two faces with the same rows one is set aside.
+bool has_repeated_faces(const std::vector<Face> &faces) {
+    std::set<std::set<uint32_t>> seen;
+    for (const Face &f : faces)
+        if (!seen.emplace(f.begin(), f.end()).second) return true;
+    return false;
+}
+
+void run_seams(size_t meshes, size_t growth, uint32_t small, Report &report) {
+    Random random{growth + 1};
+    Tally tally;
+    tally.small = small;
+    for (size_t k = 0; tally.meshes < meshes && k < 4 * meshes; ++k) {
+        Sculptor sculptor(random_recipe(random, growth));
+        Input mesh;
+        mesh.faces = sculptor.faces;
+        if (has_repeated_faces(mesh.faces)) continue;
+        run("random mesh " + std::to_string(k) + " with seams", with_seams(mesh, random), tally, report);
+    }
+    report.expect(tally.meshes == meshes && tally.splits > meshes && tally.rows > meshes, "nothing was split");
+    report.end(std::to_string(meshes) + " random meshes with seams: " + counts(tally));
+}
+
 void run_random(size_t meshes, size_t growth, uint32_t small, Report &report) {
     Random random{growth};
     Tally tally;
@@ -510,6 +586,8 @@ int main(int argc, char **argv) {
     report.end(std::to_string(argc - 2) + " files");
     run_random(300, 100, small, report);
     run_random(20, 2000, small, report);
+    run_seams(150, 100, small, report);
+    run_seams(5, 2000, small, report);
     Tally all;
     for (int k = 2; k < argc; ++k) run_file(argv[k], small, all, report);
     report.expect(all.insertions > 0 && all.flips > 0, "no regular level");

@@ -51,6 +51,18 @@ game_loop_reaches_the_end() {
     build/game_loop "$1" >"$out/game.txt" && tail -n 1 "$out/game.txt" | grep "^complete: $2 of $2 vertices\$"
 }
 
+# README's lines for an engine
+make_door() {
+    tests/doors/door.sh engine >"$out/engine.inc" &&
+        cc -std=c99 -Wall -Wextra -Werror -fsanitize=address,undefined -fno-sanitize-recover=all -g -Iinclude -I"$out" \
+            tests/doors/engine.c -o "$out/engine"
+}
+
+check make_door
+build/meshgen random 3000 1 >"$out/random.off"
+check build/cqm encode "$out/random.off" "$out/random.cqm"
+check "$out/engine" "$out/random.cqm"
+
 for mesh in ref_data/*.off; do
     stream=$out/$(basename "$mesh" .off).cqm
     check build/cqm encode "$mesh" "$stream"

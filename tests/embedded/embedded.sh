@@ -57,10 +57,11 @@ make_stream() {
         } >>"$out/$name/stream.h"
 }
 
-# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices.
+# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices. torus: of ref_data, for the display.
 make_streams() {
     make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
         build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off" --conquest-only &&
+        make_stream torus ref_data/torus_12x8.off --conquest-only && "$cqm" decode "$out/torus.cqm" "$out/torus.off" &&
         make_stream regular ref_data/grid.off && "$cqm" info "$out/regular.cqm" | grep -q regular
 }
 
@@ -106,14 +107,19 @@ link_decoder() {
         -o "$work/linked.o"
 }
 
-# build_program STREAM
+# build_program STREAM [SOURCE]...: main.c, if there is no SOURCE
 # shellcheck disable=SC2086
 build_program() {
-    set -- "$1" $memory
-    ${tools}gcc $bare -I"$out/$1" -c $example/main.c -o "$work/$1.o" &&
-        ${tools}gcc $cpu -nostdlib -Wl,--gc-sections,--no-warn-rwx-segments -T $example/link.ld \
-            -Wl,--defsym=FLASH="$2",--defsym=FLASH_BYTES="$3",--defsym=RAM="$4",--defsym=RAM_BYTES="$5" \
-            "$work/$start.o" "$work/runtime.o" "$work/decoder.o" "$work/$1.o" -lgcc -o "$work/$1.elf"
+    stream=$1 objects=
+    shift
+    for source in "${@:-main}"; do
+        ${tools}gcc $bare -I"$out/$stream" -c "$example/$source.c" -o "$work/$stream-$source.o" || return 1
+        objects="$objects $work/$stream-$source.o"
+    done
+    set -- $memory
+    ${tools}gcc $cpu -nostdlib -Wl,--gc-sections,--no-warn-rwx-segments -T $example/link.ld \
+        -Wl,--defsym=FLASH="$1",--defsym=FLASH_BYTES="$2",--defsym=RAM="$3",--defsym=RAM_BYTES="$4" \
+        "$work/$start.o" "$work/runtime.o" "$work/decoder.o" $objects -lgcc -o "$work/$stream.elf"
 }
 
 address() { ${tools}nm "$work/$1.elf" | awk -v name="$2" '$3 == name { print $1 }'; }
@@ -192,6 +198,46 @@ test_device() {
         check "$name: same mesh as the host, $stream" same_mesh "$work/$stream.txt" "$out/host/$stream.txt"
     done
     check "$name: figures" measure_run "$name" "$stream"
+}
+
+# -- A display -------------------------------------------------------------------------------------------------------
+
+# Every frame is the host's, there are several, and the last one is as it should be.
+same_frames() {
+    grep '^frame' "$work/torus.txt" >"$work/frames" && diff "$work/frames" "$out/host/frames" &&
+        [ "$(grep -c '^frame_hash' "$work/frames")" -gt 9 ] &&
+        $here/wireframe.py "$work/torus.txt" "$out/torus.off"
+}
+
+test_display() {
+    device cortex-m3
+    check "display: compiles for the host" cc $flags -O2 -DCQ_INDEX_BITS=16 -I"$out/torus" $example/display.c \
+        $example/wireframe.c $example/decoder.c $example/host.c -o "$out/host/display"
+    check "display: runs on the host" sh -c "$out/host/display | grep '^frame' >$out/host/frames"
+    check "display: program for cortex-m3" build_program torus display wireframe
+    check "display: runs on cortex-m3" run_program torus
+    check "display: frames" same_frames
+}
+
+# -- README's lines for a microcontroller --------------------------------------------------------------------------
+
+# shellcheck disable=SC2086
+build_door() {
+    tests/doors/door.sh embedded >"$out/embedded.inc" || return 1
+    set -- $memory
+    ${tools}gcc $bare -UCQ_NO_REGULAR -I"$out/random" -I"$out" tests/doors/embedded.c "$work/$start.o" "$work/runtime.o" \
+        -nostdlib -Wl,--gc-sections,--no-warn-rwx-segments -T $example/link.ld -Wl,--defsym=FLASH="$1",--defsym=RAM="$3" \
+        -Wl,--defsym=FLASH_BYTES="$2",--defsym=RAM_BYTES="$4" -lgcc -o "$work/door.elf"
+}
+
+# shellcheck disable=SC2086
+run_door() { timeout 60 $qemu $semihosting -kernel "$work/door.elf" >"$work/door.txt" 2>&1; }
+
+test_door() {
+    device cortex-m3
+    check "README: compiles" build_door
+    check "README: runs" run_door
+    check "README: same mesh as the host" same_mesh "$work/door.txt" "$out/host/random.txt"
 }
 
 # -- Other compilers -------------------------------------------------------------------------------------------------
@@ -308,12 +354,15 @@ measure_all() {
     test_device cortex-m3 grid random
     test_device cortex-m0 disc
     test_device rv32 grid random
+    test_display
+    test_door
     check "memory" measure_memory
 }
 
 case ${1-} in
 check)
     measure_all
+    grep -E "^[ '.:]{128}$" "$out/cortex-m3/torus.txt" | grep '[^ ]'
     test_compilers
     check_budgets
     check_figures ;;

@@ -37,7 +37,7 @@ inline std::vector<cq_value> positions(int num_vertices, uint64_t seed) {
     return values;
 }
 
-// After each split a closed triangulation, one vertex larger.
+// After each split, from the complete base on, a closed triangulation, one vertex larger.
 inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case &c, Tally &tally) {
     cq_bytes in = {coded.bytes, coded.size};
     int before = 0;
@@ -45,7 +45,7 @@ inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case
         d.result = cq_decode(d.decoder, &in, 1);
         const cq_mesh &m = d.decoder->mesh;
         int now = static_cast<int>(m.num_vertices + m.num_virtual);
-        if (m.num_vertices == 0 || now == before) continue;
+        if ((d.decoder->level == 0 && d.result == CQ_OK) || now == before) continue;
         if (before > 0 && now != before + 1) return false;
         tally.splits += before > 0;
         before = now;

@@ -1,12 +1,6 @@
-"""Settings, and the last line that every test of this project has. SPDX-License-Identifier: MIT"""
+"""Settings. SPDX-License-Identifier: MIT"""
 
 from hypothesis import settings
 
 settings.register_profile("reproducible", derandomize=True, database=None, deadline=None)
 settings.load_profile("reproducible")
-
-
-def pytest_unconfigure(config):
-    stats = config.pluginmanager.get_plugin("terminalreporter").stats
-    failed = sum(len(stats.get(name, ())) for name in ("failed", "error", "skipped", "xfailed", "xpassed"))
-    print(f"\n{len(stats.get('passed', ()))} passed, {failed} failed")

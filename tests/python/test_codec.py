@@ -209,3 +209,28 @@ def test_the_command_line_reads_and_writes_the_same(tmp_path, bits):
     back = conquest.decode(stream)
     assert np.array_equal(np.float32(text[4:4 + 3 * len(vertices)]).reshape(-1, 3), back.vertices)
     assert np.array_equal(np.int64(text[4 + 3 * len(vertices):]).reshape(-1, 4)[:, 1:], back.faces)
+
+
+def test_metadata_comes_back():
+    vertices, faces = torus(8, 9)
+    for metadata in (b"", b"\0\xff\n", bytes(range(256)) * 16):
+        stream = conquest.encode(vertices, faces, metadata=metadata)
+        assert conquest.decode(stream).metadata == metadata
+        assert conquest.decode(stream[:-1], partial=True).metadata == b""
+
+
+def test_names_of_materials_come_back_and_cqm_knows_them(tmp_path):
+    vertices, faces = torus(8, 9)
+    names = ["steel", "", "clear glass"]
+    stream = conquest.encode(vertices, faces, materials=np.arange(len(faces)) % 3, material_names=names)
+    assert conquest.decode(stream).material_names == names
+    (tmp_path / "a.cqm").write_bytes(stream)
+    subprocess.run([CQM, "decode", tmp_path / "a.cqm", tmp_path / "a.obj"], check=True)
+    lines = (tmp_path / "a.obj").read_text(encoding="utf-8").splitlines()
+    assert {line.strip() for line in lines if line.startswith("usemtl")} == {"usemtl steel", "usemtl", "usemtl clear glass"}
+    with pytest.raises(ValueError, match="line"):
+        conquest.encode(vertices, faces, material_names=["a\nb"])
+    with pytest.raises(ValueError, match="both"):
+        conquest.encode(vertices, faces, material_names=["a"], metadata=b"a")
+    with pytest.raises(ValueError, match="metadata"):
+        conquest.encode(vertices, faces, metadata=bytes(2 ** 20 + 1))

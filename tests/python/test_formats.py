@@ -68,3 +68,16 @@ def test_meshio_says_what_cannot_be_written(tmp_path):
     with pytest.raises(meshio.WriteError):
         meshio.Mesh(np.zeros((4, 3)), [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "a.cqm")
     assert not (tmp_path / "a.cqm").exists()
+
+
+def test_names_of_materials_travel(tmp_path):
+    vertices, faces = torus(12, 16)
+    numbers, names = np.arange(len(faces)) % 2, ["Steel", "glass of a bottle"]
+    mesh = trimesh.Trimesh(vertices, faces, process=False, face_attributes={"materials": numbers},
+                           metadata={"materials": names})
+    mesh.export(tmp_path / "a.cqm")
+    assert trimesh.load_mesh(tmp_path / "a.cqm").metadata["materials"] == names
+    again = meshio.read(tmp_path / "a.cqm")
+    assert {name: number[0] for name, number in again.field_data.items()} == {"Steel": 0, "glass of a bottle": 1}
+    again.write(tmp_path / "b.cqm")
+    assert conquest.decode((tmp_path / "b.cqm").read_bytes()).material_names == names

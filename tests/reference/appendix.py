@@ -36,7 +36,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("CENTRAL", "CENTRAL", "17.7"), ("SHORTEST", "SHORTEST", "17.7"), ("SHORTER", "SHORTER", "17.7"),
               ("NEW_ALONG", "NEW_ALONG", "17.6"), ("NEW_ABOVE", "NEW_ABOVE", "17.6"), ("PLAIN", "PLAIN", "6.1"),
               ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("SUM", "SUM", "9.9")]
-WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "JOINT", "GAP", "GAP_3", "END_OPPOSITE",
+WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "JOINT", "GAP", "END_OPPOSITE",
                  "INNER_OPPOSITE", "RULE"]
 
 
@@ -182,7 +182,7 @@ def check():
     enum["questions"] = enum["CQI_SAME"], enum["CQI_SAME"] - 1, enum["CQI_QUESTIONS"] - enum["CQI_SAME"]
     enum["step"] = enum["CQI_LINEAR_STEP"], enum["CQI_LINEAR_STEP"]
     enum["learn"] = tuple(16 - enum["CQI_NAT_BITS"] + shift for shift in enum["CQI_LEARN"])
-    enum["near"] = enum["CQI_NEAR_RULED"], enum["CQI_NEAR"]
+    enum["last try"] = enum["CQI_TRIES"] - 1
     enum["far"] = 4 << enum["CQI_RING_BITS"], 4 << enum["CQI_RING_BITS"]
     for name, text in [("CQ_STREAM_VERSION", "Version %d of the format"), ("CQ_MAX_LEVELS", "at most %d"),
                        ("CQ_MAX_VALENCE", "If D ≤ %d: available"), ("CQI_HUB", "if flag = 0 and D ≥ %d: bit PASSED"),
@@ -191,8 +191,7 @@ def check():
                        ("residual", "TOP[n] is model n - %d and BITS[n] is model %d + n"),
                        ("expected", "16 · e if e < %d, else 16 · (%d + e mod 2)"),
                        ("CQI_RING_BITS", "min(%d - bits(m),"), ("CQI_FRACTION", "- bits(m), %d)"),
-                       ("near", "near = %d if the level is ruled, else %d"),
-                       ("CQI_TRIES", "while rank < %d: while"), ("CQI_LISTED", "only the first %d pairs"),
+                       ("last try", "for rank = 0, 1, ... %d"),
                        ("learn", "65536 · bit - P + 1024 >> %d with a position channel error = 65536 · bit - P + 2048 >> %d"),
                        ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),
                        ("CQI_RIVALS", "the first %d with"),

@@ -45,8 +45,8 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, GAP_3, END_OPPOSITE, INNER_OPPOSITE, RULE = \
-    0, 32, 96, 112, 144, 384, 640, 672, 688, 704
+END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, END_OPPOSITE, INNER_OPPOSITE, RULE = \
+    0, 32, 96, 112, 144, 384, 640, 656, 672
 
 
 # -- 1.2 Numbers -------------------------------------------------------------------------------------------------------
@@ -376,17 +376,23 @@ class Base:
         self.after = {}
         self.first_gates = []
         self.scan, self.virtual_scan = 0, 3 * self.header.faces
-        while True:
+        self.mesh = Mesh(self.header.vertices, [], [])
+
+    def components(self):
+        """Reads one after another; each is in self.mesh from self.first on."""
+        more = 1
+        while more:
+            self.first, self.first_real, self.first_virtual = self.vertices, len(self.real), len(self.virtual)
+            self.first_loop = self.loops
             self.start_component()
-            decoder.end_step()
+            self.decoder.end_step()
             while self.find_gate():
                 self.grow()
-                decoder.end_step()
-            more = self.coder.bit("COMPONENT")
-            if not more:
                 self.decoder.end_step()
-                self.check()
-                return
+            more = self.coder.bit("COMPONENT")
+            self.decoder.end_step()
+            self.check(more)
+            yield
 
     def new_vertex(self, may_be_virtual):  # 5.3
         if may_be_virtual and self.loops < self.header.loops and self.coder.bit("LOOP"):
@@ -510,22 +516,22 @@ class Base:
             self.decoder.reject("corrupt")
         return border
 
-    def check(self):  # 5.7
-        header = self.header
-        euler = 2 * self.vertices - len(self.real) - len(self.virtual)
-        if self.loops != header.loops or not header.has_euler(euler):
-            raise End("corrupt")
-        mesh = Mesh(header.vertices, self.real, self.virtual)
+    def check(self, more):  # 5.7
+        header, mesh = self.header, self.mesh
+        mesh.add_triangles(self.real[self.first_real:], self.virtual[self.first_virtual:])
         if mesh.edges_twice:
             raise End("corrupt")
-        for v, corners in self.corners.items():
+        loops = [header.vertices + k for k in range(self.first_loop, self.loops)]
+        for v in [*range(self.first, self.vertices), *loops]:
             ring = mesh.ring(v, self.next_corner(v))
             neighbours = sum(map(self.is_virtual, ring))
-            if len(ring) != corners or len(ring) < (3 if self.is_virtual(v) else 2) or \
+            if len(ring) != self.corners[v] or len(ring) < (3 if self.is_virtual(v) else 2) or \
                neighbours > (0 if self.is_virtual(v) else 1):
                 raise End("corrupt")
             mesh.valence[v] = len(ring)
-        self.mesh = mesh
+        euler = 2 * self.vertices - len(self.real) - len(self.virtual)
+        if not more and (self.loops != header.loops or not header.has_euler(euler)):
+            raise End("corrupt")
 
     def next_corner(self, v):  # w0 of 6.2
         triangle = self.last[v]
@@ -537,11 +543,16 @@ class Base:
 class Mesh:
     def __init__(self, first_virtual, real, virtual):
         self.first_virtual = first_virtual
-        self.real, self.virtual = real, virtual
+        self.real, self.virtual = [], []
         self.left = {}     # (u, w) -> the triangle on the left of u -> w
         self.front = {}    # (u, w) -> its third vertex
         self.valence = {}
         self.edges_twice = False
+        self.add_triangles(real, virtual)
+
+    def add_triangles(self, real, virtual):
+        self.real += real
+        self.virtual += virtual
         for triangle in real + virtual:
             for k in range(3):
                 self.edges_twice |= (triangle[k], triangle[(k + 1) % 3]) in self.left
@@ -709,7 +720,7 @@ class Ring:
 class Pairs:
     """The weights of 8.2."""
 
-    TRIES, LISTED, NAT = 16, 48, 4096
+    TRIES, NAT = 16, 4096
 
     def __init__(self, located):
         self.located = located
@@ -718,35 +729,20 @@ class Pairs:
     def decode(self, coder, ring):  # 8.6
         pairs, features = ring.features(self.ruled)
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
-        everything = range(len(pairs))
-        near = 12288 if self.ruled else 3072
-        low = max(scores) - near
-        listed = [k for k in everything if scores[k] >= low][:self.LISTED]
-        rank = 0
-        while rank < self.TRIES:
-            while not listed and rank < self.TRIES:
-                listed = [k for k in everything if low - near <= scores[k] < low][:self.LISTED]
-                low -= near
-                rank += 1
-            if not listed:
-                break
-            best = max(range(len(listed)), key=lambda at: scores[listed[at]])
-            listed[best], listed[-1] = listed[-1], listed[best]
-            k = listed.pop()
-            rest = sorted((scores[other] for other in listed), reverse=True)[:2] + [None, None]
-            if self.is_it(coder, pairs[k], rank, scores[k], rest, features[k]):
+        untried = set(range(len(pairs)))
+        for rank in range(min(self.TRIES, len(pairs))):
+            k = max(untried, key=lambda pair: (scores[pair], -pair))
+            untried.remove(k)
+            following = max((scores[pair] for pair in untried), default=None)
+            if self.is_it(coder, pairs[k], rank, scores[k], following, features[k]):
                 return pairs[k]
-            rank += 1
         return pairs[coder.uniform(len(pairs))]
 
-    def is_it(self, coder, pair, rank, best, rest, features):
-        def gap(x):
-            return 31 if x is None else min(best - x >> 10, 31)
-
-        r = min(rank, 7)
-        extra = [GAP + 32 * r + gap(rest[0])] + [GAP_3 + gap(rest[1])] * (r == 0)
-        bit, error = self.decision(coder, pair, best + sum(self.weight[w] for w in extra))
-        for w in extra + features if error else []:  # 8.7
+    def is_it(self, coder, pair, rank, score, following, features):
+        gap = 31 if following is None else min(score - following >> 10, 31)
+        of_gap = GAP + 32 * min(rank, 7) + gap
+        bit, error = self.decision(coder, pair, score + self.weight[of_gap])
+        for w in [of_gap] + features if error else []:  # 8.7
             if -8 * self.NAT < self.weight[w] + error < 8 * self.NAT:
                 self.weight[w] += error
         return bit
@@ -1022,8 +1018,9 @@ class RowFan:
 
 
 class Rows:
-    def __init__(self, decoder, base):
+    def __init__(self, decoder, mesh):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
+        self.mesh = mesh
         self.of = {}          # rows of a real triangle's corners, by id
         self.vertex, self.values = [], []
         self.count, self.full = 0, False
@@ -1033,7 +1030,6 @@ class Rows:
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(5)]
         self.used = [[[0] * 16 for _ in range(20)] for _ in range(5)]
         self.sizes = [[0] * 4 for _ in self.header.channels]
-        self.read_base(base)
 
     def add(self, vertex):
         if self.count == self.header.rows:
@@ -1045,9 +1041,9 @@ class Rows:
         return self.count - 1
 
     # 15.2
-    def read_base(self, base):
-        self.mesh = mesh = base.mesh
-        for v in range(base.vertices):
+    def read_component(self, base):
+        mesh = self.mesh
+        for v in range(base.first, base.vertices):
             first, before = self.count, None
             for w in mesh.ring(v, base.next_corner(v)):
                 triangle = mesh.left[v, w]
@@ -1515,6 +1511,7 @@ class Decoder:
         self.values = []       # per vertex, all channels of vertices in a row
         self.face_values = {}  # per real triangle, by id: of all channels of faces
         self.mesh = None
+        self.complete = None   # while the base is read: the triangles of complete components
         self.rows = None       # 15
         self.materials = None  # 18
         self.num_rows = 0
@@ -1533,7 +1530,10 @@ class Decoder:
             self.kind = end.args[0]
 
     def triangles(self):
-        real = self.mesh.real if self.mesh and self.vertices else []
+        """Those of the mesh; while the base is read, of its components that are complete."""
+        if self.mesh is None:
+            return []
+        real = self.mesh.real if self.complete is None else self.complete
         return sorted(real, key=lambda triangle: self.materials.number[id(triangle)]) if self.materials else real
 
     # 10.2
@@ -1555,7 +1555,7 @@ class Decoder:
         if self.header.materials:
             self.materials = Materials(self)
         if self.header.vertices:
-            self.start_mesh(Base(self))
+            self.read_base(Base(self))
         self.stop_here()
         while self.vertices < self.header.vertices:
             self.level()
@@ -1570,14 +1570,21 @@ class Decoder:
         self.error = 0
         raise End("done")
 
-    def start_mesh(self, base):
-        self.base_values(base)
-        self.base_face_values(base.mesh)
+    def read_base(self, base):
         if self.header.rows:
-            self.rows = Rows(self, base)
-            self.num_rows = self.rows.count
-        self.first_gates = base.first_gates
-        self.mesh, self.vertices, self.base_vertices = base.mesh, base.vertices, base.vertices
+            self.rows = Rows(self, base.mesh)
+        self.base_sizes, before = [0] * len(self.header.numbers()), None
+        self.mesh, self.complete = base.mesh, []
+        for _ in base.components():
+            self.base_values(base)
+            before = self.base_face_values(base, before)
+            if self.rows:
+                self.rows.read_component(base)
+                self.num_rows = self.rows.count
+            self.vertices, self.complete = base.vertices, list(base.mesh.real)
+            self.stop_here()
+        self.complete = None
+        self.first_gates, self.base_vertices = base.first_gates, base.vertices
 
     def stop_here(self):
         if self.stop is not None and self.vertices >= self.stop:
@@ -1630,9 +1637,8 @@ class Decoder:
         return value
 
     def base_values(self, base):  # 6.2
-        numbers = self.header.numbers()
-        sizes = [0] * len(numbers)
-        for v in range(base.vertices):
+        numbers, sizes = self.header.numbers(), self.base_sizes
+        for v in range(base.first, base.vertices):
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
             self.values.append(values)
@@ -1665,14 +1671,16 @@ class Decoder:
             refused.append(value)
         return self.coder.raw(bits)
 
-    def base_face_values(self, mesh):  # 6.4
+    def base_face_values(self, base, before):  # 6.4
         channels = self.header.face_channels()
-        before = None
-        real = sorted(mesh.real, key=lambda t: self.materials.number[id(t)]) if self.materials else mesh.real
-        for triangle in real if channels else ():
+        new = base.real[base.first_real:]
+        if self.materials:
+            new = sorted(new, key=lambda triangle: self.materials.number[id(triangle)])
+        for triangle in new if channels else ():
             before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
             self.face_values[id(triangle)] = before
             self.end_step()
+        return before
 
     # -- 7. Levels
 
@@ -2359,7 +2367,8 @@ def dump(decoder):
     lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []) +
                            (rows.of[id(triangle)] if rows else []))) for triangle in triangles]
     if triangles and decoder.materials:
-        lines += [f"material {a} {b - a}" for a, b in zip(decoder.materials.first, decoder.materials.next)]
+        of = [decoder.materials.of[id(triangle)] for triangle in triangles]
+        lines += [f"material {first} {of.count(m)}" for m, first in enumerate(decoder.materials.first)]
     if decoder.kind == "done":
         lines += [" ".join(map(str, ["aside"] + values)) for part in decoder.aside for values in part]
         lines += [f"metadata {decoder.metadata.hex()}"] if decoder.metadata else []

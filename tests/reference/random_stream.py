@@ -222,7 +222,7 @@ class Maker(decoder.Decoder):
         if base == Hubs:
             self.coder.sizes = 0, 8, 9
             self.coder.bits["COMPONENT"] = 0
-        self.start_mesh(base(self))
+        self.read_base(base(self))
         if draw.random() < 0.3:
             self.header.vertices = self.vertices      # virtual vertices keep their numbers
         while self.vertices < self.header.vertices:

@@ -366,7 +366,7 @@ TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
         decoding d;
         cq_bytes in;
         cq_result result;
-        uint32_t before = 0, calls = 0;
+        uint32_t before = 0, level = 0, calls = 0;
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
@@ -375,10 +375,11 @@ TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
             result = cq_decode(d.decoder, &in, 1);
             now = d.decoder->mesh.num_vertices;
             CHECK(result == CQ_OK || result == CQ_DONE);
-            CHECK(before == 0 || now == before || now == before + 1);
+            CHECK(level == 0 || now == before || now == before + 1);
             CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
             CHECK(values_in_range(d.decoder));
             before = now;
+            level = d.decoder->level;
             calls++;
         } while (result == CQ_OK && calls < 100000);
         CHECK_EQ(result, CQ_DONE);
@@ -420,7 +421,7 @@ TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
-        for (; result == CQ_OK && d.decoder->mesh.num_vertices == 0; calls++) result = cq_decode(d.decoder, &in, 1);
+        for (; result == CQ_OK && d.decoder->level == 0; calls++) result = cq_decode(d.decoder, &in, 1);
         CHECK(calls > c.report->base_vertices + c.report->base_faces);
         decoding_free(&d);
     }
@@ -509,22 +510,105 @@ TEST(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets) {
     }
 }
 
-TEST(before_the_base_is_complete_there_are_no_vertices) {
+TEST(the_base_arrives_component_by_component) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
-        size_t k;
-        uint32_t base = 0;
+        cq_bytes in;
+        cq_result result = CQ_OK;
+        uint32_t vertices = 0, faces = 0, components = 0;
+        cq_index *seen = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
         decoding_begin(&d, c.bytes, c.size);
-        decoding_report(&d);
-        CHECK_EQ(d.decoder->mesh.num_vertices, 0);
-        for (k = 0; k < c.size; ++k) {
-            decoding_feed(&d, c.bytes + k, 1, 1);
-            if (base == 0) base = d.decoder->mesh.num_vertices;
+        in.data = c.bytes;
+        in.size = c.size;
+        while (result == CQ_OK && d.decoder->level == 0) {
+            const cq_mesh *m = &d.decoder->mesh;
+            result = cq_decode(d.decoder, &in, 1);
+            if (vertices) CHECK(!memcmp(seen, m->origin, 3 * (size_t)faces * sizeof(cq_index)));
+            if (m->num_vertices == vertices) continue;
+            CHECK(m->num_vertices >= vertices + 3 && m->num_faces > faces);
+            CHECK_EQ(cq_mesh_check(m, NULL), CQ_OK);
+            vertices = m->num_vertices;
+            faces = m->num_faces;
+            memcpy(seen, m->origin, 3 * (size_t)faces * sizeof(cq_index));
+            components++;
+            CHECK_EQ(d.decoder->num_components, components);
         }
-        CHECK_EQ(d.result, CQ_DONE);
-        CHECK(base >= d.report->base_vertices);
+        CHECK_EQ(vertices, c.report->base_vertices);
+        CHECK_EQ(components, c.report->num_components);
+        exact_free(seen);
         decoding_free(&d);
     }
+}
+
+/* Leaves of a tree: each with its own size, its own normals and the same texture. */
+enum { LEAVES = 200 };
+
+static void leaves(sample *s, triangles *t, cq_value *position) {
+    static const int quad[6] = {0, 1, 2, 0, 2, 3}, x[4] = {0, 1, 1, 0}, y[4] = {0, 0, 1, 1};
+    uint32_t n, k;
+    *t = triangles_none();
+    for (n = 0; n < LEAVES; n++) {
+        const int32_t size = 20 + (int32_t)(n * 37 % LEAVES);
+        triangles_append(t, triangles_of(4, 2, quad));
+        for (k = 0; k < 4; k++) {
+            cq_value *p = position + 3 * (4 * n + k);
+            p[0] = (cq_value)(n * 911 % 16000 + (uint32_t)(size * x[k]));
+            p[1] = (cq_value)(n * 577 % 16000 + (uint32_t)(size * y[k]));
+            p[2] = (cq_value)(n * 193 % 16000 + (uint32_t)(size * (x[k] + y[k]) / 3));
+        }
+    }
+    memset(s, 0, sizeof *s);
+    s->input.shape.num_vertices = t->num_vertices;
+    s->input.shape.num_faces = t->num_faces;
+    s->input.shape.num_channels = 1;
+    s->input.shape.channel[0].components = 3;
+    s->input.shape.channel[0].bits = 14;
+    s->input.indices = t->indices;
+    s->input.values[0] = position;
+}
+
+/* The first three vertices of a leaf are there; of its corners any three are as wide as all. */
+static int32_t width_of(const cq_value *p) {
+    const int32_t a = abs(p[0] - p[3]), b = abs(p[0] - p[6]);
+    return a > b ? a : b;
+}
+
+TEST(leaves_are_drawn_one_by_one_the_largest_first) {
+    static cq_value position[3 * 4 * LEAVES];
+    sample s;
+    triangles t;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    cq_result result = CQ_OK;
+    int32_t before = INT32_MAX;
+    uint32_t drawn = 0;
+    leaves(&s, &t, position);
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    while (result == CQ_OK && d.decoder->level == 0) {
+        const cq_mesh *m = &d.decoder->mesh;
+        int32_t width;
+        result = cq_decode(d.decoder, &in, 1);
+        if (m->num_vertices == drawn) continue;
+        REQUIRE_EQ(m->num_vertices, drawn + 3);
+        width = width_of(d.decoder->channel[0] + 3 * drawn);
+        CHECK(width <= before);
+        before = width;
+        drawn = m->num_vertices;
+    }
+    CHECK_EQ(drawn, 3 * LEAVES);
+    decoding_free(&d);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, 100, 100, CQ_NO_LIMIT), CQ_TRUNCATED);
+    CHECK(d.decoder->mesh.num_faces > 0);
+    CHECK(c.size > 2500);
+    decoding_free(&d);
+    uncode(&c);
+    triangles_free(&t);
 }
 
 TEST(truncated_is_final) {
@@ -1122,7 +1206,8 @@ int main(int argc, char **argv) {
     RUN(bytes_behind_the_end_of_a_stream_are_not_used);
     RUN(every_truncation_is_a_mesh_on_the_way_to_the_full_one);
     RUN(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets);
-    RUN(before_the_base_is_complete_there_are_no_vertices);
+    RUN(the_base_arrives_component_by_component);
+    RUN(leaves_are_drawn_one_by_one_the_largest_first);
     RUN(truncated_is_final);
     RUN(the_end_of_the_input_after_all_of_the_stream_is_no_truncation);
     RUN(no_input_at_all_is_truncated);

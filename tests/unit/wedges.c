@@ -189,6 +189,24 @@ static void check_steps(const coded *c, int clean)
     decoding_free(&d);
 }
 
+/* What comes of the first bytes is a mesh, too. */
+static void check_cuts(const coded *c)
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        decoding d;
+        decoding_begin(&d, c->bytes, c->size);
+        decoding_run(&d, c->bytes, draw((uint32_t)c->size), 50, 1000);
+        CHECK(d.result == CQ_TRUNCATED || d.result == CQ_NEED_INPUT);
+        if (d.decoder->mesh.origin) {
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(rows_are_valid(d.decoder));
+            CHECK(!d.decoder->mesh.num_faces || materials_are_valid(d.decoder));
+        }
+        decoding_free(&d);
+    }
+}
+
 static cq_report last;
 
 static void check_round_trip(void)
@@ -217,6 +235,7 @@ static void check_round_trip(void)
         }
         decoding_free(&d);
         check_steps(&c, scene.input.clean);
+        check_cuts(&c);
     }
     uncode(&c);
 }
@@ -246,7 +265,7 @@ TEST(a_junction_is_in_the_base)
     decoding_begin(&d, c.bytes, c.size);
     in.data = c.bytes;
     in.size = c.size;
-    while (d.decoder->mesh.num_vertices == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    while (d.decoder->level == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
     CHECK(d.decoder->mesh.num_vertices < 50);
     for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
         uint32_t j;
@@ -315,7 +334,7 @@ static void keep_border(int right, cq_value (*border)[3], size_t *count, uint32_
     decoding_begin(&d, c.bytes, c.size);
     in.data = c.bytes;
     in.size = c.size;
-    while (d.decoder->mesh.num_vertices == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    while (d.decoder->level == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
     for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
         const cq_value *v = d.decoder->channel[0] + 3 * k;
         if (v[0] == 8000) memcpy(border[n++], v, sizeof *border);

@@ -59,6 +59,7 @@ const waiting = [];
 const send = bytes => (_, response) => response.writeHead(200, { "content-length": bytes.length }).end(bytes);
 const server = await serveFolder("..", 0, {
     "/whole.cqm": send(data),
+    "/test/bunny.cqm": send(data),
     "/dressed.cqm": send(dressedData),
     "/damaged.cqm": send(damaged),
     "/none.cqm": send(Buffer.from("solid of no mesh")),
@@ -168,6 +169,32 @@ for (const workers of [0, 1]) {
         );
     });
 }
+
+test("README's lines run", async () => {
+    const readme = readFileSync("../../../README.md", "utf8"),
+        [, door] = /<!-- door: web -->\n+```js\n(.*?)```/s.exec(readme);
+    const own = await open();
+    await own.evaluate(() => {
+        const drawn = [];
+        Object.assign(window, {
+            drawn,
+            scene: new THREE.Scene(),
+            material: new THREE.MeshStandardMaterial(),
+            draw: (index, positions, ranges) => drawn.push([index.length, positions.length, ranges.length]),
+        });
+    });
+    await own.addScriptTag({ type: "module", content: `${door}\nwindow.geometry = geometry;` });
+    await own.waitForFunction("window.geometry");
+    const got = await own.evaluate(() => ({
+        inScene: scene.children.map(child => child.geometry === geometry),
+        range: geometry.drawRange.count,
+        drawn,
+    }));
+    await own.close();
+    assert.deepEqual([got.inScene, got.range], [[true], 3 * faces]);
+    assert.ok(got.drawn.length > 1);
+    assert.ok(got.drawn.every(([index, positions, ranges]) => index === 3 * faces && positions === 3 * vertices && ranges));
+});
 
 test("all attributes come to the GPU; a draw call for each material", async () => {
     const got = await page.evaluate(async () => {

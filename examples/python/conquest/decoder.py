@@ -8,7 +8,7 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import channels
+from . import channels, names
 from ._conquest import ffi, lib
 from .errors import StreamError, TruncatedError, raise_stream_error
 
@@ -30,6 +30,7 @@ class Mesh:
     complete    is it all of what was encoded?
     error       how far the vertices of the exact mesh are from this one at most, in the unit of the vertices; 0 if
                 complete, None if the stream does not tell.
+    metadata    bytes that came with the mesh; b"" if there are none or it is not complete.
     """
 
     vertices: NDArray[Any]
@@ -37,6 +38,12 @@ class Mesh:
     attributes: dict[str, NDArray[Any]] = field(default_factory=dict)
     complete: bool = True
     error: float | None = 0.0
+    metadata: bytes = b""
+
+    @property
+    def material_names(self) -> list[str]:
+        """Of number 0, 1, ... of materials, as far as the metadata has them."""
+        return names.read(self.metadata)
 
 
 class Decoder:
@@ -225,6 +232,11 @@ class Decoder:
         return int(self._decoder.shape.num_faces) if self._memory is not None else None
 
     @property
+    def faces_aside(self) -> int:
+        """Faces that are no part of a surface: those of a complete mesh behind total_faces; 0 until the header has come."""
+        return int(self._decoder.shape.num_aside_faces)
+
+    @property
     def level(self) -> int:
         """Levels begun."""
         return int(self._decoder.level)
@@ -279,6 +291,12 @@ class Decoder:
         return self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
 
     @property
+    def metadata(self) -> bytes:
+        """Bytes that came with the mesh; b"" if there are none or it is not complete."""
+        size = int(self._decoder.shape.metadata_bytes) if self.complete else 0
+        return bytes(ffi.buffer(self._decoder.metadata, size)) if size else b""
+
+    @property
     def surface_vertices(self) -> int:
         """Vertices of the surface: fewer than those of a GPU where there are seams."""
         return int(self._decoder.mesh.num_vertices)
@@ -295,7 +313,8 @@ class Decoder:
     def mesh(self) -> Mesh:
         """The mesh of this moment, in arrays that stay as they are. Those that are full are not copied."""
         attributes = {name: self._keep(array) for name, array in self.attributes.items()}
-        return Mesh(self._keep(self.vertices), self.faces.copy(), attributes, self.complete, self.error)
+        return Mesh(self._keep(self.vertices), self.faces.copy(), attributes, self.complete, self.error,
+                    self.metadata)
 
     @staticmethod
     def _keep(view: NDArray[Any]) -> NDArray[Any]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Literal, Mapping, overload
+from typing import Any, Callable, Literal, Mapping, Sequence, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import channels
+from . import channels, names
 from ._conquest import ffi, lib
 from .errors import Error, raise_mesh_error
 
@@ -52,7 +52,7 @@ class _Input:
         self.input.map = self.pointer("uint32_t[]", self.map)
         self.input.face_map = self.pointer("uint32_t[]", self.face_map)
 
-    def pointer(self, kind: str, array: channels.Array) -> Any:
+    def pointer(self, kind: str, array: channels.Array | bytes) -> Any:
         pointer = ffi.from_buffer(kind, array)
         self.kept.append(pointer)
         return pointer
@@ -68,6 +68,12 @@ class _Input:
         self.input.values[shape.num_channels] = self.pointer("int32_t[]", values)
         shape.num_channels += 1
 
+    def add_metadata(self, metadata: bytes) -> None:
+        if len(metadata) > lib.CQ_MAX_METADATA:
+            raise ValueError(f"metadata: {len(metadata)} bytes, of at most {lib.CQ_MAX_METADATA}")
+        self.input.shape.metadata_bytes = len(metadata)
+        self.input.metadata = self.pointer("uint8_t[]", metadata)
+
     def watch(self, progress: Progress) -> _Watch:
         watch = _Watch(progress)
         handle = ffi.new_handle(watch)
@@ -78,7 +84,7 @@ class _Input:
     def encode(self) -> bytes:
         """Boundaries and rows are known after the first tries, the size of the stream after one that did not fit."""
         place, size = ffi.new("cq_place *"), ffi.new("size_t *")
-        capacity = 4096 + 16 * self.input.shape.num_vertices
+        capacity = 4096 + 16 * self.input.shape.num_vertices + self.input.shape.metadata_bytes
         for _ in range(6):
             needed = lib.cq_encoder_bytes(ffi.addressof(self.input, "shape"))
             if needed == 0:
@@ -115,19 +121,21 @@ def _as_faces(faces: ArrayLike) -> NDArray[np.uint32]:
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
            clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
-           return_maps: Literal[False] = ..., **attributes: ArrayLike) -> bytes: ...
+           return_maps: Literal[False] = ..., metadata: bytes = ..., material_names: Sequence[str] = ...,
+           **attributes: ArrayLike) -> bytes: ...
 
 
 @overload
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = ..., goal: Goal = ...,
            clean: bool = ..., locked: ArrayLike | None = ..., progress: bool | Progress = ...,
-           return_maps: Literal[True], **attributes: ArrayLike,
-           ) -> tuple[bytes, NDArray[np.uint32], NDArray[np.uint32]]: ...
+           return_maps: Literal[True], metadata: bytes = ..., material_names: Sequence[str] = ...,
+           **attributes: ArrayLike) -> tuple[bytes, NDArray[np.uint32], NDArray[np.uint32]]: ...
 
 
 def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, int] = 12, goal: Goal = "balanced",
            clean: bool = True, locked: ArrayLike | None = None, progress: bool | Progress = False,
-           return_maps: bool = False, **attributes: ArrayLike) -> Any:
+           return_maps: bool = False, metadata: bytes = b"", material_names: Sequence[str] = (),
+           **attributes: ArrayLike) -> Any:
     """Encodes triangles, whatever they are.
 
     vertices     float (V, 3), finite, in any unit. Where a seam of normals, texture coordinates or colors runs, a place
@@ -141,6 +149,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     locked       bool (V,): vertices that are in all levels, as those on the border of a tile.
     progress     True: a bar, if it takes more than two seconds; or a function that is called with done and total.
     return_maps  also return the decoded number of each vertex, uint32 (V,), and of each face, uint32 (F,).
+    metadata     bytes that come with the last bytes of the stream, at most 2^20.
+    material_names  of number 0, 1, ... of materials; they go into the metadata, in place of others.
     attributes   normals, texcoords, colors, weights, joints, numbers, groups, materials, generic: conquest.channels.
 
     Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite;
@@ -159,6 +169,9 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     if locked is not None:
         flags = channels.as_rows("locked", locked, len(rows), (1,)).astype(bool).astype(np.uint8)
         source.input.locked = source.pointer("uint8_t[]", flags)
+    if metadata and material_names:
+        raise ValueError("metadata or material_names, not both")
+    source.add_metadata(metadata or names.write(material_names))
     stream = _watched(source, progress)
     return (stream, source.map, source.face_map) if return_maps else stream
 

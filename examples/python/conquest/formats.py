@@ -16,8 +16,9 @@ from .encoder import encode
 def register() -> list[str]:
     """Registers files .cqm with those of trimesh and meshio that are installed, and returns their names. Then
     trimesh.load_mesh("a.cqm"), mesh.export("a.cqm"), meshio.read("a.cqm") and mesh.write("a.cqm") work, with normals,
-    texture coordinates and colors (trimesh) and arrays that have a name of conquest.channels (both). Keywords are those
-    of encode and decode; trimesh.load gives a scene, as of other formats."""
+    texture coordinates and colors (trimesh) and arrays that have a name of conquest.channels (both). Names of materials
+    are mesh.metadata["materials"] (trimesh) or mesh.field_data, as of gmsh's physical groups (meshio). Keywords are
+    those of encode and decode; trimesh.load gives a scene, as of other formats."""
     done = []
     for name, function in (("trimesh", _register_trimesh), ("meshio", _register_meshio)):
         try:
@@ -51,6 +52,8 @@ def _load_trimesh(file_obj: BinaryIO, file_type: str = "cqm", partial: bool = Fa
     if "materials" in more:
         result["face_attributes"] = {"materials": more.pop("materials")}
     result["vertex_attributes"] = more
+    if mesh.material_names:
+        result["metadata"] = {"materials": mesh.material_names}
     return result
 
 
@@ -62,6 +65,7 @@ def _export_trimesh(mesh: Any, **options: Any) -> bytes:
         attributes["colors"] = mesh.visual.vertex_colors
     elif mesh.visual.kind == "texture" and mesh.visual.uv is not None:
         attributes["texcoords"] = mesh.visual.uv
+    options.setdefault("material_names", mesh.metadata.get("materials", ()))
     data: bytes = encode(mesh.vertices, mesh.faces, **attributes, **options)
     return data
 
@@ -80,8 +84,9 @@ def _read_meshio(path: Any) -> Any:
     data = path.read() if hasattr(path, "read") else Path(path).read_bytes()
     mesh = decode(data)
     of_faces = {name: [mesh.attributes.pop(name)] for name in list(mesh.attributes) if name.startswith("materials")}
+    names = {name: np.array([number, 2]) for number, name in enumerate(mesh.material_names)}
     return meshio.Mesh(mesh.vertices, [("triangle", mesh.faces.astype(np.int64))], point_data=mesh.attributes,
-                       cell_data=of_faces)
+                       cell_data=of_faces, field_data=names)
 
 
 def _write_meshio(path: Any, mesh: Any, **options: Any) -> None:
@@ -90,11 +95,18 @@ def _write_meshio(path: Any, mesh: Any, **options: Any) -> None:
         raise meshio.WriteError("a .cqm file has triangles only")
     faces = np.concatenate([block.data for block in mesh.cells]) if mesh.cells else np.zeros((0, 3), np.uint32)
     of_faces = {name: np.concatenate(arrays) for name, arrays in mesh.cell_data.items()}
+    options.setdefault("material_names", _names_of_faces(mesh.field_data))
     data = encode(mesh.points, faces, **_known(mesh.point_data, of_faces), **options)
     if hasattr(path, "write"):
         path.write(data)
     else:
         Path(path).write_bytes(data)
+
+
+def _names_of_faces(field_data: Any) -> list[str]:
+    """Names of numbers, from 0 on, from meshio's {name: [number, dimension]}."""
+    names = {int(number): name for name, (number, dimension) in field_data.items() if dimension == 2}
+    return [names.get(number, "") for number in range(max(names, default=-1) + 1)]
 
 
 def _known(of_vertices: Any, of_faces: Any) -> dict[str, Any]:

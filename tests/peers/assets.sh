@@ -1,0 +1,26 @@
+#!/bin/sh
+# Compares meshes with attributes: assets.sh SET=FOLDER..., of which OBJ files, or if it is a folder of assimp's all formats.
+#
+#     build/peers/inputs         small files that inputs.py makes, compared too
+#     build/peers/assets.tsv     a line for each mesh, see assets.cpp
+#     build/peers/assets.txt     what was not compared, and why
+set -eu
+cd "$(dirname "$0")/../.."
+out=build/peers
+rm -rf $out/inputs
+python3 tests/peers/inputs.py $out/inputs
+for set in inputs=$out/inputs "$@"; do
+    case $set in assimp*) kinds='obj|ply|stl|off' ;; *) kinds=obj ;; esac
+    test -d "${set#*=}"
+    find "${set#*=}" -type f | grep -iE "\.($kinds)\$"
+done | LC_ALL=C sort >$out/asset_files.txt
+
+# A pipe would hide the exit status.
+status=0
+xargs -d '\n' $out/assets <$out/asset_files.txt >$out/assets.tsv 2>$out/assets.txt || status=1
+python3 tests/peers/assets_report.py $out/assets.tsv
+echo
+echo "$(wc -l <$out/asset_files.txt) files, $(grep -c '^not compared' $out/assets.txt || true) of them not compared" \
+    "($out/assets.txt); each mesh in $out/assets.tsv"
+if grep '^FAILED' $out/assets.txt; then status=1; fi
+exit $status
