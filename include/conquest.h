@@ -4295,34 +4295,41 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* A joint of B: as one of a neighbour, at the same place, or at another one of A and the common neighbours; but for one that B
- * has already, unless it is 0. */
-static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+/* Joints nearby: at the same place of B's first neighbours, then at the other ones of A and the common neighbours. */
+enum { CQI_AT_PLACE = 6, CQI_JOINTS_NEARBY = CQI_AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1) };
+static int cqi_list_joints(const cq_decoder *d, uint32_t k, uint32_t c, int32_t *near)
 {
-    enum { AT_PLACE = 6, LISTED = AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1), ASKED = 9 };
     const cqi_fan *f = &d->now.fan;
     const uint32_t stride = d->shape.channel[k].components;
-    int32_t near[LISTED], x = 0;
-    int n = 0, at, i, j, refused = 0;
+    int n = 0, at;
     uint32_t e;
-    for (at = 0; at < f->size && at < AT_PLACE; at++)
+    for (at = 0; at < f->size && at < CQI_AT_PLACE; at++)
         near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at > 2 ? at - 1 : at] * (size_t)stride + c];
     for (at = 0; at < 3; at++)
         for (e = 0; e < stride; e++)
             if (e != c) near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at] * (size_t)stride + e];
-    if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
-    for (i = 0; i < n && refused < ASKED; i++) {
-        int same = 0, known = 0;
-        for (e = 0; e < c && near[i]; e++) known |= (to - c)[e] == near[i];
+    return n;
+}
+
+/* A joint of B: as one nearby. Those that B has already, but for 0, are asked about last. */
+static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+{
+    enum { ASKED = 9 };
+    int32_t near[CQI_JOINTS_NEARBY], x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, c, input) : 0;
+    const int n = cqi_list_joints(d, k, c, near);
+    int i, j, refused = 0;
+    uint32_t e;
+    for (i = 0; i < 2 * n && refused < ASKED; i++) {
+        const int32_t joint = near[i % n];
+        int same = 0, asked = 0, had = 0;
+        for (e = 0; e < c && joint; e++) had |= (to - c)[e] == joint;
         for (j = 0; j < n; j++) {
-            same += near[j] == near[i];
-            known |= j < i && near[j] == near[i];
+            same += near[j] == joint;
+            asked |= j < i % n && near[j] == joint;
         }
-        if (known) continue;
-        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == near[i])) {
-            *to = (cq_value)near[i];
-            return 1;
-        }
+        if (asked || had != (i >= n)) continue;
+        *to = (cq_value)joint;
+        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == joint)) return 1;
         refused++;
     }
     x = (int32_t)cqi_code_raw(d, (uint32_t)x, d->shape.channel[k].bits);

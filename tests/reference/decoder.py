@@ -1850,15 +1850,12 @@ class Decoder:
         places = range(channel.first, channel.first + channel.components)
         near = [self.values[fan.v[at]][c] for at in order]
         near += [self.values[fan.v[at]][other] for at in (0, 1, fan.size - 1) for other in places if other != c]
-        refused = [value for value in made[channel.first:c] if value]
-        had = len(refused)
-        for value in near:
-            asked = len(refused) - had
-            if value in refused or asked == 9:
-                continue
-            if self.coder.bit("JOINT", 4 * min(asked, 5) + min(near.count(value), 4) - 1):
+        had = [value for value in made[channel.first:c] if value]
+        asked = list(dict.fromkeys([value for value in near if value not in had] +
+                                   [value for value in near if value in had]))
+        for k, value in enumerate(asked[:9]):
+            if self.coder.bit("JOINT", 4 * min(k, 5) + min(near.count(value), 4) - 1):
                 return value
-            refused.append(value)
         return self.coder.raw(channel.bits)
 
     def skinning(self, kind):

@@ -190,6 +190,69 @@ static inline int materials_are_valid(const cq_decoder *d) {
     return 1;
 }
 
+/* An edge of the input that two triangles have, by the positions of its ends; the second end of each is that of the edge. */
+typedef struct shared_edge {
+    int32_t place[6];    /* positions, the smaller one first */
+    uint32_t face, corner, turned;
+} shared_edge;
+
+static inline int compare_shared_edges(const void *a, const void *b) { return memcmp(a, b, 6 * sizeof(int32_t)); }
+
+static inline shared_edge edge_of_input(const cq_input *in, uint32_t f, uint32_t k) {
+    const cq_value *x = in->values[0] + 3 * in->indices[3 * f + k], *y = in->values[0] + 3 * in->indices[3 * f + (k + 1) % 3];
+    shared_edge e;
+    uint32_t j;
+    e.face = f;
+    e.corner = k;
+    e.turned = 0;
+    for (j = 0; j < 3 && x[j] == y[j]; ++j) {}
+    if (j < 3 && x[j] > y[j]) e.turned = 1;
+    for (j = 0; j < 3; ++j) {
+        e.place[j] = (int32_t)(e.turned ? y : x)[j];
+        e.place[3 + j] = (int32_t)(e.turned ? x : y)[j];
+    }
+    return e;
+}
+
+/* Mesh vertex of a decoded corner that has the values of an input corner. */
+static inline cq_index vertex_at(const cq_input *in, const cq_decoder *d, cq_index face, cq_index row) {
+    const row_record wanted = row_of_input(in, row);
+    uint32_t k;
+    for (k = 0; k < 3; ++k) {
+        const row_record found = row_of_output(d, d->index[3 * face + k]);
+        if (memcmp(&found, &wanted, sizeof found) == 0) return d->mesh.origin[3 * face + k];
+    }
+    return CQ_NONE;
+}
+
+/* In a complete mesh without edges of more than two faces, those that two triangles of the input share by position have both
+ * sides on the same two mesh vertices: nowhere can they come apart. Channel 0 has positions. Returns how many edges there are,
+ * or 0 if one is open. */
+static inline uint32_t shared_edges(const cq_input *in, const cq_decoder *d, const cq_index *face_map) {
+    const uint32_t n = 3 * in->shape.num_faces;
+    shared_edge *e = (shared_edge *)calloc(n + 1u, sizeof *e);
+    uint32_t k, shared = 0, open = 0;
+    for (k = 0; k < n; ++k) e[k] = edge_of_input(in, k / 3, k % 3);
+    qsort(e, n, sizeof *e, compare_shared_edges);
+    for (k = 0; k + 1 < n; ++k) {
+        const int before = k > 0 && compare_shared_edges(&e[k - 1], &e[k]) == 0, after = k + 2 < n && compare_shared_edges(&e[k + 2], &e[k]) == 0;
+        cq_index at[4];
+        uint32_t j;
+        if (compare_shared_edges(&e[k], &e[k + 1]) != 0 || before || after) continue;
+        for (j = 0; j < 4; ++j) {
+            const shared_edge *s = &e[k + j / 2];
+            const uint32_t corner = (s->corner + (j + s->turned) % 2) % 3;
+            if (face_map[s->face] >= d->mesh.num_faces) break;
+            at[j] = vertex_at(in, d, face_map[s->face], in->indices[3 * s->face + corner]);
+        }
+        if (j < 4) continue; /* a face aside */
+        ++shared;
+        open += at[0] == CQ_NONE || at[0] != at[2] || at[1] != at[3];
+    }
+    free(e);
+    return open ? 0 : shared;
+}
+
 /* Corners with one row have one vertex, which is the row's; and each row has a corner. */
 static inline int rows_are_valid(const cq_decoder *d) {
     uint8_t *used;

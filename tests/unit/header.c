@@ -325,10 +325,10 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 
 /* The table of SPEC.md, by hand. */
 static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
-    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1"};
+    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1", "234"};
     uint32_t kind = form % 16, merge = form / 16;
     if (kind == 9) return merge == 2 && components == 1 && bits == 1;
-    if (kind > 8 || merge > 2 || components < 1 || components > 4) return 0;
+    if (kind > 10 || merge > 2 || components < 1 || components > 4) return 0;
     if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
     return (bits >= 1 && bits <= 24) || bits == 32;
 }

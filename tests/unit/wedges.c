@@ -208,6 +208,7 @@ static void check_cuts(const coded *c)
 }
 
 static cq_report last;
+static uint32_t edges_shared; /* of the last input; 0: one of them is open */
 
 static void check_round_trip(void)
 {
@@ -226,6 +227,7 @@ static void check_round_trip(void)
             CHECK(same_triangles(&scene.input, d.decoder));
             CHECK(same_unused_rows(&scene.input, d.decoder));
             CHECK(maps_are_right(&scene.input, d.decoder, c.map, c.face_map));
+            edges_shared = shared_edges(&scene.input, d.decoder, c.face_map);
             CHECK_EQ(d.decoder->shape.metadata_bytes, scene.input.shape.metadata_bytes);
             if (scene.input.shape.metadata_bytes)
                 CHECK(!memcmp(d.decoder->metadata, scene.input.metadata, scene.input.shape.metadata_bytes));
@@ -367,6 +369,7 @@ TEST(a_seam_of_texture_coordinates_is_refined)
     add_sheet(20, 16, 3, 0);
     add_seams(3, 2);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK(last.shape.num_rows > last.shape.num_vertices);
     CHECK_EQ(last.shape.num_vertices, 320);
     CHECK(last.base_vertices < 40);
@@ -379,6 +382,7 @@ TEST(a_soup_becomes_one_surface)
     add_sheet(20, 16, 3, 0);
     for (h = 0; h < 3 * scene.input.shape.num_faces; h++) scene.index[h] = copy_row(scene.index[h]);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK_EQ(last.shape.num_vertices, 320);
     CHECK_EQ(last.num_components, 1);
 }
@@ -393,9 +397,63 @@ TEST(flat_faces_have_rows_of_their_own)
         scene.normal[2 * scene.index[h]] = (cq_value)(h / 3 * 7 % 1000);
     }
     check_round_trip();
+    CHECK_EQ(edges_shared, 576);
     CHECK_EQ(last.shape.num_vertices, 192);
     CHECK_EQ(last.num_components, 1);
     CHECK(last.base_vertices < 30);
+}
+
+/* Cards are a sheet and its copy turned over; only that they share all positions tells that they belong together. */
+TEST(double_sided_cards_are_closed_surfaces_or_two_sheets)
+{
+    int k, f, faces;
+    begin(1);
+    add_sheet(6, 6, 0, 0);
+    faces = (int)scene.input.shape.num_faces;
+    for (f = 0; f < faces; f++) {
+        cq_index corner[3];
+        for (k = 0; k < 3; k++) corner[k] = copy_row(scene.index[3 * f + k]);
+        for (k = 0; k < 3; k++) scene.normal[2 * corner[k]] = 700;
+        add_face(corner[0], corner[2], corner[1]);
+    }
+    check_round_trip();
+    CHECK_EQ(last.shape.num_faces + last.shape.num_aside_faces, 144);
+    CHECK_EQ(last.shape.num_aside_faces, 0);
+}
+
+/* A fan of 300 faces around one vertex, with seams, and one beside it whose hub is only near. */
+TEST(hubs_with_seams_are_refined)
+{
+    int k;
+    begin(3);
+    add_row(8000, 8000, 8000);
+    for (k = 0; k < 300; k++) add_row(8000 + (k % 75) * 40 - 1500, 8000 + (k / 75 % 2 ? 1500 : -1500) + k, 7000 + (k * 37) % 90);
+    for (k = 0; k < 300; k++) add_face(0, (cq_index)(1 + k), (cq_index)(1 + (k + 1) % 300));
+    add_seams(4, 3);
+    check_round_trip();
+    CHECK_EQ(edges_shared, 300);
+}
+
+/* Cut along random edges: the faces on one side get rows of their own, at places that differ by one step, so that nothing
+ * joins them. */
+TEST(random_cuts_stay_open)
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        uint32_t h, cut = 0;
+        seed = 77u + (uint32_t)k;
+        begin(3);
+        add_sheet(12, 10, k & 3, 0);
+        for (h = 0; h < 3 * scene.input.shape.num_faces; h++) {
+            const cq_index v = scene.index[h];
+            if (draw(40)) continue;
+            scene.index[h] = copy_row(v);
+            scene.position[3 * scene.index[h]]++;
+            cut++;
+        }
+        check_round_trip();
+        CHECK(cut > 0 && last.shape.num_boundary_loops > 0);
+    }
 }
 
 TEST(a_moebius_strip_is_cut_once)
@@ -403,6 +461,7 @@ TEST(a_moebius_strip_is_cut_once)
     begin(0);
     add_sheet(24, 4, 1, 1);
     check_round_trip();
+    CHECK_EQ(edges_shared, 0); /* the cut */
     CHECK_EQ(last.num_components, 1);
     CHECK_EQ(last.prepared.copied_rows, 5);
     CHECK(last.base_vertices < 40);
@@ -415,6 +474,7 @@ TEST(turned_faces_are_turned_back)
     add_sheet(20, 16, 3, 0);
     for (k = 0; k < 40; k++) damage(1, 8);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK(last.prepared.turned_faces > 0);
     CHECK_EQ(last.num_components, 1);
     CHECK_EQ(last.prepared.cut_edges, 0);
@@ -514,6 +574,9 @@ int main(int argc, char **argv)
     RUN(a_seam_of_texture_coordinates_is_refined);
     RUN(a_soup_becomes_one_surface);
     RUN(flat_faces_have_rows_of_their_own);
+    RUN(double_sided_cards_are_closed_surfaces_or_two_sheets);
+    RUN(hubs_with_seams_are_refined);
+    RUN(random_cuts_stay_open);
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
     RUN(what_is_no_surface_comes_back);
