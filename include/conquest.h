@@ -484,9 +484,9 @@ typedef struct cq_report {
 /* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header: the largest step, and a little. What is left of it moves to the start when the
- * buffer is full and less than a step is left: of most meshes, whose steps are short, once for many of them. */
-#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1) + 32)
+/* Input that waits for its step, or a header: the largest step. What is left of it moves to the start when the buffer is full
+ * and less than a step is left: of most meshes, whose steps are short, once for many of them. */
+#define CQI_BUFFER_BYTES CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1)
 
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then

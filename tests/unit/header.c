@@ -358,7 +358,7 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
             }
         }
     }
-    CHECK_EQ(count, (20 + 20 + 5) * 25 + 1);  /* 20 of all components and kinds, 5 have one component, 1 one bit */
+    CHECK_EQ(count, (23 + 23 + 5) * 25 + 1);  /* 23 of all components and kinds, 5 have one component, 1 one bit */
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
