@@ -84,6 +84,7 @@ static cq_result frame(cq_bytes *in, struct buffer *faces, struct buffer *vertic
 {
     static double upload_seconds;
     cq_index since = dec.mesh.num_vertices;
+    cq_mesh_watch(&dec.mesh, SHIFT, dirty);
     cq_result result = refine(in, begin + FRAME - MARGIN - 1.5 * upload_seconds);
     double decoded = seconds();
     cq_mesh_changes(&dec.mesh, since, SHIFT, dirty);

@@ -31,7 +31,8 @@
  *           divides the others, in text, with blanks or commas. One vertex or face a line; if there are fewer lines,
  *           as many numbers as there have to be. Written as OFF.
  * MESH_OBJ  `v` lines, also with red, green, blue behind the position; `vt` and `vn` lines; `f` lines, `l`
- *           and `p`, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; `usemtl`, `g`, `o` and `mtllib` lines; `s` lines, which
+ *           and `p`, with v, v/vt, v//vn, v/vt/vn and numbers that count from the end; `usemtl`, `g`, `o` and
+ *           `mtllib` lines; `s` lines, which
  *           become normals if there are no `vn` lines; lines that a backslash continues.
  * MESH_PLY  ascii and binary of both byte orders: of element `vertex` x, y, z; nx, ny, nz; s, t or u, v or texture_u,
  *           texture_v; red, green, blue, alpha; of the elements `face` and `tristrips` list `vertex_indices` or

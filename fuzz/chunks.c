@@ -3,7 +3,7 @@
  * noise. */
 #include "surface.h"
 
-static stream take_stream(input *in) {
+static stream take_pieces(input *in) {
     uint32_t kind = take(in), k;
     stream s;
     if (kind < 96) return take_headed_stream(in);
@@ -45,7 +45,7 @@ static void run_in_pieces(decoding *d, const stream *s, uint32_t choice, uint32_
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     input in = { data, size };
     uint32_t choice = take(&in), seed = take(&in);
-    stream s = take_stream(&in);
+    stream s = take_pieces(&in);
     decoding once = decoding_begin(&s), pieces = decoding_begin(&s);
     run_at_once(&once, &s);
     run_in_pieces(&pieces, &s, choice, seed);

@@ -2,7 +2,7 @@
  * made right again: the damage that a check value does not find. */
 #include "surface.h"
 
-static void damage(stream *s, input *in) {
+static void damage_stream(stream *s, input *in) {
     uint32_t kind = take(in), at = take_two(in) % (uint32_t)s->size, amount = take(in);
     switch (kind % 4) {
     case 0: s->data[at] ^= (uint8_t)(1u << amount % 8); break;
@@ -27,7 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     noted.data = notes;
     noted.size = sizeof notes;
     s = take_encoded_stream(&in);
-    for (k = 0; k <= count % 8 && s.size > 0; k++) damage(&s, &noted);
+    for (k = 0; k <= count % 8 && s.size > 0; k++) damage_stream(&s, &noted);
     if (count < 224) repair(&s);
     exact = stream_of(s.data, s.size);
     d = decoding_begin(&exact);

@@ -15,7 +15,7 @@ cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-19}
 header_dir=${HEADER_DIR:-include}
 warnings=(-Wall -Wextra -Wconversion -pedantic)
-all=(decode lean chunks truncate flip roundtrip mesh_ops range_coder mesh_file decode-16 lean-16 chunks-16 roundtrip-16
+all=(decode lean chunks truncate flip roundtrip triangles mesh_ops range_coder mesh_file decode-16 lean-16 chunks-16 roundtrip-16
     decode-msan lean-msan)
 most_bytes=1000
 
@@ -33,7 +33,7 @@ build() {
     esac
     [ ${#mutator[@]} = 0 ] || build_mutator "$variant" -o "${mutator[@]}"
     "$clang" -std=c99 -g "${warnings[@]}" "${flags[@]}" -fno-sanitize-recover=all \
-        -I"$header_dir" -Iexamples "fuzz/$name.c" "${mutator[@]}" -lm -o "build/fuzz/bin/$variant"
+        -I"$header_dir" -Iexamples -Itests/support "fuzz/$name.c" "${mutator[@]}" -lm -o "build/fuzz/bin/$variant"
 }
 
 # As fast as can be: its own decoding is not what is tested.
@@ -45,7 +45,7 @@ build_mutator() {
     *-msan) flags+=(-fsanitize=memory) ;;       # what it writes is initialised
     esac
     fuzz/asked.sh "$header_dir/conquest.h" build/fuzz/asked
-    "$clang" -std=c99 "${warnings[@]}" "${flags[@]}" -Ibuild/fuzz/asked -c fuzz/mutator.c "$@"
+    "$clang" -std=c99 "${warnings[@]}" "${flags[@]}" -Ibuild/fuzz/asked -Itests/support -c fuzz/mutator.c "$@"
 }
 
 # Runs a target and prints one line of the table. libFuzzer's last status line has cov: blocks reached and ft: features.
@@ -89,7 +89,7 @@ coverage() {
     for name in $(base_names) all; do
         if [ "$name" != all ]; then
             "$clang" -std=c99 -O1 -fsanitize=fuzzer -fprofile-instr-generate -fcoverage-mapping \
-                -I"$header_dir" -Iexamples "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
+                -I"$header_dir" -Iexamples -Itests/support "fuzz/$name.c" -lm -o "build/fuzz/bin/$name-coverage"
             # shellcheck disable=SC2046
             LLVM_PROFILE_FILE="build/fuzz/$name.profraw" "build/fuzz/bin/$name-coverage" -runs=0 $(inputs "$name") \
                 >"build/fuzz/$name-coverage.log" 2>&1

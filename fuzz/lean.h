@@ -4,7 +4,8 @@
 
 #include "fuzz.h"
 
-/* Up to 31 vertices and 3 boundary loops; counts that fit together, but for the genus, which may be too large. */
+/* Up to 31 vertices and 3 boundary loops; counts that fit together, but for the genus, which may be too large. One in
+ * eight has seams, triangles aside or metadata. */
 static inline void take_small_shape(input *in, cq_shape *shape) {
     uint32_t size = take(in), loops = take(in);
     int32_t faces;
@@ -16,6 +17,7 @@ static inline void take_small_shape(input *in, cq_shape *shape) {
     faces -= 4 * ((int32_t)(size / 29) % 4 + (size >= 232 ? -5 : 1)); /* parts less handles */
     shape->num_faces = faces < 0 ? (uint32_t)(faces & 3) : (uint32_t)faces;
     take_channels(in, shape);
+    if (loops % 8 == 5) take_extension(in, shape);
 }
 
 #endif

@@ -183,7 +183,7 @@ static void split(subject *s, history *done, cq_index first, uint32_t steps, uin
 
 /* The check may be asked about any contents: numbers in the arrays, and counts up to the capacity. What it accepts
  * names no vertex that is not there. */
-static void damage(subject *s, input *in) {
+static void damage_mesh(subject *s, input *in) {
     cq_mesh *m = &s->mesh;
     size_t vertices = (size_t)m->first_virtual + m->max_virtual;
     size_t indices = 6 * ((size_t)m->first_virtual_face + m->max_virtual_faces) + 2 * vertices;
@@ -232,7 +232,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         }
         while (done.size > 0) undo(&s, &done, &vertices, &faces);
         check(&s, vertices, faces);
-        damage(&s, &in);
+        damage_mesh(&s, &in);
         free(s.memory);
     }
     free(indices);

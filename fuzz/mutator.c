@@ -5,7 +5,8 @@
  * a model, one of a probability, slots and raw bits) have other names (original_...): here they are replaced. While a
  * stream is read they do what they do and note what was decided; while one is written, they take decisions from the
  * notes, changed in one place, and encode them with the model that the decoder hands in. So all that is known here of
- * the format is that its decoder asks those five functions. A decoder that decides in another way is found out by mutator_works(), and inputs
+ * the format is that its decoder asks those five functions. A decoder that decides in another way is found out by
+ * mutator_works(), and inputs
  * are then changed as bytes alone. */
 #include "lean.h"
 
@@ -122,9 +123,10 @@ static void read_decisions(const cq_shape *shape, const uint8_t *payload, size_t
     ask(shape, payload, size);
 }
 
-/* The payload of what was noted; returns its size. The decoder reads zeros meanwhile, of which it has enough. */
+/* The payload of what was noted; returns its size. The decoder reads zeros meanwhile, of which it has enough for any
+ * step and takes none. */
 static size_t write_decisions(const cq_shape *shape) {
-    static const uint8_t zeros[MOST_PAYLOAD];
+    static const uint8_t zeros[CQI_BUFFER_BYTES];
     state.writing = 1;
     state.num_written = state.next = 0;
     cq_range_encoder_init(&state.encoder, state.payload, sizeof state.payload);

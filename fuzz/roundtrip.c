@@ -1,5 +1,6 @@
 /* A mesh comes back as it was, through the map; so do faces that are no oriented manifold, but only as triangles of rows of
- * values. What names a vertex that there is not is refused. The mesh is grown by the bytes, then perhaps damaged, or its faces are the
+ * values. What names a vertex that there is not is refused. The mesh is grown by the bytes, then perhaps damaged, or
+ * its faces are the
  * bytes. */
 #include "surface.h"
 
@@ -16,7 +17,7 @@ static model take_noise(input *in) {
     return m;
 }
 
-static void damage(model *m, input *in) {
+static void damage_faces(model *m, input *in) {
     uint32_t count = take(in) % 4, k;
     for (k = 0; k < count && m->input.shape.num_faces > 0; k++) {
         uint32_t at = take_two(in) % (3 * m->input.shape.num_faces);
@@ -60,7 +61,7 @@ static int is_turned(const cq_index *from, const cq_index *map, const cq_index *
     return 0;
 }
 
-static void check_same(const model *m, const cq_index *map, const cq_index *face_map, const cq_decoder *d) {
+static void check_decoded(const model *m, const cq_index *map, const cq_index *face_map, const cq_decoder *d) {
     uint32_t n = m->input.shape.num_vertices, faces = m->input.shape.num_faces, f, k;
     size_t j;
     cq_index *a, *b;
@@ -128,7 +129,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     cq_report *report = (cq_report *)block(sizeof *report);
     stream s;
     cq_result result;
-    if (kind >= 240) damage(&m, &in);
+    if (kind >= 240) damage_faces(&m, &in);
     n = m.input.shape.num_vertices;
     map = (cq_index *)block(n * sizeof(cq_index));
     face_map = (cq_index *)block(m.input.shape.num_faces * sizeof(cq_index));
@@ -143,7 +144,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         REQUIRE(maps_are_right(&m.input, d.decoder, map, face_map));
         if (report->prepared.seam_edges + report->prepared.merged_rows == 0 && is_manifold(m.indices, n, m.input.shape.num_faces) &&
             d.decoder->shape.num_rows + d.decoder->aside.num_faces == 0)
-            check_same(&m, map, face_map, d.decoder);
+            check_decoded(&m, map, face_map, d.decoder);
         if (d.report != NULL) check_same_report(d.report, report);
         decoding_end(&d);
     }

@@ -83,6 +83,7 @@
 #define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
 #define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
 #define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
+#define cq_mesh_watch CQI_SYMBOL(cq_mesh_watch)
 #define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
 #define cq_read_rows CQI_SYMBOL(cq_read_rows)
 #define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
@@ -313,6 +314,8 @@ typedef struct cq_mesh {
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
     cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
     cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
+    uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: nobody looks, */
+    int watched_shift;                                /* see cq_mesh_watch */
 } cq_mesh;
 
 /* A number of bytes, which may be more than a size_t of 16 bits can say. */
@@ -374,7 +377,8 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
  * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
  *
- * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is marked.
+ * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is marked,
+ * unless cq_mesh_watch was called with these faces.
  *
  * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
  *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
@@ -383,6 +387,14 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
+
+/* Has a decoder mark flips when they happen, for whoever uploads in each frame: cq_mesh_changes with the same faces and
+ * shift then marks nothing but what has changed since the marks were taken off. To be called when the mesh has vertices, or
+ * before each cq_decode.
+ *
+ * faces    uint8_t[blocks] as for cq_mesh_changes, for all faces that the mesh will have; in use until this is called with
+ *          others, or NULL, or the decoder is done. */
+CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -1244,6 +1256,7 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->max_virtual_faces = (cq_index)s->num_boundary_edges;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
     m->flipped_from = m->flipped_to = m->flipped_before = 0;
+    cq_mesh_watch(m, 0, NULL);
 }
 
 /* -- Mesh: building ------------------------------------------------------------------------------------------------ */
@@ -1802,6 +1815,7 @@ static void cqi_flip(cq_mesh *m, cq_index h)
     m->valence[b]--;
     m->valence[x]++;
     m->valence[y]++;
+    if (m->watched) m->watched[h / 3 >> m->watched_shift] = m->watched[g / 3 >> m->watched_shift] = 1;
 }
 
 #endif /* CQ_NO_REGULAR */
@@ -1821,7 +1835,7 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 /* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
  * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two faces
  * then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just done, looks
- * at all of it again; and before that, at an earlier one or at its end: at everything. */
+ * at all of it again; and before that, at an earlier one or at its end: at everything. Who watches has the marks of flips. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -1843,8 +1857,15 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
     CQ_ASSERT(m->free_vertex == CQ_NONE); /* a decoder's */
     CQ_ASSERT(faces);
-    cq_index v;
-    for (v = cqi_changed_from(m, since); v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
+    cq_index v = faces == m->watched ? since : cqi_changed_from(m, since);
+    for (; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
+}
+
+void cq_mesh_watch(cq_mesh *m, int shift, uint8_t *faces)
+{
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    m->watched = faces;
+    m->watched_shift = shift;
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -9334,7 +9355,8 @@ static void cqi_sort_corners(cqi_preparer *p)
     for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
 }
 
-/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then that of each wedge. These
+/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then
+ * that of each wedge. These
  * take the place of p->twin and, behind that, of the part of p->list that has been read. */
 static void cqi_number_wedges(cqi_preparer *p)
 {

@@ -147,7 +147,8 @@ static void print_parts(const cq_report *r, const struct extent *extent)
     printf("%-12s%12.1f%16.3f\n", "total", bits / 8, ratio(bits, vertices));
 }
 
-/* Means are per split, or per vertex that a regular level inserts; of such one `i` and `j` mean nothing. The error is that of the mesh before the level, in steps of the grid. */
+/* Means are per split, or per vertex that a regular level inserts; of such one `i` and `j` mean nothing. The error is
+ * that of the mesh before the level, in steps of the grid. */
 static void print_level(const cq_report *r, uint32_t k)
 {
     const cq_level *l = &r->level[k];

@@ -4,7 +4,6 @@
  *
  * What an engine does with a stream, in the order of this file:
  *
- *     read      a thread brings the bytes of the file, at a rate that stands for a disk or a network
  *     upload    the new vertices, which are never touched again, and the blocks of indices that have changed
  *     levels    when the mesh has twice the faces, the GPU copies its index buffer: levels of detail, all with one
  *               vertex buffer; each knows how far it is from the exact mesh
@@ -12,8 +11,8 @@
  *     draw      several instances, each at the coarsest level whose error is less than a pixel there; the mesh as it is
  *               now with one call for each material
  *
- * All memory, of the processor and the GPU, is allocated when the header has come. --shot saves a picture at the moment
- * when the mesh has so many vertices; nothing turns then, so that pictures can be compared. */
+ * All memory, of the processor and the GPU, is allocated when the header has come. platform.c opens the window, and has a
+ * thread that brings the bytes of the file, at a rate that stands for a disk or a network. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -28,58 +27,8 @@
 #define STEPS_A_LOOK 16           /* steps between two looks at the clock */
 #define SHIFT 6                   /* blocks of 64 faces */
 #define MAX_LEVELS 32
-#define MAX_INSTANCES 16
-#define MAX_SHOTS 8
 #define PIXELS 1.0f               /* of error that may be seen */
 #define FOCUS 2.0f                /* cotangent of half the vertical angle of view */
-
-struct options {
-    const char *path;
-    double rate;                  /* bytes a second; 0: as fast as they can be read */
-    uint32_t steps;               /* of a frame, at most */
-    int instances;
-    int shots, next_shot;
-    struct { uint32_t vertices; const char *path; } shot[MAX_SHOTS];
-};
-
-/* -- Read ---------------------------------------------------------------------------------------------------------- */
-
-struct reader {
-    FILE *file;
-    double rate;
-    uint8_t *data;                /* bytes before `arrived` do not change any more */
-    int size;
-    SDL_atomic_t arrived, ended;
-};
-
-static int read_file(void *user)
-{
-    struct reader *r = user;
-    const double begin = seconds();
-    int arrived = 0;
-    while (arrived < r->size && !SDL_AtomicGet(&r->ended)) {
-        double allowed = r->rate > 0 ? r->rate * (seconds() - begin) : r->size;
-        int end = allowed < r->size ? (int)allowed : r->size;
-        int count = (int)fread(r->data + arrived, 1, (size_t)(end - arrived), r->file);
-        if (count < end - arrived) break;
-        arrived = end;
-        SDL_AtomicSet(&r->arrived, arrived);
-        SDL_Delay(1);
-    }
-    SDL_AtomicSet(&r->ended, 1);
-    return 0;
-}
-
-static SDL_Thread *start_reading(struct reader *r, const struct options *options)
-{
-    r->file = fopen(options->path, "rb");
-    r->rate = options->rate;
-    if (!r->file || fseek(r->file, 0, SEEK_END) != 0) return NULL;
-    r->size = (int)ftell(r->file);
-    rewind(r->file);
-    r->data = r->size > 0 ? malloc((size_t)r->size) : NULL;
-    return r->data ? SDL_CreateThread(read_file, "reader", r) : NULL;
-}
 
 /* -- Scene --------------------------------------------------------------------------------------------------------- */
 
@@ -233,6 +182,7 @@ static void refine(struct scene *s, double begin)
     double decoded;
     s->frame_steps = 0;
     s->frame_bytes = 0;
+    cq_mesh_watch(&s->dec.mesh, SHIFT, s->dirty);
     while (goes_on(s) && s->frame_steps < s->options->steps && !shot_is_due(s)) {
         if (s->frame_steps % STEPS_A_LOOK == STEPS_A_LOOK - 1 && seconds() > end) break;
         s->result = step(s);
@@ -416,22 +366,6 @@ static int run(struct scene *s, SDL_Window *window)
     return good && s->result >= 0;
 }
 
-static int read_options(struct options *o, char **argument)
-{
-    for (argument++; *argument; argument++) {
-        const int more = argument[1] ? 1 + (argument[2] != NULL) : 0;
-        if (!strcmp(*argument, "--rate") && more >= 1) o->rate = strtod(*++argument, NULL);
-        else if (!strcmp(*argument, "--steps") && more >= 1) o->steps = (uint32_t)strtoul(*++argument, NULL, 10);
-        else if (!strcmp(*argument, "--instances") && more >= 1) o->instances = atoi(*++argument);
-        else if (!strcmp(*argument, "--shot") && more == 2 && o->shots < MAX_SHOTS) {
-            o->shot[o->shots].vertices = (uint32_t)strtoul(*++argument, NULL, 10);
-            o->shot[o->shots++].path = *++argument;
-        } else if (!o->path && **argument != '-') o->path = *argument;
-        else return 0;
-    }
-    return o->path && o->steps > 0 && o->instances > 0 && o->instances <= MAX_INSTANCES;
-}
-
 int main(int argc, char **argv)
 {
     static struct scene scene;
@@ -440,13 +374,12 @@ int main(int argc, char **argv)
     SDL_Thread *thread;
     int good = 0;
     if (argc < 2 || !read_options(&options, argv)) {
-        fprintf(stderr, "usage: engine [--rate BYTES] [--steps N] [--instances N] [--shot VERTICES FILE.ppm]... "
-                        "FILE.cqm\n");
+        fprintf(stderr, "%s", usage);
         return 2;
     }
     scene.options = &options;
     window = open_window(options.path);
-    thread = window ? start_reading(&scene.reader, &options) : NULL;
+    thread = window ? start_reading(&scene.reader, options.path, options.rate) : NULL;
     if (thread) {
         scene.result = begin(&scene);
         good = scene.result == CQ_OK && run(&scene, window);

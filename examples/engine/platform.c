@@ -1,7 +1,6 @@
 /* platform.c - SDL2 and OpenGL 3.3 for the engine. SPDX-License-Identifier: MIT */
 #include "platform.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 static int complain(const char *what, const char *why)
@@ -60,6 +59,35 @@ GLuint use_program(const char *vertex_shader, const char *fragment_shader)
 
 double seconds(void) { return (double)SDL_GetPerformanceCounter() / (double)SDL_GetPerformanceFrequency(); }
 
+static int read_file(void *user)
+{
+    struct reader *r = user;
+    const double begin = seconds();
+    int arrived = 0;
+    while (arrived < r->size && !SDL_AtomicGet(&r->ended)) {
+        double allowed = r->rate > 0 ? r->rate * (seconds() - begin) : r->size;
+        int end = allowed < r->size ? (int)allowed : r->size;
+        int count = (int)fread(r->data + arrived, 1, (size_t)(end - arrived), r->file);
+        if (count < end - arrived) break;
+        arrived = end;
+        SDL_AtomicSet(&r->arrived, arrived);
+        SDL_Delay(1);
+    }
+    SDL_AtomicSet(&r->ended, 1);
+    return 0;
+}
+
+SDL_Thread *start_reading(struct reader *r, const char *path, double rate)
+{
+    r->file = fopen(path, "rb");
+    r->rate = rate;
+    if (!r->file || fseek(r->file, 0, SEEK_END) != 0) return NULL;
+    r->size = (int)ftell(r->file);
+    rewind(r->file);
+    r->data = r->size > 0 ? malloc((size_t)r->size) : NULL;
+    return r->data ? SDL_CreateThread(read_file, "reader", r) : NULL;
+}
+
 void keep_time(struct times *times, double seconds_of_one)
 {
     if (times->count < MAX_TIMES) times->seconds[times->count++] = seconds_of_one;
@@ -92,4 +120,22 @@ int save_picture(const char *path)
     fprintf(file, "P6\n%d %d\n255\n", WINDOW_WIDTH, WINDOW_HEIGHT);
     for (row = WINDOW_HEIGHT - 1; row >= 0; row--) fwrite(pixels[row], 1, sizeof pixels[row], file);
     return fclose(file) == 0 || complain(path, "cannot be written");
+}
+
+const char usage[] = "usage: engine [--rate BYTES] [--steps N] [--instances N] [--shot VERTICES FILE.ppm]... FILE.cqm\n";
+
+int read_options(struct options *o, char **argument)
+{
+    for (argument++; *argument; argument++) {
+        const int more = argument[1] ? 1 + (argument[2] != NULL) : 0;
+        if (!strcmp(*argument, "--rate") && more >= 1) o->rate = strtod(*++argument, NULL);
+        else if (!strcmp(*argument, "--steps") && more >= 1) o->steps = (uint32_t)strtoul(*++argument, NULL, 10);
+        else if (!strcmp(*argument, "--instances") && more >= 1) o->instances = atoi(*++argument);
+        else if (!strcmp(*argument, "--shot") && more == 2 && o->shots < MAX_SHOTS) {
+            o->shot[o->shots].vertices = (uint32_t)strtoul(*++argument, NULL, 10);
+            o->shot[o->shots++].path = *++argument;
+        } else if (!o->path && **argument != '-') o->path = *argument;
+        else return 0;
+    }
+    return o->path && o->steps > 0 && o->instances > 0 && o->instances <= MAX_INSTANCES;
 }

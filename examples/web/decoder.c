@@ -129,12 +129,12 @@ static int has_own_index(const cq_shape *s)
     return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned);
 }
 
-static void carve(uint8_t *at)
+static void carve(uint8_t *at, int own_index)
 {
     for (uint32_t k = 0; k < state.num_channels; at += array_bytes(k), k++)
         state.channel[k].array = at;
     state.index = NULL;
-    if (has_own_index(&decoder.shape)) {
+    if (own_index) {
         state.index = (cq_index *)(void *)at;
         at += 3 * sizeof(cq_index) * state.total_faces;
     }
@@ -150,13 +150,14 @@ EXPORT("begin") int32_t begin(uint32_t size)
     const cq_result result = cq_peek(input, size, shape, &header, &stream);
     if (result != CQ_OK) return state.result = result;
     const size_t own = cq_decoder_bytes(shape);
+    const int own_index = has_own_index(shape);
     state.stream_bytes = (uint32_t)stream;
     state.total_rows = mesh_rows(shape) + shape->num_aside_rows;
     state.total_faces = shape->num_faces + shape->num_aside_faces;
     state.num_channels = shape->num_channels;
     state.metadata_bytes = shape->metadata_bytes;
     uint64_t bytes = (uint64_t)own + blocks_of(state.total_faces) + blocks_of(state.total_rows);
-    if (has_own_index(shape))
+    if (own_index)
         bytes += (uint64_t)3 * sizeof(cq_index) * state.total_faces;
     for (uint32_t k = 0; k < shape->num_channels; k++) {
         describe(k);
@@ -165,8 +166,8 @@ EXPORT("begin") int32_t begin(uint32_t size)
     state.memory_bytes = bytes > UINT32_MAX ? UINT32_MAX : (uint32_t)bytes;
     uint8_t *at = own ? grow(bytes) : NULL;
     if (!at) return state.result = CQ_ERROR_MEMORY;
-    cq_decoder_init(&decoder, at, own);
-    carve(at + own);
+    cq_decoder_init(&decoder, at, own);         /* reads the header again: the shape is empty until then */
+    carve(at + own, own_index);
     return state.result = CQ_OK;
 }
 

@@ -57,7 +57,9 @@ make_stream() {
         } >>"$out/$name/stream.h"
 }
 
-# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33 vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices. torus: of ref_data, for the display.
+# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33
+# vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices. torus: of ref_data, for
+# the display.
 make_streams() {
     make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
         build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off" --conquest-only &&

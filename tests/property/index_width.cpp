@@ -1,6 +1,5 @@
 // Streams do not depend on the width of indices: this build and the other one write the same bytes and read the same
 // meshes.
-#define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
 #include "model.hpp"

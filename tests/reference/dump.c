@@ -1,8 +1,9 @@
 /* Prints what a stream decodes to, for comparison with decoder.py: dump [VERTICES] <STREAM.
  * SPDX-License-Identifier: MIT
  *
- * The kind of result, counts, levels if the stream is complete, the error of the level; the values of each vertex, all channels in one line;
- * the triangles, each with its values; ranges of materials; rows, what is aside, and metadata. With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
+ * The kind of result, counts, levels if the stream is complete, the error of the level; the values of each vertex,
+ * all channels in one line; the triangles, each with its values; ranges of materials; rows, what is aside, and metadata.
+ * With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
  * for memory. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"

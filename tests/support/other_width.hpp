@@ -1,5 +1,5 @@
-// The library a second time in one program, with the other index width, in namespace other_width. Include conquest.h,
-// with its implementation, before. Functions of both widths differ in the names that macros give them (CQI_SYMBOL), so
+// The library a second time in one program, with the other index width, in namespace other_width. Include conquest.h
+// before, and link both widths. Functions of both widths differ in the names that macros give them (CQI_SYMBOL), so
 // that `other_width::` is for types, and for functions of codec.h, which call the right ones.
 #ifndef CQ_TESTS_OTHER_WIDTH_HPP
 #define CQ_TESTS_OTHER_WIDTH_HPP
@@ -21,19 +21,12 @@
 #undef CQ_NONE
 #undef CQ_MAX_BITS
 #undef CQ_CONQUEST_H
-#undef CONQUEST_IMPLEMENTATION_DONE
-#undef CONQUEST_IMPLEMENTATION
-#define CONQUEST_IMPLEMENTATION
-
-#define cqi_plan ow_plan   /* `struct cqi_plan *` would find the one outside the namespace */
 
 namespace other_width {
 #include "conquest.h"
 #undef CQ_TESTS_CODEC_H
 #include "codec.h"
 }  // namespace other_width
-
-#undef cqi_plan
 
 #pragma pop_macro("CQ_MAX_BITS")
 #pragma pop_macro("CQ_NONE")

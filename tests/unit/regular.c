@@ -211,24 +211,33 @@ typedef struct seen {
     cq_index *origin;
     cq_value *values;
     cq_index num_vertices, num_faces;
+    uint8_t *watched;                           /* of all faces; NULL: not watched */
+    uint32_t num_marked, num_changed;           /* in all */
 } seen;
 
-static void look(seen *s, const cq_decoder *d) {
+/* A watched face that is marked has changed, though it may be as it was before: flipped there and back. */
+static void look(seen *s, cq_decoder *d) {
     const cq_mesh *m = &d->mesh;
-    uint8_t *changed = (uint8_t *)exact_alloc(m->num_faces + 1);
+    uint8_t *changed = s->watched ? s->watched : (uint8_t *)exact_alloc(m->num_faces + 1);
     cq_index f, v;
-    memset(changed, 0, m->num_faces + 1);
+    if (!s->watched) memset(changed, 0, m->num_faces + 1);
     cq_mesh_changes(m, s->num_vertices, 0, changed);
     for (f = 0; f < m->num_faces; ++f) {
         const int same = f < s->num_faces && memcmp(s->origin + 3 * f, m->origin + 3 * f, 3 * sizeof(cq_index)) == 0;
         CHECK(same || changed[f]);
+        s->num_marked += changed[f] != 0;
+        s->num_changed += !same;
+    }
+    if (s->watched) {
+        memset(changed, 0, m->num_faces);
+        cq_mesh_watch(&d->mesh, 0, s->watched);
     }
     for (v = 0; v < 3 * s->num_vertices && d->channel[0]; ++v) CHECK_EQ(s->values[v], d->channel[0][v]);
     memcpy(s->origin, m->origin, 3 * (size_t)m->num_faces * sizeof(cq_index));
     if (d->channel[0]) memcpy(s->values, d->channel[0], 3 * (size_t)m->num_vertices * sizeof(cq_value));
     s->num_vertices = m->num_vertices;
     s->num_faces = m->num_faces;
-    exact_free(changed);
+    if (!s->watched) exact_free(changed);
 }
 
 TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
@@ -250,6 +259,10 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
             seldom.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
             seldom.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
             often.num_vertices = often.num_faces = seldom.num_vertices = seldom.num_faces = 0;
+            often.num_marked = often.num_changed = seldom.num_marked = seldom.num_changed = 0;
+            often.watched = (uint8_t *)exact_alloc(s.mesh.num_faces);
+            memset(often.watched, 0, s.mesh.num_faces);
+            seldom.watched = NULL;
             in.data = c.bytes;
             in.size = c.size;
             while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
@@ -262,6 +275,9 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
             }
             CHECK_EQ(d.decoder->status, CQ_DONE);
             look(&seldom, d.decoder);
+            look(&often, d.decoder);
+            CHECK_EQ(often.num_marked, often.num_changed);
+            exact_free(often.watched);
             exact_free(often.origin);
             exact_free(often.values);
             exact_free(seldom.origin);

@@ -1,6 +1,7 @@
 /* The package in a browser, and the loader for three.js. SPDX-License-Identifier: MIT */
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, test } from "node:test";
 import { NodeIO } from "@gltf-transform/core";
 import { chromium } from "playwright-core";
@@ -194,6 +195,33 @@ test("README's lines run", async () => {
     assert.deepEqual([got.inScene, got.range], [[true], 3 * faces]);
     assert.ok(got.drawn.length > 1);
     assert.ok(got.drawn.every(([index, positions, ranges]) => index === 3 * faces && positions === 3 * vertices && ranges));
+});
+
+/** Lines of a document that use the loader, without what they import. */
+function takeExample(path) {
+    const blocks = [...readFileSync(path, "utf8").matchAll(/```js\n([^]*?)```/g)].map(m => m[1]),
+        found = blocks.filter(code => code.includes("new CQMLoader()"));
+    assert.equal(found.length, 1, path);
+    return found[0].replace(/^import .*\n/gm, "");
+}
+
+test("the lines of the package's README load a file in three.js", async () => {
+    const example = takeExample(join("..", "..", "..", "examples", "web", "README.md"));
+    const got = await page.evaluate(async example => {
+        const { Mesh, MeshStandardMaterial, Scene } = THREE,
+            scene = new Scene(),
+            Run = (async () => {}).constructor;
+        await new Run("CQMLoader", "Mesh", "MeshStandardMaterial", "scene", example)(
+            CQMLoader,
+            Mesh,
+            MeshStandardMaterial,
+            scene,
+        );
+        const [{ geometry }] = scene.children;
+        return { complete: geometry.state.complete, faces: geometry.state.numFaces, shown: compare(drawScene(scene), new Uint8Array(160000)).shown };
+    }, example);
+    assert.deepEqual([got.complete, got.faces], [true, faces]);
+    assert.ok(got.shown > 500, JSON.stringify(got));
 });
 
 test("all attributes come to the GPU; a draw call for each material", async () => {

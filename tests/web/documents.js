@@ -84,6 +84,23 @@ export function makeDocument(fine = 1) {
     return document;
 }
 
+/** A document with one node for each shape. @param {Record<string, () => any>} shapes */
+export function makeShapes(shapes) {
+    const document = new Document(),
+        buffer = document.createBuffer(),
+        scene = document.createScene();
+    const accessor = (type, array) => document.createAccessor().setType(type).setArray(array).setBuffer(buffer);
+    for (const [name, make] of Object.entries(shapes)) {
+        const { index, positions, normals, texcoords } = make(),
+            primitive = document.createPrimitive().setIndices(accessor("SCALAR", Uint16Array.from(index)));
+        primitive.setAttribute("POSITION", accessor("VEC3", Float32Array.from(positions)));
+        if (normals) primitive.setAttribute("NORMAL", accessor("VEC3", Float32Array.from(normals)));
+        if (texcoords) primitive.setAttribute("TEXCOORD_0", accessor("VEC2", Float32Array.from(texcoords)));
+        scene.addChild(document.createNode(name).setMesh(document.createMesh(name).addPrimitive(primitive)));
+    }
+    return document;
+}
+
 /** The same .glb with some buffer views, the last ones, before all others. */
 export function moveToFront(glb, views) {
     const words = new DataView(glb.buffer, glb.byteOffset),

@@ -12,7 +12,8 @@ import { cut, describe, makeDressed, makeSphere } from "./meshes.js";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const root = join(here, "..", "..", "..");
-const mesh = makeDressed();
+const mesh = makeDressed(),
+    HEAP = 3 * 65536;
 const vertices = mesh.positions.length / 3,
     faces = mesh.index.length / 3;
 const { data, map, faceMap } = await encode(mesh, { bits: { positions: 14 } });
@@ -102,6 +103,8 @@ test("seams, faces turned over, a line, a vertex that no face uses and metadata 
         }
     assert.equal(new TextDecoder().decode(state.metadata), "gold");
     assert.equal(state.numFaces, seamed.index.length / 3);
+    const arrays = [state.index, ...Object.values(state.attributes).map(a => a.array)];
+    assert.ok(arrays.every(array => array.byteOffset >= HEAP), "arrays lie behind the decoder's own memory");
     assert.ok(state.numVertices < positions.length / 6, `${state.numVertices} rows`);
     assert.deepEqual(
         describe(state.index, state.numFaces, String),

@@ -1,0 +1,241 @@
+# What a test is: a program or a script whose last line is `N passed, N failed`. build/log/NAME.log keeps what it prints.
+#
+# Each C or C++ file of tests/unit and tests/property is a program that is built in four ways, and needs no line here;
+# `make build/tests/unit/mesh` builds one. A script gets a rule here, $(call log,COMMAND), and its name in the Makefile.
+#
+#     unit/mesh      clang, sanitizers for addresses and undefined behaviour, assertions
+#     unit/mesh-16   the same with 16-bit indices; not those that have no indices or both kinds
+#     unit/mesh-O3   gcc, optimised, no assertions
+#     unit/mesh-O0   gcc, not optimised, assertions; but for levels, which take long
+
+# A recipe that writes a log. An exit status that is not 0 counts, whatever was printed.
+log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
+TEST_NAME = $(@:build/log/%.log=%)
+
+build/log/%.log: build/tests/%
+	$(call log,ASAN_OPTIONS=handle_sigill=1 $<)
+
+# Properties are tried with a seed that the log names; RC_PARAMS='seed=...' repeats a run, max_success=1000 makes it longer.
+# Two builds take fewer cases here, and many in `make verify`.
+build/log/property/%-16.log build/log/property/%-O0.log: export RC_PARAMS ?= max_success=30
+
+build/log/verify/property-%.log: build/tests/property/%
+	$(call log,RC_PARAMS=max_success=2000 $<)
+
+SOURCES_OF_PROGRAMS = $(wildcard tests/unit/*.c tests/property/*.cpp)
+BARE = $(basename $(SOURCES_OF_PROGRAMS:tests/%=%))
+NARROW = $(filter-out unit/mesh_file unit/polygon unit/words property/index_width,$(BARE))
+QUICK_PROGRAMS = $(filter-out unit/levels-O0,$(BARE:%=%-O0))
+PROGRAMS = $(BARE) $(NARROW:%=%-16) $(BARE:%=%-O3) $(QUICK_PROGRAMS)
+VERIFY_PROGRAMS = unit/levels-O0 $(patsubst property/%,verify/property-%,$(filter property/%,$(BARE) $(NARROW:%=%-16)))
+
+# A test that is written and not run is an unused function.
+TEST_FLAGS = $(WARNINGS) -Werror=unused-function -g -Iinclude -Iexamples -Itests/support
+TEST_DEPENDS = $(HEADER) $(wildcard tests/support/* examples/*.h examples/mesh_file/*)
+ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
+SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
+
+# The implementation is compiled once for each way to build, for both widths of indices. Programs that look at what is
+# private compile their own, and so does one with assertions of its own: $(call linked,FLAGS) are the flags for those. With
+# sanitizers an optimising compiler takes longer than what it saves.
+NEEDS_OWN = cqi_|CQI_|define CQ_ASSERT
+linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),-DCONQUEST_IMPLEMENTATION_DONE)
+
+# $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags
+define library
+build/tests/conquest$(1).o build/tests/conquest_16$(1).o: build/tests/%$(1).o: examples/cmake/%.c examples/cmake/conquest.c $$(HEADER)
+	@mkdir -p $$(@D)
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) -c $$< -o $$@
+build/tests/libconquest$(1).a: build/tests/conquest$(1).o build/tests/conquest_16$(1).o
+	@rm -f $$@
+	$$(AR) rcs $$@ $$^
+endef
+
+# The same, and $(5) suffix of its library, $(6) flags of programs with an implementation of their own
+define variant
+build/tests/%$(1): tests/%.c build/tests/libconquest$(5).a $$(TEST_DEPENDS)
+	@mkdir -p $$(@D)
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lm -o $$@
+build/tests/%$(1): tests/%.cpp build/tests/libconquest$(5).a $$(TEST_DEPENDS)
+	@mkdir -p $$(@D)
+	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lrapidcheck -o $$@
+endef
+$(eval $(call library,,$(CLANG),$(CLANGXX),$(SANITIZERS)))
+$(eval $(call library,-O3,gcc,g++,-O3 -DNDEBUG))
+$(eval $(call library,-O0,gcc,g++,-O0 $(ASSERTIONS)))
+$(eval $(call variant,,$(CLANG),$(CLANGXX),$(SANITIZERS),,-O0))
+$(eval $(call variant,-16,$(CLANG),$(CLANGXX),$(SANITIZERS) -DCQ_INDEX_BITS=16,,-O0))
+$(eval $(call variant,-O3,gcc,g++,-O3 -DNDEBUG,-O3))
+$(eval $(call variant,-O0,gcc,g++,-O0 $(ASSERTIONS),-O0))
+
+# -- Scripts -------------------------------------------------------------------------------------------------------
+
+build/log/ref_data.log: $(REF_DATA)
+	$(call log,ref_data/ref_data.sh check)
+
+.PHONY: lint
+lint: ## tabs, lengths of lines, names in the header, order of its functions, scripts
+	@tests/lint/lint.sh
+
+build/log/lint.log:
+	$(call log,tests/lint/lint.sh)
+
+build/log/headers.log: $(HEADER) tests/headers/headers.sh
+	$(call log,CLANG=$(CLANG) tests/headers/headers.sh)
+
+build/log/headers-quick.log: $(HEADER) tests/headers/headers.sh
+	$(call log,CLANG=$(CLANG) tests/headers/headers.sh quick)
+
+VENDOR = build/cqm.1 build/package/libconquest.a $(HEADER) $(wildcard examples/cmake/* tests/vendor/* tests/vendor/*/*)
+
+build/log/vendor.log: $(VENDOR)
+	$(call log,CLANG=$(CLANG) tests/vendor/vendor.sh)
+
+build/log/vendor-windows.log: $(VENDOR)
+	$(call log,tests/vendor/vendor.sh windows)
+
+# The package is built as a wheel and installed, beside what it is tested with.
+PYTHON = build/python/venv/bin/python
+PYTEST = pytest -q -p no:cacheprovider -o pythonpath=../support -p last_line
+PYTHON_SOURCES = $(HEADER) $(wildcard examples/python/* examples/python/conquest/* examples/python/conquest/*/*) \
+    $(CQM_SOURCES) $(CQM_HEADERS)
+
+build/python/installed: build/python/venv/complete $(PYTHON_SOURCES)
+	@rm -rf build/python/wheels
+	$(PYTHON) -m pip wheel -q --no-deps --no-build-isolation -w build/python/wheels ./examples/python
+	$(PYTHON) -m pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	@touch $@
+
+build/log/python.log: build/python/installed build/cqm README.md $(wildcard tests/python/*)
+	$(call log,cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m $(PYTEST))
+
+# conquest.batch, with a scheduler and workers on loopback: what it needs has a virtual environment of its own.
+build/batch/venv/complete: tests/batch/requirements.txt
+	@mkdir -p $(@D)
+	python3 -m venv $(@D)
+	$(@D)/bin/pip install -q -r $<
+	@touch $@
+
+build/log/batch.log: build/batch/venv/complete build/python/installed $(wildcard tests/batch/*)
+	@build/batch/venv/bin/pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
+	$(call log,cd tests/batch && ../../build/batch/venv/bin/python -m $(PYTEST))
+
+build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/complete tests/engine/engine.py
+	$(call log,xvfb-run -a -s "-screen 0 1024x768x24" $(PYTHON) tests/engine/engine.py build/engine build/cqm \
+	    build/meshes/bunny00.off build/engine-test)
+
+# cqm and the smallest example with sanitizers
+build/tests/cqm: $(CQM_SOURCES) $(CQM_HEADERS)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
+
+build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
+
+build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16 README.md $(wildcard tests/doors/*)
+	$(call log,tests/demo/examples.sh)
+
+build/log/channels.log: build/meshgen
+	$(call log,python3 tests/demo/channels.py build/tests/cqm build/meshgen build/channels)
+
+build/log/inputs.log build/log/seams.log: build/log/%.log:
+	$(call log,python3 tests/demo/$*.py build/tests/cqm build/$*)
+
+build/log/channels.log build/log/inputs.log build/log/seams.log: build/tests/cqm $(wildcard tests/demo/*.py)
+
+build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
+	$(call log,tests/meshes/check.sh build/tests/cqm)
+
+build/log/bases.log: build/cqm build/meshes tests/meshes/bases.py
+	$(call log,python3 tests/meshes/bases.py build/cqm build/bases $(ALL_MANIFOLDS))
+
+# The second decoder, tests/reference/decoder.py, must agree; SPEC.md must have the header's tables.
+REFERENCE = $(wildcard tests/reference/*.py) SPEC.md build/cqm build/tests/reference/dump build/tests/reference/channels
+COMPARE = tests/reference/compare.py build/cqm build/tests/reference
+
+build/log/reference.log: $(REFERENCE) build/meshes
+	$(call log,python3 $(COMPARE))
+
+.PHONY: reference embedded figures
+reference: deps $(REFERENCE) build/meshes ## compares both decoders on larger meshes and 15 000 random streams
+	@python3 $(COMPARE) --all
+
+# tests/embedded: examples/microcontroller for each device, in qemu, against the host; budgets and exact figures.
+EMBEDDED = build/cqm build/meshgen $(HEADER) tests/memory/memory.c \
+    README.md $(wildcard examples/microcontroller/* tests/embedded/* tests/doors/*)
+
+embedded: deps build/cqm build/meshgen ## decodes on devices in emulators, checks budgets of code, stack, RAM
+	@tests/embedded/embedded.sh check
+
+figures: deps build/cqm build/meshgen ## measures code, stack, RAM, instructions; writes README's tables
+	@tests/embedded/embedded.sh figures
+
+build/log/embedded.log: $(EMBEDDED)
+	$(call log,tests/embedded/embedded.sh check)
+
+# -- Proof by cases ------------------------------------------------------------------------------------------------
+#
+# tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
+# does the same. Optimised, with assertions.
+
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/regular exhaustive/payloads \
+    exhaustive/payloads-3
+CGAL = cgal/splits
+EXHAUSTIVE_DEPENDS = build/tests/libconquest-O2.a $(TEST_DEPENDS) $(wildcard tests/exhaustive/*.hpp)
+OPTIMISED = -std=c++17 $(TEST_FLAGS) -O2 $(ASSERTIONS)
+
+$(eval $(call library,-O2,$(CLANG),$(CLANGXX),-O2 $(ASSERTIONS)))
+
+build/tests/exhaustive/%: tests/exhaustive/%.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $(call linked) $< build/tests/libconquest-O2.a -o $@
+
+build/tests/exhaustive/payloads: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) -DCOUNT_WORK -fsanitize-coverage=trace-pc $< -o $@
+
+build/tests/exhaustive/payloads-3: tests/exhaustive/payloads.cpp $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	$(CLANGXX) $(OPTIMISED) $< -o $@
+
+build/tests/exhaustive/regular: tests/exhaustive/regular.cpp fuzz/asked.sh $(EXHAUSTIVE_DEPENDS)
+	@mkdir -p $(@D)
+	@fuzz/asked.sh $(HEADER) build/tests/exhaustive/asked
+	$(CLANGXX) -Ibuild/tests/exhaustive/asked $(OPTIMISED) $< -o $@
+
+build/log/exhaustive/payloads-3.log: build/tests/exhaustive/payloads-3
+	$(call log,$< 3)
+
+build/log/verify/exhaustive-%.log: build/tests/exhaustive/%
+	$(call log,$< all)
+
+# $(call manifolds,CONDITION): the oriented manifolds of build/meshes, by what the round trip of all meshes expects: of others
+# something is told, even of their connectivity alone.
+manifolds = $(shell awk '{ alone = $$0; sub(/.*but --connectivity: /, "", alone) } \
+    /^build.meshes/ && $$2 == "ok" && alone !~ /told/ && $(1) { print $$1 }' tests/meshes/expected.tsv)
+MANIFOLDS = $(call manifolds,$$3 >= 300)
+ALL_MANIFOLDS = $(call manifolds,1)
+
+# With positions nothing may be set aside or turned over: what is decoded would be another mesh.
+OFF_MANIFOLDS = $(filter %.off,$(call manifolds,!/set aside|turned over/))
+
+# Meshes with regular levels: a name is what meshgen gets.
+SUBDIVIDED = $(patsubst %,build/generated/subdivided/%.off,sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 \
+    split_2_torus_5_4 split_2_grid_5_4_100 split_1_random_300_1 loop_3_octahedron loop_3_genus_2 loop_2_annulus_7_2 \
+    loop_2_diagonals_1_cylinder_7_3 diagonals_0_cylinder_17_11 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 \
+    diagonals_2_torus_21_17 components_3_split_2_pyramid_9)
+
+build/generated/subdivided/%.off: build/meshgen
+	@mkdir -p $(@D)
+	@build/meshgen $(subst _, ,$*) >$@
+
+build/tests/cgal/%: tests/cgal/%.cpp build/tests/libconquest-O2.a $(TEST_DEPENDS)
+	@mkdir -p $(@D)
+	g++ $(OPTIMISED) $(call linked) $< build/tests/libconquest-O2.a -o $@
+
+build/log/cgal/splits.log: build/tests/cgal/splits build/meshes $(SUBDIVIDED)
+	$(call log,$< 250 $(OFF_MANIFOLDS) $(SUBDIVIDED))
+
+build/log/verify/cgal-splits.log: build/tests/cgal/splits build/meshes $(SUBDIVIDED)
+	$(call log,$< 1000 $(OFF_MANIFOLDS) $(SUBDIVIDED))
