@@ -281,8 +281,9 @@ typedef struct cq_aside {
  *
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
- * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE. No
- * face ever gets another number. Without materials all faces are one range. */
+ * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE; or,
+ * until the base is complete (is_partial), no number of a vertex that is there. No face ever gets another number. Without
+ * materials all faces are one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -312,6 +313,7 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
+    int is_partial;                                   /* faces of vertices that are not there are free, too: see "Materials" */
     cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
     cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: nobody looks, */
@@ -846,7 +848,6 @@ typedef struct cq_decoder {
         uint32_t material;                 /* the next one whose number of faces is read */
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
-        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before */
     } base;
     int located;                           /* channel of positions that the connectivity is coded with, or -1 */
     int ruled;                             /* pairs are scored by the rule, too: see cqi_score_rule */
@@ -860,6 +861,7 @@ typedef struct cq_decoder {
     cqi_regular regular;
     cqi_ring ring;
     union {
+        int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];  /* of the residuals before: of the base, and aside; */
         cqi_choice choice;                 /* while the pair is coded; */
         cqi_fan fan;                       /* then, while values are */
     } now;
@@ -1256,6 +1258,7 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->max_virtual_faces = (cq_index)s->num_boundary_edges;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
     m->flipped_from = m->flipped_to = m->flipped_before = 0;
+    m->is_partial = 0;
     cq_mesh_watch(m, 0, NULL);
 }
 
@@ -1492,8 +1495,8 @@ static int cqi_is_vertex(const cq_mesh *m, cq_index v)
 
 static int cqi_is_face(const cq_mesh *m, cq_index f)
 {
-    return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) &&
-           m->origin[3 * f] != CQ_NONE;
+    return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) && m->origin[3 * f] != CQ_NONE &&
+           !(m->is_partial && !cqi_is_vertex(m, m->origin[3 * f]));
 }
 
 /* Is h a halfedge of a real face? */
@@ -2897,7 +2900,6 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_show_materials(d) ((void)0)
 #define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
 #define cqi_check_material_faces(d, corners) CQ_OK
-#define cqi_drop_component(d) ((void)0)
 #define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
 #define cqi_aside_material(d, face) 1
 #else
@@ -2943,7 +2945,7 @@ static cq_result cqi_step_materials(cq_decoder *d)
     m->shown = 0;
     if (k + 1 == d->shape.num_materials) {
         memset(d->mesh.origin, 0xff, 3 * (size_t)d->shape.num_faces * sizeof(cq_index));
-        d->mesh.num_faces = d->base.draft.num_faces = (cq_index)d->shape.num_faces;
+        d->base.draft.num_faces = (cq_index)d->shape.num_faces;
         d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
         return CQ_OK;
     }
@@ -3055,16 +3057,6 @@ static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners
         *corners = (cq_index)(*corners + 3 * n);
     }
     return result;
-}
-
-/* A component that will never be complete is taken away. */
-static void cqi_drop_component(cq_decoder *d)
-{
-    uint32_t k;
-    for (k = 0; d->materials && k < d->shape.num_materials; k++) {
-        cqi_material *m = &d->materials[k];
-        for (; m->count > m->shown; m->count--) d->mesh.origin[3 * (m->first + m->count - 1)] = CQ_NONE;
-    }
 }
 
 /* The material of the next face aside, given that of the one before. 0: it is none. */
@@ -3321,7 +3313,8 @@ static cq_result cqi_finish_component(const cq_decoder *d)
     cq_index corners = 0;
     cq_result result = cqi_check_material_faces(d, &corners);
     if (result == CQ_OK)
-        result = cqi_check_from(&d->base.draft, m->num_vertices, m->num_faces, m->num_virtual, m->num_virtual_faces, corners, NULL);
+        result = cqi_check_from(&d->base.draft, m->num_vertices, d->materials ? d->base.draft.num_faces : m->num_faces,
+                                m->num_virtual, m->num_virtual_faces, corners, NULL);
     return result == CQ_OK && (d->base.more || cqi_base_fits(d)) ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
@@ -3495,7 +3488,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        int32_t *size = d->base.size + k * CQ_MAX_COMPONENTS;
+        int32_t *size = d->now.size + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
@@ -7045,7 +7038,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k)
     if (!n && row) known[n++] = (cq_index)(row - 1);
     for (c = 0; c < stride; c++) {
         const cq_value *const values = d->channel[k] + c;
-        int32_t *const size = &d->base.size[k * CQ_MAX_COMPONENTS + c];
+        int32_t *const size = &d->now.size[k * CQ_MAX_COMPONENTS + c];
         int32_t p = cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1), x = 0;
         if (n == 1) p = cqi_number(channel, values[(size_t)known[0] * stride]);
         if (n == 2) p = cqi_unrough(channel, (cqi_rough(channel, values[(size_t)known[0] * stride]) + cqi_rough(channel, values[(size_t)known[1] * stride])) / 2);
@@ -7098,7 +7091,7 @@ static int cqi_has_aside(cq_decoder *d)
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
         d->metadata_read == d->shape.metadata_bytes)
         return 0;
-    memset(d->base.size, 0, sizeof d->base.size);
+    memset(d->now.size, 0, sizeof d->now.size);
     d->base.value = 0;
     d->phase = CQI_READ_ASIDE;
     return 1;
@@ -7118,7 +7111,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
             const size_t row = d->plan->aside_row[d->aside.num_rows];
             x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
         }
-        x = cqi_code_base_residual(d, channel, x, &d->base.size[k * CQ_MAX_COMPONENTS + c]);
+        x = cqi_code_base_residual(d, channel, x, &d->now.size[k * CQ_MAX_COMPONENTS + c]);
         x = cqi_number(channel, cqi_sum(p, x));
         if (!cqi_value_fits(channel, x)) return 0;
         to[c] = (cq_value)x;
@@ -7221,6 +7214,7 @@ static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
     if (d->phase == CQI_BASE_VALUES && d->seams) return cqi_begin_base_rows(d);
     d->num_components += d->mesh.num_vertices < d->base.draft.num_vertices; /* not of an empty mesh */
     d->mesh = d->base.draft;
+    d->mesh.is_partial = d->base.more && d->materials;
     d->base.shown = d->base.faces;
     cqi_show_materials(d);
     if (d->seams) d->num_rows = d->seams->num_rows;
@@ -7553,7 +7547,6 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
     if (!d->seams) d->num_rows = d->mesh.num_vertices;
     if (result == CQ_NEED_INPUT) return result;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
-    else if (result != CQ_OK) cqi_drop_component(d);
     d->status = result;
     return result;
 }

@@ -172,6 +172,12 @@ static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const 
     return 1;
 }
 
+/* Materials leave gaps until all is there. */
+static inline int face_is_there(const cq_decoder *d, uint32_t f) {
+    const cq_index v = d->mesh.origin[3 * f];
+    return v != CQ_NONE && !(d->mesh.is_partial && v >= d->mesh.num_vertices);
+}
+
 /* A face is there if and only if it is one of those that are told of its material; these fill their ranges from the start, and
  * the ranges all numbers. */
 static inline int materials_are_valid(const cq_decoder *d) {
@@ -185,7 +191,7 @@ static inline int materials_are_valid(const cq_decoder *d) {
         }
         if (first != f || count > next - first) return 0;
         for (; f < next; ++f)
-            if ((d->mesh.origin[3 * f] != CQ_NONE) != (f < (uint32_t)first + count)) return 0;
+            if (face_is_there(d, f) != (f < (uint32_t)first + count)) return 0;
     }
     return 1;
 }
@@ -261,7 +267,7 @@ static inline int rows_are_valid(const cq_decoder *d) {
     used = (uint8_t *)calloc(d->num_rows + 1u, 1);
     for (h = 0; h < 3 * (uint32_t)d->mesh.num_faces; ++h) {
         const cq_index row = d->index[h];
-        if (d->mesh.origin[h / 3 * 3] == CQ_NONE) continue;
+        if (!face_is_there(d, h / 3)) continue;
         if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) break;
         n += !used[row];
         used[row] = 1;
