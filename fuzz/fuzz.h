@@ -234,7 +234,8 @@ static inline void check_values(const cq_decoder *d) {
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *c = &d->shape.channel[k];
         for (j = 0; j < num_values(c, num_owners(d, k), d->mesh.num_faces) && c->bits != CQ_EXACT_BITS; j++)
-            REQUIRE(d->channel[k][j] >= 0 && (uint32_t)d->channel[k][j] < (uint32_t)1 << c->bits);
+            REQUIRE((c->merge == CQ_PER_FACE && !face_is_there(d, (uint32_t)j)) ||
+                    (d->channel[k][j] >= 0 && (uint32_t)d->channel[k][j] < (uint32_t)1 << c->bits));
     }
 }
 
@@ -243,21 +244,23 @@ static inline void check_triangles(const cq_mesh *m, uint32_t num_loops) {
     cq_mesh again;
     cq_shape shape;
     void *memory = NULL;
+    cq_index *const triangles = (cq_index *)block(3 * (size_t)m->num_faces * sizeof(cq_index));
     cq_result result = CQ_ERROR_MEMORY;
     uint32_t v;
     int tries;
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = m->num_vertices;
-    shape.num_faces = m->num_faces;
+    shape.num_faces = (uint32_t)cq_mesh_triangles(m, triangles);
     for (tries = 0; result == CQ_ERROR_MEMORY && tries < 2; tries++) {
         free(memory);
         memory = block(cq_mesh_bytes(&shape));
-        result = cq_mesh_build(&again, &shape, m->origin, memory, cq_mesh_bytes(&shape), NULL);
+        result = cq_mesh_build(&again, &shape, triangles, memory, cq_mesh_bytes(&shape), NULL);
     }
     REQUIRE(result == CQ_OK);
     REQUIRE(shape.num_boundary_loops == num_loops);
     for (v = 0; v < m->num_vertices; v++) REQUIRE(again.valence[v] == m->valence[v]);
     free(memory);
+    free(triangles);
 }
 
 /* The parts of a complete report add up. */
@@ -281,7 +284,7 @@ static inline void check_report(const cq_report *r, const cq_decoder *d) {
 static inline void check_decoder(const cq_decoder *d) {
     const cq_mesh *m = &d->mesh;
     const cq_shape *s = &d->shape;
-    uint32_t k;
+    uint32_t k, faces = 0;
     REQUIRE(cq_mesh_check(m, NULL) == CQ_OK);
     if (m->num_vertices == 0) {
         REQUIRE(m->num_faces == 0 && m->num_virtual == 0 && m->num_virtual_faces == 0);
@@ -289,12 +292,15 @@ static inline void check_decoder(const cq_decoder *d) {
     }
     REQUIRE(m->num_vertices <= s->num_vertices && m->num_faces <= s->num_faces);
     REQUIRE(m->num_virtual <= s->num_boundary_loops && m->num_virtual_faces <= s->num_boundary_edges);
+    for (k = 0; k < m->num_faces; k++) faces += (uint32_t)face_is_there(d, k);
+    REQUIRE(faces == m->num_faces || s->num_materials > 0);
+    REQUIRE(materials_are_valid(d));
     if (d->level > 0) {
         REQUIRE(m->num_virtual == s->num_boundary_loops);
-        REQUIRE(2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces ==
+        REQUIRE(2 * (int64_t)m->num_vertices - faces - (int64_t)m->num_virtual_faces ==
                 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges);
     }
-    for (k = 0; k < 3 * (uint32_t)m->num_faces; k++) REQUIRE(m->origin[k] < m->num_vertices);
+    for (k = 0; k < 3 * (uint32_t)m->num_faces; k++) REQUIRE(!face_is_there(d, k / 3) || m->origin[k] < m->num_vertices);
     for (k = 0; k < m->num_vertices; k++) REQUIRE(m->out[k] != CQ_NONE);
     REQUIRE(rows_are_valid(d));
     check_values(d);
@@ -376,6 +382,15 @@ static inline void decoding_run(decoding *d, const stream *s) {
     REQUIRE(decoding_call(d, &in, 1, 0) == decoding_call(d, NULL, CQ_NO_LIMIT, 0));
 }
 
+/* Elements of faces that are there are the same; without materials all are. */
+static inline int same_of_faces(const cq_decoder *d, const void *a, const void *b, size_t size) {
+    size_t f;
+    for (f = 0; f < d->mesh.num_faces; f++)
+        if (face_is_there(d, (uint32_t)f) && memcmp((const uint8_t *)a + f * size, (const uint8_t *)b + f * size, size) != 0)
+            return 0;
+    return 1;
+}
+
 /* The same mesh, slot for slot, and the same values. out[] may be any of a vertex's halfedges. */
 static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
     const cq_mesh *m = &a->mesh, *n = &b->mesh;
@@ -386,17 +401,21 @@ static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
     for (k = 0; k < 2; k++) {
         size_t vertex = k ? m->first_virtual : 0, vertices = (k ? m->num_virtual : m->num_vertices) * sizeof(cq_index);
         size_t corner = k ? 3 * (size_t)m->first_virtual_face : 0;
-        size_t corners = 3 * (size_t)(k ? m->num_virtual_faces : m->num_faces) * sizeof(cq_index);
-        REQUIRE(memcmp(m->origin + corner, n->origin + corner, corners) == 0);
-        REQUIRE(memcmp(m->twin + corner, n->twin + corner, corners) == 0);
+        size_t corners = 3 * (size_t)m->num_virtual_faces * sizeof(cq_index);
+        if (k) REQUIRE(memcmp(m->origin + corner, n->origin + corner, corners) == 0);
+        if (k) REQUIRE(memcmp(m->twin + corner, n->twin + corner, corners) == 0);
         REQUIRE(memcmp(m->valence + vertex, n->valence + vertex, vertices) == 0);
     }
-    for (k = 0; k < a->shape.num_channels; k++)
-        REQUIRE(memcmp(a->channel[k], b->channel[k],
-                       num_values(&a->shape.channel[k], num_owners(a, k), m->num_faces) * sizeof(cq_value)) == 0);
+    REQUIRE(same_of_faces(a, m->origin, n->origin, 3 * sizeof(cq_index)));
+    REQUIRE(same_of_faces(a, m->twin, n->twin, 3 * sizeof(cq_index)));
+    for (k = 0; k < a->shape.num_channels; k++) {
+        const cq_channel *c = &a->shape.channel[k];
+        if (c->merge == CQ_PER_FACE) REQUIRE(same_of_faces(a, a->channel[k], b->channel[k], sizeof(cq_value)));
+        else REQUIRE(memcmp(a->channel[k], b->channel[k], num_values(c, num_owners(a, k), 0) * sizeof(cq_value)) == 0);
+    }
     if (a->vertex != NULL) {
         REQUIRE(a->num_rows == b->num_rows);
-        REQUIRE(memcmp(a->index, b->index, 3 * (size_t)m->num_faces * sizeof(cq_index)) == 0);
+        REQUIRE(same_of_faces(a, a->index, b->index, 3 * sizeof(cq_index)));
         REQUIRE(memcmp(a->vertex, b->vertex, a->num_rows * sizeof(cq_index)) == 0);
     }
 }

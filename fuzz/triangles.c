@@ -1,8 +1,9 @@
-/* Any triangles over any rows: seams, junctions, cuts, copies, all that is no surface. They come back. The bytes are
+/* Any triangles over any rows: seams, junctions, cuts, copies, materials, all that is no surface. They come back. The bytes are
  * coordinates of few bits, attributes of rows, and the rows of faces, which mostly follow each other in strips. */
 #include "surface.h"
 
 enum { MOST_FACES = 160 };
+static cq_index *materials;
 
 static void add_values(model *m, uint32_t kind, uint32_t components, uint32_t bits, input *in) {
     const uint32_t k = m->input.shape.num_channels++, n = m->input.shape.num_vertices * components;
@@ -20,6 +21,16 @@ static void add_values(model *m, uint32_t kind, uint32_t components, uint32_t bi
     }
 }
 
+/* They follow the number of the first row. */
+static void add_materials(model *m, uint32_t count, input *in) {
+    const uint32_t width = 1 + take(in) % 16;
+    uint32_t f;
+    cq_index *material = (cq_index *)block(m->input.shape.num_faces * sizeof(cq_index));
+    for (f = 0; f < m->input.shape.num_faces; f++) material[f] = (cq_index)(m->indices[3 * f] / width % count);
+    m->input.shape.num_materials = count;
+    m->input.materials = materials = material;
+}
+
 static model take_triangles(input *in) {
     model m;
     uint32_t form = take(in), size = take(in), f, k;
@@ -28,7 +39,9 @@ static model take_triangles(input *in) {
     if (form & 1) add_values(&m, CQ_POSITION, 3, 1 + size % 5, in);
     if (form & 2) add_values(&m, CQ_NORMAL, 2, 2 + size % 7, in);
     if (form & 4) add_values(&m, CQ_TEXCOORD, 2, 1 + size % 8, in);
-    if (form & 8) add_values(&m, CQ_JOINTS, 1, 2, in);
+    if ((form & 6) == 6 && size & 16) add_values(&m, CQ_TANGENT, 2 + (size & 1), 2 + size % 7, in);
+    if (form & 8) add_values(&m, CQ_JOINTS, 1 + size / 32 % 4, 3, in);
+    if (form & 8 && size & 16) add_values(&m, CQ_WEIGHTS, 1 + size / 32 % 4, 4, in);
     m.input.clean = form >> 4 & 1;
     m.input.goal = (cq_goal)(form >> 5 & 1);
     m.input.shape.metadata_bytes = form >= 192 ? size : 0;
@@ -50,6 +63,7 @@ static model take_triangles(input *in) {
         }
     }
     m.input.shape.num_faces = f;
+    if (size & 8) add_materials(&m, 2 + size % 7, in);
     return m;
 }
 
@@ -68,6 +82,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     REQUIRE(maps_are_right(&m.input, d.decoder, map, face_map));
     decoding_end(&d);
     free(s.data);
+    free(materials);
+    materials = NULL;
     free(map);
     free(face_map);
     model_free(&m);

@@ -87,6 +87,7 @@
 #define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
 #define cq_read_rows CQI_SYMBOL(cq_read_rows)
 #define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
+#define cq_material CQI_SYMBOL(cq_material)
 #define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
 #define cq_range_decoder_init CQI_SYMBOL(cq_range_decoder_init)
 #define cq_encode_bit CQI_SYMBOL(cq_encode_bit)
@@ -130,13 +131,14 @@ extern "C" {
 #define CQ_VERSION_STRING "0.1.0"    /* the same for humans */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
-#define CQ_MAX_CHANNELS 8            /* channels of one stream */
+#define CQ_MAX_CHANNELS 16           /* channels of one stream */
 #define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
 #define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
 #define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
-#define CQ_MAX_HEADER_BYTES 256      /* a header is never longer */
+#define CQ_MAX_MATERIALS 1024        /* materials of one stream */
+#define CQ_MAX_HEADER_BYTES 512      /* a header is never longer */
 #define CQ_NO_LIMIT 0xffffffffu      /* a budget that never runs out */
 
 /* -- Results ------------------------------------------------------------------------------------------------------- */
@@ -201,7 +203,9 @@ typedef enum cq_kind {
     CQ_WEIGHTS = 6,       /* and their weights */
     CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
     CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
-    CQ_TURNED = 9         /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
+    CQ_TURNED = 9,        /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
+    CQ_TANGENT = 10       /* 2 or 3 components, an octahedral pair, and 0 or 1 for the sign of the bitangent; or 4, a
+                             vector and w */
 } cq_kind;
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
@@ -237,6 +241,7 @@ typedef struct cq_shape {
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
     uint32_t regular;                /* of a stream: 1 if there may be regular levels; cq_encode does not look at it */
+    uint32_t num_materials;          /* see "Materials"; 0 or 1: nothing of that */
 } cq_shape;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
@@ -250,7 +255,7 @@ typedef struct cq_shape {
  *         ---- seam ----            two faces of an edge have the same two mesh vertices: so there is no crack.
  *               / | \
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
- *           /  1  |  2  \            Per row: normals, texture coordinates and colours.
+ *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
  * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, then
  * the row goes along, and gets what the new vertex has for the channels of the mesh vertex. cq_moved_rows tells which.
@@ -267,7 +272,19 @@ typedef struct cq_aside {
     uint32_t num_rows, num_faces;          /* shape's, or 0 before they are read */
     cq_index *index;                       /* cq_index[3 * num_faces], rows */
     cq_value *channel[CQ_MAX_CHANNELS];    /* cq_value[num_rows][components], or cq_value[num_faces] */
+    cq_index *material;                    /* cq_index[num_faces], or NULL */
 } cq_aside;
+
+/* -- Materials -----------------------------------------------------------------------------------------------------
+ *
+ * Faces of one material have their numbers in a range of their own, which is as long as the full mesh needs. Each range
+ * fills from its start, so at any moment a material is drawn with one call, from the same vertex and index buffers:
+ *
+ *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
+ *
+ * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE; or,
+ * until the base is complete (is_partial), no number of a vertex that is there. No face ever gets another number. Without
+ * materials all faces are one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -280,7 +297,8 @@ typedef struct cq_aside {
  * .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; their slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
- * last in, first out. A decoder never collapses: its vertices and faces have no gaps.
+ * last in, first out. A decoder never collapses: its vertices have no gaps, nor have its faces but for those of
+ * materials, whose free slots are on no list.
  *
  * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from
  * a vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices
@@ -296,6 +314,7 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
+    int is_partial;                                   /* faces of vertices that are not there are free, too: see "Materials" */
     cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
     cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: nobody looks, */
@@ -472,17 +491,18 @@ typedef struct cq_report {
 /* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
  * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
  * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
- * questions about a position: 203.1. With 28 exact components, the three of a position being 5.1 less each, that makes
- * 214, and up to 8 more until the next byte: of 224 here. Face values: 6 and 64, of a component. A join of the base has
- * 3 and 32. Of regular levels, an insertion has three residuals; weights are 171 raw bits. */
-#define CQI_STEP_BYTES(components) (28 + 18 * (size_t)(components))
+ * questions about a position: 203.1. With 61 exact components, the three of a position being 5.1 less each, and 12.1 for
+ * the sum of weights, that makes 255, and up to 8 more until the next byte: of 272 here. A joint has 9 and 24. Face
+ * values: 6 and 64, of a component; materials the same. A join of the base has 3 and 32. Of regular levels, an insertion
+ * has three residuals; weights are 171 raw bits. */
+#define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header. So large that when it is full and less than a step is left, that is less
- * than half, and moves to the start without overlap. */
-#define CQI_BUFFER_BYTES (2 * CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS))
+/* Input that waits for its step, or a header: the largest step. What is left of it moves to the start when the buffer is full
+ * and less than a step is left: of most meshes, whose steps are short, once for many of them. */
+#define CQI_BUFFER_BYTES CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1)
 
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -638,7 +658,9 @@ enum {
     CQI_PRIORS = CQI_OF_CONQUEST + CQI_HAS_REGULAR * (CQI_ALL_PRIORS - CQI_OF_CONQUEST),
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
-    CQI_MODELS = CQI_FACE + 12,
+    CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
+    CQI_SUM = CQI_OTHER_JOINT + 4 * 6,        /* the last weight makes the sum what it is nearby */
+    CQI_MODELS = CQI_SUM + 1,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
     CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
@@ -677,15 +699,16 @@ typedef struct cqi_quick_model {
 } cqi_quick_model;
 
 /* Sets of models for residuals of rows, classes of what is expected, and lengths. */
-enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_SETS };
+enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_TURN, CQI_ROW_SETS };
 #define CQI_ROW_CLASSES 20
+#define CQI_ROUNDING (CQI_ROW_CLASSES - 1) /* class of pairs that are turned */
 #define CQI_ROW_LENGTHS 16
 
 /* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
 #define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
-    cq_bit_model equal[CQ_MAX_CHANNELS][8];   /* a channel of a new row is equal to that of another row */
+    cq_bit_model equal[CQ_MAX_CHANNELS][11];  /* a channel of a new row is equal to that of another row */
     cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
     int full;                                 /* there were more */
@@ -701,6 +724,13 @@ typedef struct cqi_seams {
     cq_index row[CQI_CORNERS], usual[CQI_CORNERS], other[CQI_CORNERS];
     cq_index wanted[CQI_CORNERS];             /* by an encoder */
 } cqi_seams;
+
+/* The range of face numbers of a material. */
+typedef struct cqi_material {
+    cq_index first, count;                    /* the next face gets first + count; */
+    cq_index shown;                           /* cq_material tells so many */
+    cq_index scan;                            /* base: all halfedges of the range before it are closed */
+} cqi_material;
 
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
@@ -759,6 +789,10 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
 /* Metadata of m bytes need so much more. */
 #define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
 
+/* More for m materials, a faces being aside. */
+#define CQ_MATERIAL_BYTES(m, a) \
+    ((m) ? CQI_ROUND((cqi_size)(m) * sizeof(cqi_material)) + CQI_ROUND((cqi_size)(a) * sizeof(cq_index)) : 0)
+
 /* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
  * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
  * of faces. */
@@ -798,6 +832,8 @@ typedef struct cq_decoder {
     size_t memory_size;
     struct cqi_plan *plan;                 /* NULL, or what the encoder chose: then this object writes */
     cqi_seams *seams;                      /* NULL without wedges */
+    cqi_material *materials;               /* cqi_material[shape.num_materials], or NULL */
+    cq_index new_face[2];                  /* with materials: those that a split makes, at p and at q */
     cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
     uint32_t metadata_read;                /* bytes */
     struct {
@@ -814,6 +850,10 @@ typedef struct cq_decoder {
         cq_index gate, before, before2;    /* the border halfedge to grow at, and the two before it */
         cq_index scan, virtual_scan;       /* all halfedges before these are closed */
         cq_index value;                    /* next vertex, then next face, of the component to get its values */
+        cq_index faces, shown;             /* real ones; of these, those of complete components */
+        cq_index last_face;                /* real one that was added last, or CQ_NONE; */
+        cq_index valued_face;              /* and that got its values last */
+        uint32_t material;                 /* the next one whose number of faces is read */
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
     } base;
@@ -866,6 +906,10 @@ CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_ind
  * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
 CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
 
+/* The faces of material m that are there: numbers *first .. *first + *count - 1. Draw `index` from 3 * *first on, 3 * *count
+ * indices. Without materials there is one, number 0, which has all faces. */
+CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
+
 /* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
  * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
 CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
@@ -881,7 +925,8 @@ typedef struct cq_lod {
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
     uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
-    size_t first;           /* out: of its indices, 3 * num_faces of them */
+    size_t first;           /* out: of its indices, 3 * num_faces of them, material by material */
+    cq_index *of_material;  /* in: NULL, or cq_index[num_materials], out: faces of each */
 } cq_lod;
 
 /* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: a level has up to as many
@@ -910,6 +955,7 @@ typedef struct cq_input {
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
+    const cq_index *materials;             /* cq_index[num_faces], each below shape.num_materials, if that is 2 or more */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
     int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
@@ -1154,11 +1200,16 @@ static uint32_t cqi_components(const cq_channel *c)
 /* What the numbers of a channel belong to. */
 enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
 
+static int cqi_is_of_corner(int kind)
+{
+    return kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR || kind == CQ_TANGENT;
+}
+
 static int cqi_class(const cq_shape *s, uint32_t k)
 {
     const int kind = s->channel[k].kind;
     if (s->channel[k].merge == CQ_PER_FACE) return CQI_OF_FACE;
-    return s->num_rows && (kind == CQ_NORMAL || kind == CQ_TEXCOORD || kind == CQ_COLOR) ? CQI_OF_ROW : CQI_OF_VERTEX;
+    return s->num_rows && cqi_is_of_corner(kind) ? CQI_OF_ROW : CQI_OF_VERTEX;
 }
 
 /* Numbers per vertex, per face or per row. */
@@ -1188,7 +1239,7 @@ static int cqi_countable(const cq_shape *s)
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
     return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
            s->num_aside_rows <= CQI_MAX_HALFEDGES - (s->num_rows ? s->num_rows : s->num_vertices) &&
-           s->num_aside_faces <= limit;
+           s->num_aside_faces <= limit && s->num_materials <= CQ_MAX_MATERIALS;
 }
 
 size_t cq_mesh_bytes(const cq_shape *s)
@@ -1216,6 +1267,7 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->max_virtual_faces = (cq_index)s->num_boundary_edges;
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
     m->flipped_from = m->flipped_to = m->flipped_before = 0;
+    m->is_partial = 0;
     cq_mesh_watch(m, 0, NULL);
 }
 
@@ -1452,8 +1504,8 @@ static int cqi_is_vertex(const cq_mesh *m, cq_index v)
 
 static int cqi_is_face(const cq_mesh *m, cq_index f)
 {
-    return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) &&
-           m->origin[3 * f] != CQ_NONE;
+    return cqi_in_range(f, m->num_faces, m->first_virtual_face, m->num_virtual_faces) && m->origin[3 * f] != CQ_NONE &&
+           !(m->is_partial && !cqi_is_vertex(m, m->origin[3 * f]));
 }
 
 /* Is h a halfedge of a real face? */
@@ -1541,19 +1593,21 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on. */
-static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_place *place)
+/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces with so
+ * many corners at these vertices are fine. */
+static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
+                                cq_place *place)
 {
     const cq_index faces = (cq_index)(m->num_faces - f), virtual_faces = (cq_index)(m->num_virtual_faces - vf);
     const cq_index first_virtual_face = (cq_index)(m->first_virtual_face + vf);
-    cq_index in_fans = 0, corners;
+    cq_index in_fans = 0;
     cq_result r = cqi_check_halfedges(m, f, faces, place);
     if (r == CQ_OK) r = cqi_check_halfedges(m, first_virtual_face, virtual_faces, place);
     if (r == CQ_OK) r = cqi_check_vertices(m, v, (cq_index)(m->num_vertices - v), &in_fans, place);
     if (r == CQ_OK)
         r = cqi_check_vertices(m, (cq_index)(m->first_virtual + vv), (cq_index)(m->num_virtual - vv), &in_fans, place);
     if (r != CQ_OK) return r;
-    corners = cqi_count_corners(m, f, faces);
+    corners = (cq_index)(corners + cqi_count_corners(m, f, faces));
     corners = (cq_index)(corners + cqi_count_corners(m, first_virtual_face, virtual_faces));
     return in_fans == corners ? CQ_OK : cqi_error(place, CQ_ERROR_VERTEX, CQ_NONE, CQ_NONE, CQ_NONE);
 }
@@ -1561,7 +1615,7 @@ static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_ind
 cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 {
     cq_result r = cqi_error(place, cqi_counts_fit(m) ? CQ_OK : CQ_ERROR_INDEX, CQ_NONE, CQ_NONE, CQ_NONE);
-    return r == CQ_OK ? cqi_check_from(m, 0, 0, 0, 0, place) : r;
+    return r == CQ_OK ? cqi_check_from(m, 0, 0, 0, 0, 0, place) : r;
 }
 
 /* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
@@ -2103,8 +2157,8 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    static const uint8_t components[CQ_TURNED + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2 }; /* bit n: n are allowed */
-    return c->kind <= CQ_TURNED && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+    static const uint8_t components[CQ_TANGENT + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2, 28 }; /* bit n: n are allowed */
+    return c->kind <= CQ_TANGENT && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
@@ -2132,7 +2186,7 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 #define CQI_EXTENDED 0x80 /* counts of what a mesh without seams does not have follow */
 static int cqi_is_extended(const cq_shape *s)
 {
-    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes;
+    return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
 }
 
 static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
@@ -2141,8 +2195,10 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     s->num_aside_rows = cqi_read_varint(r);
     s->num_aside_faces = cqi_read_varint(r);
     s->metadata_bytes = cqi_read_varint(r);
+    s->num_materials = cqi_read_varint(r);
     if (r->result != CQ_OK) return r->result;
     if (!cqi_is_extended(s) || s->metadata_bytes > CQ_MAX_METADATA) return CQ_ERROR_CORRUPT;
+    if (s->num_materials == 1 || s->num_materials > CQ_MAX_MATERIALS) return CQ_ERROR_CORRUPT;
     if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
     return CQ_OK;
 }
@@ -2150,7 +2206,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
 /* Regular levels have positions or nothing. */
 static int cqi_allows_regular(const cq_shape *s)
 {
-    return !s->num_rows && (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
+    return !s->num_rows && !s->num_materials && (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
 }
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
@@ -2229,12 +2285,13 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES and CQ_METADATA_BYTES, in numbers that can't overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that can't
+ * overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
     const uint64_t all = of_row + cqi_all_components(s, CQI_OF_VERTEX), faces = s->num_aside_faces;
-    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes);
+    uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes) + CQ_MATERIAL_BYTES(s->num_materials, faces);
     if (s->num_rows) {
         bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
         bytes += CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
@@ -2350,6 +2407,7 @@ typedef struct cqi_plan {
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
     const uint8_t *metadata;            /* as handed in */
+    const cq_index *materials;          /* as handed in */
     cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
 } cqi_plan;
 
@@ -2837,6 +2895,225 @@ static void cqi_model_keep(const cqi_model *m);
 static void cqi_model_omit(cqi_model *m);                     /* takes out what it is to do without */
 #endif
 
+/* What the next step does. */
+enum {
+    CQI_HEADER, CQI_MATERIALS, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
+    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
+    CQI_READ_ASIDE, CQI_COMPLETE
+};
+
+/* A value, given those of what is near it. */
+static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
+{
+    int i, j, refused = 0;
+    for (i = 0; i < n; i++) {
+        int asked = 0, same = 0;
+        for (j = 0; j < n; j++) {
+            same += beside[j] == beside[i];
+            asked += j < i && beside[j] == beside[i];
+        }
+        if (asked) continue;
+        if (cqi_code_bit(d, CQI_FACE + 4 * cqi_at_most(refused, 2) + cqi_at_most(same, 3), value == beside[i]))
+            return beside[i];
+        refused++;
+    }
+    return (int32_t)cqi_code_raw(d, (uint32_t)value, bits);
+}
+
+/* -- Materials: ranges of face numbers --
+ *
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the slot that
+ * it is to get is put there. */
+
+#ifdef CQ_NO_WEDGES
+#define cqi_code_base_material(d, input) 1
+#define cqi_code_new_materials(d, p, q) 1
+#define cqi_take_new_faces(d) ((void)0)
+#define cqi_count_new_faces(d) ((void)0)
+#define cqi_show_materials(d) ((void)0)
+#define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
+#define cqi_check_material_faces(d, corners) CQ_OK
+#define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
+#define cqi_aside_material(d, face) 1
+#else
+
+static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
+{
+    return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
+}
+
+/* The material of a face: the last one that does not begin behind it. */
+static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
+{
+    uint32_t low = 0, high = d->shape.num_materials;
+    while (high - low > 1) {
+        const uint32_t m = low + (high - low) / 2;
+        if (d->materials[m].first <= face) low = m;
+        else high = m;
+    }
+    return low;
+}
+
+static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
+{
+    const cqi_plan *p = d->plan;
+    return p->materials[p->face_of_input ? p->face_of_input[face] : face];
+}
+
+/* Counts the faces of each material of an encoder. */
+static void cqi_count_materials(cq_decoder *d)
+{
+    cq_index f;
+    for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
+}
+
+/* How many faces of each material the mesh will have: of each but the last a number of what is left. */
+static cq_result cqi_step_materials(cq_decoder *d)
+{
+    const uint32_t k = d->base.material++;
+    cqi_material *m = &d->materials[k];
+    uint32_t left = d->shape.num_faces - m->first, n;
+    if (CQI_ENCODING(d) && !k) cqi_count_materials(d);
+    n = m->shown;
+    m->shown = 0;
+    if (k + 1 == d->shape.num_materials) {
+        memset(d->mesh.origin, 0xff, 3 * (size_t)d->shape.num_faces * sizeof(cq_index));
+        d->base.draft.num_faces = (cq_index)d->shape.num_faces;
+        d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
+        return CQ_OK;
+    }
+    n = cqi_code_raw(d, n, cqi_bit_length(left));
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    if (n > left) return CQ_ERROR_CORRUPT;
+    m[1].first = (cq_index)(m->first + (cq_index)n);
+    m[1].scan = (cq_index)(3 * m[1].first);
+    return CQ_OK;
+}
+
+/* A material, given those of faces nearby; or -1, if it is none. */
+static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
+{
+    const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
+    return m < (int32_t)d->shape.num_materials ? m : -1;
+}
+
+/* The next face of the base, behind the gate, gets its slot. 0: it can't. */
+static int cqi_code_base_material(cq_decoder *d, cq_index input)
+{
+    int32_t beside[2], m;
+    cqi_material *of;
+    int n = 0;
+    if (cqi_is_real_face(&d->base.draft, d->base.gate))
+        beside[n++] = (int32_t)cqi_material_of(d, (cq_index)(d->base.gate / 3));
+    beside[n++] = d->base.last_face != CQ_NONE ? (int32_t)cqi_material_of(d, d->base.last_face) : 0;
+    m = cqi_code_material(d, beside, n, CQI_ENCODING(d) ? cqi_plan_material(d, (cq_index)(input / 3)) : 0);
+    if (m < 0) return 0;
+    of = &d->materials[m];
+    if (of->first + of->count == cqi_end_of_material(d, (uint32_t)m)) return 0;
+    d->base.last_face = (cq_index)(of->first + of->count++);
+    cqi_free_face(&d->base.draft, d->base.last_face);
+    return 1;
+}
+
+/* The slots of the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
+static int cqi_code_new_materials(cq_decoder *d, int p, int q)
+{
+    int32_t m = 0, beside[3];
+    int end, side, n;
+    d->new_face[0] = d->new_face[1] = CQ_NONE;
+    for (end = 0; end < 2; end++) {
+        cq_index spoke = d->ring.spoke[end ? q : p];
+        if (cq_is_virtual(&d->mesh, cq_target(&d->mesh, spoke))) continue;
+        beside[0] = m;
+        n = d->new_face[0] != CQ_NONE;
+        for (side = 0; side < 2; side++, spoke = d->mesh.twin[spoke])
+            if (cqi_is_real_face(&d->mesh, spoke)) beside[n++] = (int32_t)cqi_material_of(d, (cq_index)(spoke / 3));
+        m = cqi_code_material(d, beside, n, CQI_ENCODING(d) ? cqi_plan_material(d, d->plan->note[d->plan->next].face[end]) : 0);
+        if (m < 0) return 0;
+        d->new_face[end] = (cq_index)(d->materials[m].first + d->materials[m].count);
+        if (d->new_face[0] != CQ_NONE && end && d->new_face[end] == d->new_face[0]) d->new_face[end]++;
+        if (d->new_face[end] >= cqi_end_of_material(d, (uint32_t)m)) return 0;
+    }
+    if (CQI_REPORTING(d)) cqi_charge(d, &d->report->channels, &cqi_level_report(d)->values);
+    return 1;
+}
+
+/* Makes these the next free faces, the one at p first. */
+static void cqi_take_new_faces(cq_decoder *d)
+{
+    int end;
+    for (end = 1; end >= 0; end--)
+        if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
+}
+
+/* They are there. */
+static void cqi_count_new_faces(cq_decoder *d)
+{
+    int end;
+    for (end = 0; end < 2; end++) {
+        cqi_material *m;
+        if (d->new_face[end] == CQ_NONE) continue;
+        m = &d->materials[cqi_material_of(d, d->new_face[end])];
+        m->shown = ++m->count;
+    }
+}
+
+/* What has been added to the base becomes public. */
+static void cqi_show_materials(cq_decoder *d)
+{
+    uint32_t m;
+    for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
+}
+
+/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of each
+ * material. Asked for one after the other, and only if there is one. */
+static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
+{
+    const cqi_material *m = d->materials;
+    cq_index f = 0;
+    if (!m) return (cq_index)(d->mesh.num_faces + n);
+    if (n) f = (cq_index)(d->base.valued_face + 1);
+    for (m += cqi_material_of(d, f); f >= m->first + m->count || m->shown == m->count;) m++;
+    return f < m->first + m->shown ? (cq_index)(m->first + m->shown) : f;
+}
+
+/* Are the faces of the component well joined? *corners is how many they have. */
+static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners)
+{
+    cq_result result = CQ_OK;
+    uint32_t k;
+    for (k = 0; d->materials && k < d->shape.num_materials && result == CQ_OK; k++) {
+        const cqi_material *m = &d->materials[k];
+        const cq_index n = (cq_index)(m->count - m->shown);
+        result = cqi_check_halfedges(&d->base.draft, (cq_index)(m->first + m->shown), n, NULL);
+        *corners = (cq_index)(*corners + 3 * n);
+    }
+    return result;
+}
+
+/* The material of the next face aside, given that of the one before. 0: it is none. */
+static int cqi_aside_material(cq_decoder *d, cq_index face)
+{
+    const cq_index k = (cq_index)d->aside.num_faces;
+    const int32_t before = k ? (int32_t)d->aside.material[k - 1] : 0;
+    const int32_t m = cqi_code_material(d, &before, 1, CQI_ENCODING(d) ? (uint32_t)d->plan->materials[face] : 0);
+    d->aside.material[k] = (cq_index)m;
+    return m >= 0;
+}
+
+#endif /* CQ_NO_WEDGES */
+
+/* Faces of the mesh. */
+static cq_index cqi_num_faces(const cq_decoder *d)
+{
+    cq_index n = 0;
+    uint32_t k;
+    if (!d->materials) return d->mesh.num_faces;
+    for (k = 0; k < d->shape.num_materials; k++) n = (cq_index)(n + d->materials[k].shown);
+    return n;
+}
+
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
  * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft until
@@ -2889,8 +3166,12 @@ static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index 
 static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
 {
     cq_mesh *m = &d->base.draft;
-    cq_index f = cqi_new_face(m, cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c));
+    const int is_virtual = cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, c);
+    cq_index f;
+    if (d->materials && !is_virtual && !cqi_code_base_material(d, input)) return CQ_NONE;
+    f = cqi_new_face(m, is_virtual);
     if (f == CQ_NONE) return CQ_NONE;
+    d->base.faces = (cq_index)(d->base.faces + !is_virtual);
     cqi_set_face(m, f, a, b, c);
     m->valence[a]++;
     m->valence[b]++;
@@ -2916,8 +3197,9 @@ static cq_result cqi_start_component(cq_decoder *d)
         v[k] = cqi_code_new_vertex(d, k == 2, corner);
         if (v[k] == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     }
+    d->base.gate = 3 * m->first_virtual_face; /* there is none before the first face */
     f = cqi_add_face(d, v[0], v[1], v[2], input);
-    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (f == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     m->mark[v[0]] |= CQI_SEED;
     h = (cq_index)(3 * f);
     m->twin[h] = (cq_index)(h + 1);
@@ -2955,6 +3237,7 @@ static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
     n = CQI_ENCODING(d) ? cqi_halfedge_number(m, *border) : 0;
     n = (cq_index)cqi_code_raw(d, n, cqi_bit_length((uint32_t)cqi_num_halfedges(m) - 1));
     *border = n < cqi_num_halfedges(m) ? cqi_nth_halfedge(m, n) : d->base.gate;
+    if (m->origin[*border / 3 * 3] == CQ_NONE) *border = d->base.gate; /* a face that is not there */
     return CQI_JOIN;
 }
 
@@ -2999,6 +3282,12 @@ static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 static int cqi_find_gate(cq_decoder *d)
 {
     cq_index virtual_end = (cq_index)(3 * (d->base.draft.first_virtual_face + d->base.draft.num_virtual_faces));
+    uint32_t k;
+    for (k = 0; d->materials && k < d->shape.num_materials; k++) {
+        cqi_material *of = &d->materials[k];
+        if (cqi_scan_gate(d, &of->scan, (cq_index)(3 * (of->first + of->count)))) return 1;
+    }
+    if (d->materials) return cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
     return cqi_scan_gate(d, &d->base.scan, (cq_index)(3 * d->base.draft.num_faces)) ||
            cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
 }
@@ -3026,7 +3315,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (x == CQ_NONE || x == u || x == w) return CQ_ERROR_CORRUPT;
     f = cqi_add_face(d, w, u, x, behind);
-    if (f == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (f == CQ_NONE || cqi_starved(d)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     k = (cq_index)(3 * f);
     cqi_link_face(d, k, border);
     if (kind == CQI_TURN) {
@@ -3044,7 +3333,7 @@ static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
     const cq_shape *s = &d->shape;
-    const int64_t euler = 2 * (int64_t)m->num_vertices - m->num_faces - (int64_t)m->num_virtual_faces;
+    const int64_t euler = 2 * (int64_t)m->num_vertices - d->base.faces - (int64_t)m->num_virtual_faces;
     const int64_t full = 2 * (int64_t)s->num_vertices - s->num_faces - (int64_t)s->num_boundary_edges;
     return m->num_virtual == m->max_virtual && euler == full;
 }
@@ -3054,8 +3343,11 @@ static int cqi_base_fits(const cq_decoder *d)
 static cq_result cqi_finish_component(const cq_decoder *d)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_result result = cqi_check_from(&d->base.draft, m->num_vertices, m->num_faces, m->num_virtual,
-                                            m->num_virtual_faces, NULL);
+    cq_index corners = 0;
+    cq_result result = cqi_check_material_faces(d, &corners);
+    if (result == CQ_OK)
+        result = cqi_check_from(&d->base.draft, m->num_vertices, d->materials ? d->base.draft.num_faces : m->num_faces,
+                                m->num_virtual, m->num_virtual_faces, corners, NULL);
     return result == CQ_OK && (d->base.more || cqi_base_fits(d)) ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
@@ -3210,31 +3502,13 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 
 /* -- Values of faces: mostly that of a face nearby -- */
 
-/* A value, given those of what is near it. */
-static int32_t cqi_code_copy(cq_decoder *d, uint32_t k, const int32_t *beside, int n, int32_t value)
-{
-    int i, j, refused = 0;
-    for (i = 0; i < n; i++) {
-        int asked = 0, same = 0;
-        for (j = 0; j < n; j++) {
-            same += beside[j] == beside[i];
-            asked += j < i && beside[j] == beside[i];
-        }
-        if (asked) continue;
-        if (cqi_code_bit(d, CQI_FACE + 4 * cqi_at_most(refused, 2) + cqi_at_most(same, 3), value == beside[i]))
-            return beside[i];
-        refused++;
-    }
-    return (int32_t)cqi_code_raw(d, (uint32_t)value, d->shape.channel[k].bits);
-}
-
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
 {
     cq_value *values = d->channel[k];
-    int32_t before = f ? values[f - 1] : 0, x = 0;
+    int32_t before = d->base.valued_face != CQ_NONE ? values[d->base.valued_face] : 0, x = 0;
     if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
-    values[f] = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+    values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
 }
 
 /* All channels of vertices or of faces, of the next vertex or face of the component. */
@@ -3242,7 +3516,8 @@ static cq_result cqi_code_base_values(cq_decoder *d)
 {
     const cq_index vertices = (cq_index)(d->base.draft.num_vertices - d->mesh.num_vertices);
     const int of_face = d->base.value >= vertices;
-    const cq_index v = (cq_index)(d->base.value + (of_face ? d->mesh.num_faces - vertices : d->mesh.num_vertices));
+    const cq_index v = of_face ? cqi_face_of_component(d, (cq_index)(d->base.value - vertices))
+                               : (cq_index)(d->mesh.num_vertices + d->base.value);
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
@@ -3254,6 +3529,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
         cqi_charge_channel(d, k);
     }
+    if (of_face) d->base.valued_face = v;
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
 
@@ -3272,10 +3548,11 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
         beside[0] = x;
         n = f > m->num_faces;
         for (side = 0; side < 2; side++, spoke = m->twin[spoke])
-            if (spoke / 3 < m->num_faces) beside[n++] = values[spoke / 3];
+            if (cqi_is_real_face(m, spoke)) beside[n++] = values[spoke / 3];
         if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, d->plan->note[d->plan->next].face[end]);
-        x = cqi_code_copy(d, k, beside, n, x);
-        if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
+        x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
+        if (d->materials) values[d->new_face[end]] = (cq_value)x;
+        else if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
     }
 }
@@ -3932,27 +4209,86 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
     return 1;
 }
 
-/* -- Other channels -- */
+/* -- Other channels --
+ *
+ * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it stands
+ * there; and the last one makes the sum of all what it is at A. */
+
+/* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before; or
+ * -1. */
+static int cqi_joints_of(const cq_shape *s, uint32_t k)
+{
+    uint32_t j, nth = 0, found = 0;
+    if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge != CQ_AVERAGE) return -1;
+    for (j = 0; j < k; j++) nth += s->channel[j].kind == CQ_WEIGHTS && s->channel[j].merge != CQ_PER_FACE;
+    for (j = 0; j < k; j++)
+        if (s->channel[j].kind == CQ_JOINTS && s->channel[j].merge != CQ_PER_FACE && found++ == nth)
+            return s->channel[j].components == s->channel[k].components ? (int)j : -1;
+    return -1;
+}
+
+/* Component c of a vertex or row; or with `joints` the weight of the joint that B has there. */
+static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_index vertex, int joints)
+{
+    const uint32_t stride = d->shape.channel[k].components;
+    const cq_value *const values = d->channel[k] + (size_t)vertex * stride, *joint;
+    cq_value wanted;
+    uint32_t j;
+    if (joints < 0) return values[c];
+    joint = d->channel[joints] + (size_t)vertex * stride;
+    wanted = d->channel[joints][(size_t)d->mesh.num_vertices * stride + c];
+    for (j = 0; j < stride; j++)
+        if (joint[j] == wanted) return values[j];
+    return 0;
+}
+
+/* Is component c of channel k the last weight of all, by 24 bits at most? */
+static int cqi_is_last_weight(const cq_shape *s, uint32_t k, uint32_t c)
+{
+    const cq_channel *channel = &s->channel[k];
+    if (channel->kind != CQ_WEIGHTS || channel->bits > 24 || c + 1 < channel->components) return 0;
+    for (k++; k < s->num_channels; k++)
+        if (s->channel[k].kind == CQ_WEIGHTS && s->channel[k].merge != CQ_PER_FACE) return 0;
+    return 1;
+}
+
+/* What the weights of A have more than those of B without the last one: modulo 2^32, as exact ones may count, too. */
+static int32_t cqi_rest_of_weights(const cq_decoder *d, cq_index a)
+{
+    const cq_shape *s = &d->shape;
+    const cq_index b = d->mesh.num_vertices;
+    int64_t rest = 0;
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++) {
+        const uint32_t n = s->channel[k].components;
+        uint32_t c;
+        if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge == CQ_PER_FACE) continue;
+        for (c = 0; c < n; c++) {
+            const int32_t of_a = d->channel[k][(size_t)a * n + c], of_b = d->channel[k][(size_t)b * n + c];
+            rest += (int64_t)of_a - (cqi_is_last_weight(s, k, c) ? 0 : of_b);
+        }
+    }
+    return (int32_t)(uint32_t)rest;
+}
 
 /* Predictions of component c from the fan: the mean, and three others less that, as numbers times 2^fraction. */
 static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t *feature, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
-    const cq_value *values = d->channel[k] + c;
-    const uint32_t stride = channel->components;
-    const int32_t a = cqi_rough(channel, values[f->vertex[0] * (size_t)stride]);
+    const int joints = cqi_joints_of(&d->shape, k);
+    const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
     int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
     int n, beyond = 0;
     x[0] = 0;
-    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, values[f->vertex[n] * (size_t)stride]) - a;
+    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], joints)) - a;
     mean = cqi_product(sum, cqi_reciprocal[f->size], 16);
     *spread = 0;
     for (n = 0; n < f->size; n++) {
         const int next = n + 1 < f->size ? n + 1 : 0;
         *spread += cqi_abs(x[n] - mean);
         if (f->beyond[n] == CQ_NONE) continue;
-        o = cqi_rough(channel, values[f->beyond[n] * (size_t)stride]) - a;
+        o = cqi_rough(channel, cqi_value_near(d, k, c, f->beyond[n], joints)) - a;
         outer += cqi_floor_shift(2 * o - x[n] - x[next], 2);
         beyond++;
     }
@@ -3969,6 +4305,13 @@ static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     int32_t *weight = d->model.plain[k], feature[3], p, x = 0;
     uint32_t spread;
     int n, half_bits;
+    if (cqi_is_last_weight(&d->shape, k, c)) {
+        p = cqi_rest_of_weights(d, d->now.fan.vertex[0]);
+        if (cqi_code_bit(d, CQI_SUM, CQI_ENCODING(d) && cqi_plan_value(d, k, c, input) == p)) {
+            *to = (cq_value)p;
+            return cqi_value_fits(channel, p);
+        }
+    }
     p = cqi_predict_plain(d, k, c, feature, &spread);
     for (n = 0; n < 3; n++) p += cqi_product(feature[n], weight[n], 16);
     p = cqi_unrough(channel, p);
@@ -3994,10 +4337,52 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     int j;
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
-    x = cqi_code_copy(d, k, beside, n, x);
+    x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
     if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
     *to = (cq_value)x;
     return 1;
+}
+
+/* Joints nearby: at the same place of B's first neighbours, then at the other ones of A and the common neighbours. */
+enum { CQI_AT_PLACE = 6, CQI_JOINTS_NEARBY = CQI_AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1) };
+static int cqi_list_joints(const cq_decoder *d, uint32_t k, uint32_t c, int32_t *near)
+{
+    const cqi_fan *f = &d->now.fan;
+    const uint32_t stride = d->shape.channel[k].components;
+    int n = 0, at;
+    uint32_t e;
+    for (at = 0; at < f->size && at < CQI_AT_PLACE; at++)
+        near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at > 2 ? at - 1 : at] * (size_t)stride + c];
+    for (at = 0; at < 3; at++)
+        for (e = 0; e < stride; e++)
+            if (e != c) near[n++] = d->channel[k][f->vertex[at == 2 ? f->size - 1 : at] * (size_t)stride + e];
+    return n;
+}
+
+/* A joint of B: as one nearby. Those that B has already, but for 0, are asked about last. */
+static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+{
+    enum { ASKED = 9 };
+    int32_t near[CQI_JOINTS_NEARBY], x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, c, input) : 0;
+    const int n = cqi_list_joints(d, k, c, near);
+    int i, j, refused = 0;
+    uint32_t e;
+    for (i = 0; i < 2 * n && refused < ASKED; i++) {
+        const int32_t joint = near[i % n];
+        int same = 0, asked = 0, had = 0;
+        for (e = 0; e < c && joint; e++) had |= (to - c)[e] == joint;
+        for (j = 0; j < n; j++) {
+            same += near[j] == joint;
+            asked |= j < i % n && near[j] == joint;
+        }
+        if (asked || had != (i >= n)) continue;
+        *to = (cq_value)joint;
+        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == joint)) return 1;
+        refused++;
+    }
+    x = (int32_t)cqi_code_raw(d, (uint32_t)x, d->shape.channel[k].bits);
+    *to = (cq_value)x;
+    return cqi_value_fits(&d->shape.channel[k], x);
 }
 
 /* All components of channel k of B, which is going to be vertex b. */
@@ -4008,7 +4393,9 @@ static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index in
     uint32_t c;
     if ((int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
     for (c = 0; c < channel->components; c++) {
-        const int ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
+        const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
+        const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
+                     : channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
                                                  : cqi_code_plain(d, k, c, input, to + c);
         if (!ok) return 0;
     }
@@ -4020,6 +4407,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 {
     uint32_t k;
     cqi_list_fan_of_b(d, p, q);
+    if (d->materials && !cqi_code_new_materials(d, p, q)) return 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int of = cqi_class(&d->shape, k);
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
@@ -4453,13 +4841,6 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
-/* What the next step does. */
-enum {
-    CQI_HEADER, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
-    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
-    CQI_READ_ASIDE, CQI_COMPLETE
-};
-
 /* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
@@ -4499,15 +4880,17 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     const cqi_ring *r = &d->ring;
     cqi_plan_vertex(plan, c->removed, b);
     if (!plan->follows_faces) return;
-    if (p != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[0]), num_faces++);
-    if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), num_faces);
+    if (p != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[0]), d->materials ? d->new_face[0] : num_faces++);
+    if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), d->materials ? d->new_face[1] : num_faces);
 }
 
 /* Splits the patch: its values are there. */
 static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
+    if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (d->materials) cqi_count_new_faces(d);
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
 #ifdef CQ_TRAINING
@@ -4937,11 +5320,11 @@ static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
     return 1;
 }
 
-static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int32_t half, int fold)
+static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, cq_index row, int32_t half, int fold)
 {
     cqi_pair_of_normal a;
-    a.x = values[2 * (size_t)row] - half;
-    a.y = values[2 * (size_t)row + 1] - half;
+    a.x = values[stride * (size_t)row] - half;
+    a.y = values[stride * (size_t)row + 1] - half;
     return fold ? cqi_folded(a, half) : a;
 }
 
@@ -4949,35 +5332,38 @@ static cqi_pair_of_normal cqi_pair_at(const cq_value *values, cq_index row, int3
 static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
 {
     const cq_channel *c = &d->shape.channel[k];
-    return d->located >= 0 && c->kind == CQ_NORMAL && c->components == 2 && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
+    const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
+    return d->located >= 0 && is_pair && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
 }
 
 /* How far the pairs around are from what is expected, on the mean. */
-static uint32_t cqi_spread_of_pairs(const cq_value *values, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
+static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
 {
     uint32_t sum = 0;
     int k;
     for (k = 0; k < n; k++) {
-        const cqi_pair_of_normal a = cqi_pair_at(values, around[k], half, fold);
+        const cqi_pair_of_normal a = cqi_pair_at(values, stride, around[k], half, fold);
         sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
     }
     return sum / 2;
 }
 
-/* Codes a pair, given what is expected from geometry, and the rows around: those of the fan, or the one beside. */
-static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, cq_index wedge)
+/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is expected
+ * has been turned to where the pair is, but for rounding. */
+static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, int turned, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    cq_value *const values = d->channel[k], *const to = values + 2 * (size_t)row;
+    const uint32_t stride = channel->components;
+    cq_value *const values = d->channel[k], *const to = values + stride * (size_t)row;
     const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
     cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
-    const int set = n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
+    const int set = turned ? CQI_ROW_TURN : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
     int fold, half_bits, odd = 0;
-    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, around[0], half, 0) : wanted;
+    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
     fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
     if (fold) expected = cqi_folded(expected, half);
     p = expected;
-    half_bits = cqi_half_bits(cqi_spread_of_pairs(values, around, n, half, fold, p));
+    half_bits = turned ? CQI_ROUNDING : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, p));
     if (CQI_ENCODING(d)) {
         wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
         wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
@@ -4996,6 +5382,126 @@ static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_
     to[0] = (cq_value)(wanted.x + half);
     to[1] = (cq_value)(wanted.y + half);
     return 1;
+}
+
+static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
+
+/* -- Tangents of rows --
+ *
+ * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is there
+ * already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
+
+/* As long as its pair says: x, y and z together have the size half. */
+static cqi_direction cqi_direction_of(cqi_pair_of_normal p, int32_t half)
+{
+    cqi_direction n;
+    n.z = half - (int32_t)cqi_abs(p.x) - (int32_t)cqi_abs(p.y);
+    if (n.z < 0) p = cqi_folded(p, half);
+    n.x = p.x;
+    n.y = p.y;
+    return n;
+}
+
+static cqi_direction cqi_across(cqi_direction a, cqi_direction b)
+{
+    cqi_direction n;
+    n.x = a.y * b.z - a.z * b.y;
+    n.y = a.z * b.x - a.x * b.z;
+    n.z = a.x * b.y - a.y * b.x;
+    return n;
+}
+
+static int64_t cqi_along(cqi_direction a, cqi_direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
+
+/* The first channel of pairs that are normals, if it comes before channel k; or -1. */
+static int cqi_normals_before(const cq_decoder *d, uint32_t k)
+{
+    uint32_t j;
+    for (j = 0; j < k; j++)
+        if (d->shape.channel[j].kind == CQ_NORMAL && cqi_has_pairs(d, j)) return (int)j;
+    return -1;
+}
+
+/* How far a tangent is turned away from t, in 1/half: `side` is t turned by a right angle. */
+static int32_t cqi_turn_of(cqi_direction a, cqi_direction t, cqi_direction side, int32_t half)
+{
+    const int64_t along = cqi_along(a, t) / half, x = cqi_along(a, side), most = 4 * (int64_t)half;
+    if (along <= 0) return 0;
+    return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
+}
+
+/* Turns what is expected. Vectors have 24 bits, products of two 49, a cross product divided by the normal's length 26, and
+ * what comes out 54. 0: there is no normal, or nothing that says where to begin. */
+static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *expected, const cq_index *around, int n, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int normals = cqi_normals_before(d, k);
+    const int32_t half = cqi_half_of(channel);
+    cqi_direction t = { 0, 0, 0 }, normal, side, a;
+    cqi_pair_of_normal p;
+    int32_t turn = 0, length;
+    uint32_t spread = 0;
+    int j;
+    if (normals < 0 || !n) return 0;
+    for (j = 0; j < n; j++) {
+        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
+        t.x += a.x;
+        t.y += a.y;
+        t.z += a.z;
+    }
+    length = cqi_half_of(&d->shape.channel[normals]);
+    normal = cqi_direction_of(cqi_pair_at(d->channel[normals], 2, row, length, 0), length);
+    if (!cqi_pair_of(t, half, &p)) return 0;
+    t = cqi_across(normal, cqi_direction_of(p, half));
+    if (!cqi_pair_of(t, half, &p)) return 0;
+    t = cqi_across(cqi_direction_of(p, half), normal);
+    if (!cqi_pair_of(t, half, &p)) return 0; /* unreachable: the two are at right angles, nearly */
+    t = cqi_direction_of(p, half);
+    side = cqi_across(normal, t);
+    length = (int32_t)cqi_root((uint64_t)cqi_along(normal, normal));
+    side.x /= length;
+    side.y /= length;
+    side.z /= length;
+    for (j = 0; j < n; j++) {
+        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
+        spread += cqi_abs(cqi_turn_of(a, t, side, half)) / (uint32_t)n;
+    }
+    if (CQI_ENCODING(d)) {
+        p.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        p.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        turn = cqi_turn_of(cqi_direction_of(p, half), t, side, half);
+    }
+    turn = cqi_code_row_residual(d, CQI_ROW_TURN, cqi_at_most(cqi_half_bits(spread), CQI_ROUNDING - 1), 26, turn);
+    expected->x = t.x * half + side.x * turn;
+    expected->y = t.y * half + side.y * turn;
+    expected->z = t.z * half + side.z * turn;
+    return 1;
+}
+
+/* The sign that a tangent has as third number, 0 or 1: mostly as nearby. */
+static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, cq_index row, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cq_bit_model *const model = d->seams->equal[k];
+    const int side = near != CQ_NONE && d->channel[k][3 * (size_t)near + 2] != 0;
+    int32_t x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, 2, wedge) : 0;
+    if (cqi_code_with(d, &model[8], x >> 1 != 0)) x = (int32_t)cqi_code_raw(d, (uint32_t)x, channel->bits);
+    else x = cqi_code_with(d, &model[9 + side], (int)x);
+    d->channel[k][3 * (size_t)row + 2] = (cq_value)x;
+    return cqi_value_fits(channel, x);
+}
+
+/* A pair, by the normals of faces; or of a tangent, by those around. */
+static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, int corner, const cq_index *around, int n, cq_index wedge)
+{
+    cqi_direction expected = { 0, 0, 0 };
+    int turned = 0;
+    if (d->shape.channel[k].kind == CQ_NORMAL) expected = cqi_row_direction(d, row, corner);
+    else turned = cqi_code_turn(d, k, row, &expected, around, n, wedge);
+    if (!cqi_code_pair_of_normal(d, k, row, expected, around, n, turned, wedge)) return 0;
+    return d->shape.channel[k].components == 2 || cqi_code_sign(d, k, n ? around[0] : CQ_NONE, row, wedge);
 }
 
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
@@ -5050,13 +5556,11 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     if (near != CQ_NONE) beside[n++] = values[(size_t)near * channel->components];
     if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
-    x = cqi_code_copy(d, k, beside, n, x);
+    x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
     return 1;
 }
-
-static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
 
 /* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
  * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too. *off
@@ -5141,8 +5645,9 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
     }
     if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
     if (cqi_has_pairs(d, k)) {
-        const cq_index *around = beside != CQ_NONE ? &made->beside : &in_face;
-        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, made->corner), around, *around != CQ_NONE, wedge);
+        const int other = beside == CQ_NONE || (channel->kind == CQ_TANGENT && in_face != CQ_NONE);
+        const cq_index *around = other ? &in_face : &made->beside;
+        return cqi_code_expected_pair(d, k, row, made->corner, around, *around != CQ_NONE, wedge);
     }
     swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
     for (c = 0; c < channel->components && ok; c++) {
@@ -5165,7 +5670,7 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
         return 1;
     if (cqi_has_pairs(d, k)) {
         const cqi_fan *f = &d->now.fan;
-        return cqi_code_pair_of_normal(d, k, row, cqi_row_direction(d, row, CQI_CORNERS), f->vertex, f->size, wedge);
+        return cqi_code_expected_pair(d, k, row, CQI_CORNERS, f->vertex, f->size, wedge);
     }
     for (c = 0; c < channel->components && ok; c++)
         ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_fitted(d, k, c, wedge, to + c);
@@ -6551,7 +7056,7 @@ static void cqi_init_seams(cqi_seams *s)
     for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
         for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
     for (j = 0; j < CQ_MAX_CHANNELS; j++) {
-        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < 11; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
     }
     memset(s->length, 0, sizeof s->length);
     for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
@@ -6575,6 +7080,12 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
         d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
         for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+    }
+    if (s->num_materials) {
+        d->materials = (cqi_material *)cqi_take(arena, s->num_materials, sizeof(cqi_material));
+        memset(d->materials, 0, s->num_materials * sizeof(cqi_material));
+        d->aside.material = (cq_index *)cqi_take(arena, s->num_aside_faces, sizeof(cq_index));
+        d->phase = CQI_MATERIALS;
     }
     d->aside.index = (cq_index *)cqi_take(arena, 3 * (size_t)s->num_aside_faces, sizeof(cq_index));
     aside = (cq_value *)cqi_take(arena, s->num_aside_rows * all, sizeof(cq_value));
@@ -6705,7 +7216,8 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     cqi_look_around_row(d, row, &b);
     if (b.num_known && cqi_code_equal(d, k, 6, row, b.known[0])) return 1;
     if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
-    if (cqi_has_pairs(d, k)) return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, wedge);
+    if (channel->kind == CQ_NORMAL && cqi_has_pairs(d, k))
+        return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, 0, wedge);
     for (c = 0; c < channel->components; c++) {
         int32_t *const size = (b.num_known ? d->now.base.size : d->now.base.first) + k * CQ_MAX_COMPONENTS + c;
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
@@ -6819,13 +7331,14 @@ static int cqi_code_aside_face(cq_decoder *d)
         if (row >= all) return 0;
         to[k] = (cq_index)row;
     }
+    if (d->materials && !cqi_aside_material(d, face)) return 0;
     for (k = 0; k < s->num_channels; k++) {
         cq_value *value = d->aside.channel[k] + d->aside.num_faces;
         int32_t before = 0, x = 0;
         if (cqi_class(s, k) != CQI_OF_FACE) continue;
         if (d->aside.num_faces) before = value[-1];
         if (CQI_ENCODING(d) && s->channel[k].kind != CQ_TURNED) x = d->plan->input[k][face];
-        *value = (cq_value)cqi_code_copy(d, k, &before, 1, x);
+        *value = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
     }
     return 1;
 }
@@ -6876,7 +7389,7 @@ static int cqi_has_base_values(const cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
     cq_index n = (cq_index)(draft->num_vertices - d->mesh.num_vertices);
-    if (cqi_all_components(&d->shape, CQI_OF_FACE)) n = (cq_index)(n + (draft->num_faces - d->mesh.num_faces));
+    if (cqi_all_components(&d->shape, CQI_OF_FACE)) n = (cq_index)(n + (d->base.faces - d->base.shown));
     return d->base.value < n;
 }
 
@@ -6889,6 +7402,9 @@ static void cqi_show_component(cq_decoder *d)
     d->mesh.num_faces = draft->num_faces;
     d->mesh.num_virtual = draft->num_virtual;
     d->mesh.num_virtual_faces = draft->num_virtual_faces;
+    d->mesh.is_partial = d->base.more && d->materials;
+    d->base.shown = d->base.faces;
+    cqi_show_materials(d);
     if (d->seams) d->num_rows = d->seams->num_rows;
 }
 
@@ -6901,7 +7417,7 @@ static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
     if (CQI_REPORTING(d)) {
         d->report->num_components = d->num_components;
         d->report->base_vertices = d->mesh.num_vertices;
-        d->report->base_faces = d->mesh.num_faces;
+        d->report->base_faces = d->base.shown;
     }
     d->phase = CQI_BASE;
     if (d->base.more) return CQ_OK;
@@ -7044,6 +7560,7 @@ static cq_result cqi_step_patch(cq_decoder *d)
 static cq_result cqi_step(cq_decoder *d)
 {
     switch (d->phase) {
+    case CQI_MATERIALS: return cqi_step_materials(d);
     case CQI_BASE: return cqi_step_base(d);
     case CQI_BASE_VALUES: return cqi_step_base_values(d);
 #ifndef CQ_NO_WEDGES
@@ -7092,18 +7609,19 @@ static void cqi_start(cq_decoder *d)
     d->located = cqi_context_channel(&d->shape);
     cqi_model_init(&d->model, &d->shape);
     d->index = d->mesh.origin;
+    d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
 #ifndef CQ_NO_WEDGES
     cqi_start_rows(d, &arena);
 #endif
     d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
                                          cqi_all_components(&d->shape, CQI_OF_FACE) +
-                                         cqi_all_components(&d->shape, CQI_OF_ROW));
+                                         cqi_all_components(&d->shape, CQI_OF_ROW) + (d->shape.num_materials != 0));
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     memset(&d->now.base, 0, sizeof d->now.base);
     d->rate = CQI_TUNED(rate, CQI_RATE(0));
     d->base.virtual_scan = (cq_index)(3 * d->mesh.first_virtual_face);
-    d->phase = d->shape.num_vertices ? CQI_BASE : CQI_BASE_VALUES;
+    d->base.last_face = d->base.valued_face = CQ_NONE;
 }
 
 cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
@@ -7158,11 +7676,12 @@ static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
-/* Moves what is left in the buffer to its start: less than half of it. */
+/* Moves what is left in the buffer to its start; the two may overlap. */
 static void cqi_drop_used(cq_decoder *d)
 {
-    size_t left = d->range.size - d->range.count;
-    memcpy(d->input.buffer, d->input.buffer + d->range.count, left);
+    const size_t left = d->range.size - d->range.count;
+    size_t k;
+    for (k = 0; k < left; k++) d->input.buffer[k] = d->input.buffer[d->range.count + k];
     d->input.dropped += d->range.count;
     d->range.size = left;
     d->range.count = 0;
@@ -7274,6 +7793,16 @@ void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_i
     }
 }
 
+void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count)
+{
+    CQ_ASSERT(m < d->shape.num_materials || !m);
+    *first = 0;
+    *count = d->mesh.num_faces;
+    if (!d->materials) return;
+    *first = d->materials[m].first;
+    *count = d->materials[m].shown;
+}
+
 /* A row moves to a new vertex only, so those that have are around new vertices. */
 void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
 {
@@ -7304,9 +7833,23 @@ static int cqi_is_due(const cq_decoder *d, const cq_lod *lod)
            (lod->max_error == CQ_NO_LIMIT || (cqi_knows_error(d) && d->error <= lod->max_error));
 }
 
+/* Copies the indices of all faces that are there, material by material. */
+static void cqi_keep_faces(const cq_decoder *d, cq_index *to, cq_index *of_material)
+{
+    uint32_t m = 0;
+    do {
+        cq_index first, count;
+        cq_material(d, m, &first, &count);
+        memcpy(to, d->index + 3 * (size_t)first, 3 * (size_t)count * sizeof(cq_index));
+        to += 3 * (size_t)count;
+        if (of_material) of_material[m] = count;
+    } while (++m < d->shape.num_materials);
+}
+
 size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity)
 {
-    const size_t corners = 3 * (size_t)d->mesh.num_faces;
+    const cq_index faces = cqi_num_faces(d);
+    const size_t corners = 3 * (size_t)faces;
     size_t end = 0, k = 0;
     CQ_ASSERT((!count || lod) && (!capacity || indices));
     while (k < count && lod[k].num_vertices) {
@@ -7314,15 +7857,13 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
         k++;
     }
     for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_faces != d->mesh.num_faces; /* each split makes some */
-        if (is_new) {
-            if (corners > capacity - end) break;
-            memcpy(indices + end, d->index, corners * sizeof(cq_index));
-            end += corners;
-        }
+        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split makes some */
+        if (is_new && corners > capacity - end) break;
+        if (is_new) end += corners;
+        cqi_keep_faces(d, indices + (end - corners), lod[k].of_material);
         lod[k].first = end - corners;
         lod[k].num_vertices = d->num_rows;
-        lod[k].num_faces = d->mesh.num_faces;
+        lod[k].num_faces = faces;
         lod[k].error = cqi_knows_error(d) ? d->error : CQ_NO_LIMIT;
     }
     return k;
@@ -8444,7 +8985,7 @@ typedef struct cqi_preparer {
 
 static int cqi_is_of_row(const cq_channel *c)
 {
-    return c->merge != CQ_PER_FACE && (c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR);
+    return c->merge != CQ_PER_FACE && cqi_is_of_corner(c->kind);
 }
 
 /* -- Rows with the same values -- */
@@ -10452,6 +10993,8 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
 {
     cq_result result = CQ_OK;
     uint32_t k;
+    for (k = 0; in->shape.num_materials > 1 && k < in->shape.num_faces; k++)
+        if (in->materials[k] >= in->shape.num_materials) return cqi_error(place, CQ_ERROR_VALUE, (cq_index)k, CQ_NONE, CQ_NONE);
     for (k = 0; k < in->shape.num_channels && result == CQ_OK; k++) result = cqi_check_channel(in, k, place);
     return result;
 }
@@ -10476,7 +11019,8 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
     p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
-    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE);
+    p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE) || s->num_materials;
+    p->materials = in->materials;
     p->clean = in->clean;
     p->metadata = in->metadata;
     e->replay.shape = *s;
@@ -10781,6 +11325,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
         cqi_write_varint(&to, s->num_aside_rows);
         cqi_write_varint(&to, s->num_aside_faces);
         cqi_write_varint(&to, s->metadata_bytes);
+        cqi_write_varint(&to, s->num_materials);
     }
     cqi_write_varint(&to, (uint32_t)payload_size);
     cqi_write_uint(&to, payload_crc, 4);
@@ -10925,6 +11470,7 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
         e->plan.locked = in->locked;
         e->coded.shape = in->shape;
     }
+    if (e->coded.shape.num_materials == 1) e->coded.shape.num_materials = 0;
     return result;
 }
 
@@ -11075,8 +11621,10 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
         (in->shape.num_faces && !in->indices))
         return CQ_ERROR_ARGUMENT;
 #ifdef CQ_NO_WEDGES
-    if (in->shape.metadata_bytes) return CQ_ERROR_UNSUPPORTED;
+    if (in->shape.metadata_bytes || in->shape.num_materials > 1) return CQ_ERROR_UNSUPPORTED;
 #endif
+    if (in->shape.num_materials > CQ_MAX_MATERIALS || (in->shape.num_materials > 1 && in->shape.num_faces && !in->materials))
+        return CQ_ERROR_ARGUMENT;
     if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);

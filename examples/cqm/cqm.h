@@ -82,6 +82,7 @@ struct encoding {
     cq_input input;                      /* indices belong to the mesh file */
     const double *positions;             /* of the mesh file, too */
     cq_value *values[CQ_MAX_CHANNELS];
+    cq_index *materials;
     uint8_t *locked;
     char *words;                         /* the metadata */
     uint8_t *stream;
@@ -122,12 +123,12 @@ double *reconstruct_positions(const cq_channel *channel, const cq_value *values,
 
 /* -- words.c ------------------------------------------------------------------------------------------------------- */
 
-/* What faces may have numbers of, beside materials, which are a channel of kind CQ_GROUP: channels of kind CQ_GENERIC,
- * CQ_PER_FACE, in the order of the words of the line "faces". The metadata of a stream is text, a line for each name:
+/* What faces may have numbers of, beside materials, which are ranges of faces, or a channel of kind CQ_GROUP if they are more
+ * than CQ_MAX_MATERIALS: channels of kind CQ_GENERIC, CQ_PER_FACE, in the order of the words of the line "faces". The metadata of a stream is text, a line for each name:
  *
  *     faces g marks          channels of faces: numbers of groups; marks of mesh_file.h
  *     mtllib scene.mtl       where materials are described
- *     usemtl red             material 0; 1 is none
+ *     usemtl red             material 0, of all faces if there is no other; 1 is none
  *     g hand                 group 1; 0 is none
  *     o figure               object 1, of which all faces are: it has no channel */
 enum face_number { FACE_GROUP = MESH_GROUPS, FACE_OBJECT = MESH_OBJECTS, FACE_MARKS, NUM_FACE_NUMBERS };
@@ -161,6 +162,7 @@ uint32_t count_faces(const cq_decoder *d);
 cq_value *read_rows(const cq_decoder *d, uint32_t k);
 cq_index *read_triangles(const cq_decoder *d);
 cq_value face_value(const cq_decoder *d, uint32_t k, uint32_t face);
+uint32_t face_material(const cq_decoder *d, uint32_t face);    /* 0 without materials */
 
 /* The first channel of a kind, of faces or not; -1 if there is none. */
 int find_channel(const cq_shape *shape, cq_kind kind, int per_face);

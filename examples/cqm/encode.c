@@ -380,6 +380,7 @@ void free_encoding(struct encoding *e)
         free(e->values[k]);
     free(e->input.map);
     free(e->input.face_map);
+    free(e->materials);
     free(e->locked);
     free(e->words);
     free(e->stream);

@@ -106,6 +106,8 @@ static void print_other_counts(const cq_shape *s)
     if (s->num_aside_rows > 0 || s->num_aside_faces > 0)
         printf("aside           %lu vertices, %lu faces\n", (unsigned long)s->num_aside_rows,
                (unsigned long)s->num_aside_faces);
+    if (s->num_materials > 0)
+        printf("materials       %lu\n", (unsigned long)s->num_materials);
     if (s->metadata_bytes > 0)
         printf("metadata        %lu bytes\n", (unsigned long)s->metadata_bytes);
 }
@@ -237,7 +239,8 @@ static void print_json_counts(const cq_report *r)
            (unsigned long)r->shape.num_boundary_loops, (unsigned long)r->shape.num_boundary_edges, genus(r));
     printf("  \"rows\": %lu,\n  \"aside_rows\": %lu,\n  \"aside_faces\": %lu,\n", (unsigned long)r->shape.num_rows,
            (unsigned long)r->shape.num_aside_rows, (unsigned long)r->shape.num_aside_faces);
-    printf("  \"metadata_bytes\": %lu,\n", (unsigned long)r->shape.metadata_bytes);
+    printf("  \"materials\": %lu,\n  \"metadata_bytes\": %lu,\n", (unsigned long)r->shape.num_materials,
+           (unsigned long)r->shape.metadata_bytes);
     printf("  \"base_vertices\": %lu,\n  \"base_faces\": %lu,\n", (unsigned long)r->base_vertices,
            (unsigned long)r->base_faces);
     printf("  \"bytes\": %zu,\n  \"bits_per_vertex\": %.17g,\n", r->bytes,
@@ -284,7 +287,7 @@ static int fill_report(struct decoding *d, cq_report *report, struct extent *ext
     extent->bytes = size;
     extent->stream_bytes = d->stream_bytes;
     extent->vertices = d->decoder.mesh.num_vertices;
-    extent->faces = d->decoder.mesh.num_faces;
+    extent->faces = count_faces(&d->decoder) - d->decoder.aside.num_faces;
     return result == CQ_DONE || result == CQ_TRUNCATED || complain_stream(path, result, (size_t)(in.data - data));
 }
 

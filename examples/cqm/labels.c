@@ -6,6 +6,14 @@
 
 enum { MAX_METADATA_BYTES = 1 << 20 };
 
+static int has_faces_of_none(const struct mesh_file *mesh)
+{
+    for (size_t f = 0; f < mesh->num_faces; f++)
+        if (mesh->label[MESH_MATERIALS].of_face[f] == 0)
+            return 1;
+    return 0;
+}
+
 /* Materials count from 0; the number behind the last one is none. */
 static int add_materials(struct encoding *e, const struct mesh_file *mesh, const char *path)
 {
@@ -13,6 +21,14 @@ static int add_materials(struct encoding *e, const struct mesh_file *mesh, const
     uint32_t k = e->input.shape.num_channels, none = materials->count;
     if (materials->of_face == NULL)
         return 1;
+    if (none + 1 <= CQ_MAX_MATERIALS) {
+        e->input.shape.num_materials = none + (uint32_t)has_faces_of_none(mesh);
+        e->materials = malloc((mesh->num_faces + (size_t)1) * sizeof *e->materials);
+        e->input.materials = e->materials;
+        for (size_t f = 0; f < mesh->num_faces && e->materials != NULL; f++)
+            e->materials[f] = materials->of_face[f] > 0 ? materials->of_face[f] - 1 : none;
+        return e->materials != NULL || complain(path, "out of memory");
+    }
     if (add_channel(e, CQ_GROUP, CQ_PER_FACE, 1, bits_of_number(none)) == NULL)
         return complain(path, "out of memory");
     for (size_t f = 0; f < mesh->num_faces; f++)

@@ -29,7 +29,7 @@ static int is_of_face(const cq_channel *channel)
 
 static void count_words(struct comparison *c)
 {
-    c->row_words = c->face_words = 1;            /* so that there is something to compare */
+    c->row_words = c->face_words = 1;            /* so that there is something to compare; of faces the material */
     for (uint32_t k = 0; k < c->shape->num_channels; k++)
         *(is_of_face(&c->shape->channel[k]) ? &c->face_words : &c->row_words) += c->shape->channel[k].components;
 }
@@ -64,6 +64,8 @@ static int take_sent(struct comparison *c, const struct encoding *e)
             put_columns(m->row, c->row_words, row_at, e->values[k], n, m->rows);
         row_at += is_of_face(&c->shape->channel[k]) ? 0 : n;
     }
+    for (size_t f = 0; f < faces && e->materials != NULL; f++)
+        m->number[c->face_words * f] = c->shape->num_materials > 1 ? (cq_value)e->materials[f] : 0;
     m->index = malloc((3 * faces + 1) * sizeof *m->index);
     if (m->index != NULL)
         memcpy(m->index, e->input.indices, 3 * faces * sizeof *m->index);
@@ -94,6 +96,8 @@ static int take_received(struct comparison *c, const cq_decoder *d)
             m->number[c->face_words * f + face_at] = face_value(d, k, f);
         face_at++;
     }
+    for (uint32_t f = 0; f < m->faces && ok; f++)
+        m->number[c->face_words * f] = (cq_value)face_material(d, f);
     return ok && (m->index = read_triangles(d)) != NULL;
 }
 

@@ -20,9 +20,33 @@ uint32_t count_rows(const cq_decoder *d)
     return d->num_rows + d->aside.num_rows;
 }
 
+/* Those of the mesh that are there: a range for each material. */
+static uint32_t count_mesh_faces(const cq_decoder *d)
+{
+    uint32_t faces = 0, m = 0;
+    cq_index first, count;
+    do {
+        cq_material(d, m, &first, &count);
+        faces += count;
+    } while (++m < d->shape.num_materials);
+    return faces;
+}
+
 uint32_t count_faces(const cq_decoder *d)
 {
-    return d->mesh.num_faces + d->aside.num_faces;
+    return count_mesh_faces(d) + d->aside.num_faces;
+}
+
+/* Number of a face in the mesh, if they are counted material after material; and its material. */
+static cq_index find_face(const cq_decoder *d, uint32_t face, uint32_t *material)
+{
+    cq_index first, count;
+    *material = 0;
+    for (;; ++*material, face -= count) {
+        cq_material(d, *material, &first, &count);
+        if (face < count)
+            return first + face;
+    }
 }
 
 cq_value *read_rows(const cq_decoder *d, uint32_t k)
@@ -39,16 +63,34 @@ cq_value *read_rows(const cq_decoder *d, uint32_t k)
 
 cq_value face_value(const cq_decoder *d, uint32_t k, uint32_t face)
 {
-    return face < d->mesh.num_faces ? d->channel[k][face] : d->aside.channel[k][face - d->mesh.num_faces];
+    uint32_t faces = count_mesh_faces(d), material;
+    return face < faces ? d->channel[k][find_face(d, face, &material)] : d->aside.channel[k][face - faces];
+}
+
+uint32_t face_material(const cq_decoder *d, uint32_t face)
+{
+    uint32_t faces = count_mesh_faces(d), material;
+    if (d->shape.num_materials == 0)
+        return 0;
+    if (face >= faces)
+        return d->aside.material[face - faces];
+    find_face(d, face, &material);
+    return material;
 }
 
 cq_index *read_triangles(const cq_decoder *d)
 {
-    size_t corners = 3 * (size_t)d->mesh.num_faces, aside = 3 * (size_t)d->aside.num_faces;
+    size_t corners = 3 * (size_t)count_mesh_faces(d), aside = 3 * (size_t)d->aside.num_faces;
     cq_index *index = malloc((corners + aside + 1) * sizeof *index);
     if (index == NULL)
         return NULL;
-    cq_read_triangles(d, 0, d->mesh.num_faces, index);
+    cq_index *to = index, first, count;
+    uint32_t m = 0;
+    do {
+        cq_material(d, m, &first, &count);
+        cq_read_triangles(d, first, count, to);
+        to += 3 * (size_t)count;
+    } while (++m < d->shape.num_materials);
     if (aside > 0)
         memcpy(index + corners, d->aside.index, aside * sizeof *index);
     return index;
@@ -269,16 +311,18 @@ static int add_materials(const struct view *v, struct words *words)
 {
     enum { MAX_WITHOUT_NAMES = 65536 };
     struct mesh_labels *materials = &v->mesh->label[MESH_MATERIALS];
-    int channel = find_channel(&v->d->shape, CQ_GROUP, 1);
-    if (channel < 0)
+    int channel = find_channel(&v->d->shape, CQ_GROUP, 1), ranges = v->d->shape.num_materials > 0;
+    if (channel < 0 && !ranges && words->names[MESH_MATERIALS] == NULL)
         return 1;
     take_names(materials, &words->names[MESH_MATERIALS]);
     materials->count = count_lines(materials->names);
-    if (materials->names == NULL && v->mesh->num_faces > 0)
+    if (materials->names == NULL && ranges)
+        materials->count = v->d->shape.num_materials;
+    else if (materials->names == NULL && v->mesh->num_faces > 0)
         materials->count = largest_number(v, (uint32_t)channel) % MAX_WITHOUT_NAMES + 1;
     materials->of_face = new_face_numbers(v);
     for (uint32_t f = 0; f < v->mesh->num_faces && materials->of_face != NULL; f++) {
-        uint32_t number = (uint32_t)face_value(v->d, (uint32_t)channel, f);
+        uint32_t number = ranges || channel < 0 ? face_material(v->d, f) : (uint32_t)face_value(v->d, (uint32_t)channel, f);
         materials->of_face[f] = number < materials->count ? number + 1 : 0;
     }
     return materials->of_face != NULL && complete_names(materials);

@@ -8,7 +8,8 @@
  *     levels    when the mesh has twice the faces, the GPU copies its index buffer: levels of detail, all with one
  *               vertex buffer; each knows how far it is from the exact mesh
  *     refine    at most a millisecond a frame, and at most so many steps
- *     draw      several instances, each at the coarsest level whose error is less than a pixel there
+ *     draw      several instances, each at the coarsest level whose error is less than a pixel there; the mesh as it is
+ *               now with one call for each material
  *
  * All memory, of the processor and the GPU, is allocated when the header has come. platform.c opens the window, and has a
  * thread that brings the bytes of the file, at a rate that stands for a disk or a network. */
@@ -107,6 +108,34 @@ static float error_of_now(const struct scene *s)
     return (float)s->dec.error / 16 * as_float(s->dec.shape.channel[0].step) / s->size;
 }
 
+/* Materials are ranges of faces, which fill from their starts; without any there is one range. */
+static uint32_t num_ranges(const struct scene *s) { return s->dec.shape.num_materials ? s->dec.shape.num_materials : 1; }
+
+static size_t count_indices(const struct scene *s)
+{
+    size_t count = 0;
+    cq_index first, faces;
+    for (uint32_t m = 0; m < num_ranges(s); m++) {
+        cq_material(&s->dec, m, &first, &faces);
+        count += 3 * (size_t)faces;
+    }
+    return count;
+}
+
+/* Range by range, one behind the other. */
+static void copy_indices(const struct scene *s, size_t to)
+{
+    cq_index first, faces;
+    glBindBuffer(GL_COPY_READ_BUFFER, s->indices);
+    glBindBuffer(GL_COPY_WRITE_BUFFER, s->levels);
+    for (uint32_t m = 0; m < num_ranges(s); m++) {
+        cq_material(&s->dec, m, &first, &faces);
+        glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, (GLintptr)(3 * (size_t)first * sizeof(cq_index)),
+                            (GLintptr)(to * sizeof(cq_index)), (GLsizeiptr)(3 * (size_t)faces * sizeof(cq_index)));
+        to += 3 * (size_t)faces;
+    }
+}
+
 /* Keeps the indices of a level that is complete, if it has twice the faces of the last one that was kept: all together
  * then have less than twice the faces of the mesh. */
 static void keep_level(struct scene *s)
@@ -114,16 +143,13 @@ static void keep_level(struct scene *s)
     const struct level *last = s->num_levels > 0 ? &s->level[s->num_levels - 1] : NULL;
     struct level *next = &s->level[s->num_levels];
     s->begun = s->dec.level;
-    next->count = 3 * (size_t)s->dec.mesh.num_faces;
+    next->count = count_indices(s);
     if (next->count == 0 || s->num_levels == MAX_LEVELS || (last && next->count < 2 * last->count)) return;
     next->first = last ? last->first + last->count : 0;
     next->error = error_of_now(s);
     s->num_levels++;
     upload_changes(s);
-    glBindBuffer(GL_COPY_READ_BUFFER, s->indices);
-    glBindBuffer(GL_COPY_WRITE_BUFFER, s->levels);
-    glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, (GLintptr)(next->first * sizeof(cq_index)),
-                        (GLsizeiptr)(next->count * sizeof(cq_index)));
+    copy_indices(s, next->first);
 }
 
 /* -- Refine -------------------------------------------------------------------------------------------------------- */
@@ -206,16 +232,32 @@ static int choose_level(const struct scene *s, float distance, float *pixels)
     return -1;
 }
 
+static void draw_indices(size_t first, size_t count)
+{
+    glDrawElements(GL_TRIANGLES, (GLsizei)count, GL_UNSIGNED_INT, (const void *)(first * sizeof(cq_index)));
+}
+
+/* The mesh as it is now: each material has a tint. */
+static void draw_materials(const struct scene *s)
+{
+    cq_index first, faces;
+    for (uint32_t m = 0; m < num_ranges(s); m++) {
+        cq_material(&s->dec, m, &first, &faces);
+        glUniform3f(s->tint, 1.0f - 0.3f * (float)(m % 3), 0.8f - 0.2f * (float)(m % 5 % 3), 0.7f + 0.1f * (float)(m % 4));
+        draw_indices(3 * (size_t)first, 3 * (size_t)faces);
+    }
+}
+
 static void draw_instance(const struct scene *s, int instance, float angle, int tell)
 {
     float pixels, distance = distance_of(instance);
     int k = choose_level(s, distance, &pixels);
-    size_t count = k < 0 ? 3 * (size_t)s->dec.mesh.num_faces : s->level[k].count;
-    size_t first = k < 0 ? 0 : s->level[k].first;
+    size_t count = k < 0 ? count_indices(s) : s->level[k].count;
     glBindVertexArray(s->vertex_array[k < 0 ? 0 : 1]);
     glUniform4f(s->place, side_of(instance), distance, cosf(angle), sinf(angle));
-    glUniform3f(s->tint, k < 0 ? 1.0f : 0.7f, 0.8f, k < 0 ? 0.7f : 1.0f);
-    glDrawElements(GL_TRIANGLES, (GLsizei)count, GL_UNSIGNED_INT, (const void *)(first * sizeof(cq_index)));
+    glUniform3f(s->tint, 0.7f, 0.8f, 1.0f);
+    if (k < 0) draw_materials(s);
+    else draw_indices(s->level[k].first, count);
     if (tell)
         printf("instance %d: distance %.1f, %lu faces, error %.3f pixels, level %d\n", instance, (double)distance,
                (unsigned long)count / 3, (double)pixels, k);

@@ -41,6 +41,7 @@ ffi.cdef("""
     #define CQ_NUMBER ...
     #define CQ_GROUP ...
     #define CQ_TURNED ...
+    #define CQ_TANGENT ...
     #define CQ_AVERAGE ...
     #define CQ_COPY ...
     #define CQ_PER_FACE ...
@@ -52,6 +53,7 @@ ffi.cdef("""
     #define CQ_MAX_COMPONENTS ...
     #define CQ_MAX_HEADER_BYTES ...
     #define CQ_MAX_METADATA ...
+    #define CQ_MAX_MATERIALS ...
     #define CQ_NO_LIMIT ...
     #define CQ_NONE ...
     static char *const CQ_VERSION_STRING;
@@ -60,10 +62,11 @@ ffi.cdef("""
     typedef struct { uint8_t kind, components, bits, merge; uint32_t step, origin[...]; ...; } cq_channel;
     typedef struct {
         uint32_t num_vertices, num_faces, num_channels, num_rows, num_aside_rows, num_aside_faces, metadata_bytes;
+        uint32_t num_materials;
         cq_channel channel[...];
         ...;
     } cq_shape;
-    typedef struct { uint32_t num_rows, num_faces, *index; int32_t *channel[...]; } cq_aside;
+    typedef struct { uint32_t num_rows, num_faces, *index; int32_t *channel[...]; uint32_t *material; ...; } cq_aside;
     typedef struct { uint32_t *origin, num_vertices, num_faces; ...; } cq_mesh;
     typedef struct { const uint8_t *data; size_t size; } cq_bytes;
     typedef struct {
@@ -80,6 +83,7 @@ ffi.cdef("""
         const uint32_t *indices;
         const int32_t *values[...];
         const uint8_t *metadata;
+        const uint32_t *materials;
         int goal, clean;
         const uint8_t *locked;
         uint32_t *map, *face_map;
@@ -95,6 +99,7 @@ ffi.cdef("""
     int cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
     void cq_read_rows(const cq_decoder *d, uint32_t k, uint32_t first, uint32_t count, int32_t *to);
     void cq_read_triangles(const cq_decoder *d, uint32_t first, uint32_t count, uint32_t *to);
+    void cq_material(const cq_decoder *d, uint32_t m, uint32_t *first, uint32_t *count);
     void cq_moved_rows(const cq_decoder *d, uint32_t since_vertices, uint32_t since_rows, int shift, uint8_t *rows);
     void cq_mesh_changes(const cq_mesh *mesh, uint32_t since, int shift, uint8_t *faces);
     size_t cq_encoder_bytes(const cq_shape *shape);

@@ -4,7 +4,7 @@
  * A channel is four numbers: kind,merge,components,bits, as in conquest.h. Without one the seed decides how many there
  * are and which ones. It also decides the noise on their values, which follow the coordinates. From SEED 1000 on the mesh gets
  * seams: groups of faces have vertices of their own at the same places, with other values; and some faces that are no
- * surface, a vertex of no face, and metadata. */
+ * surface, a vertex of no face, and metadata. Every third seed gives it materials. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include <stdio.h>
@@ -48,7 +48,8 @@ static void make_channel(cq_channel *c, const char *text)
     uint32_t k;
     if (text) read_channel(c, text);
     else do {
-        c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 1));
+        c->kind = (uint8_t)(random_below(2) ? CQ_POSITION : random_below(CQ_GROUP + 2));
+        if (c->kind == CQ_TURNED) c->kind = CQ_TANGENT;
         c->merge = (uint8_t)(random_below(2) ? CQ_AVERAGE : random_below(CQ_PER_FACE + 1));
         c->components = (uint8_t)(1 + random_below(CQ_MAX_COMPONENTS));
         c->bits = (uint8_t)(random_below(4) ? 1 + random_below(CQ_MAX_BITS) : CQ_EXACT_BITS);
@@ -120,10 +121,22 @@ static void make_seams(cq_shape *s, cq_index *indices, double *xyz)
     free(copy);
 }
 
+/* In bands of a coordinate. */
+static cq_index *make_materials(cq_shape *s, const double *xyz, const cq_index *indices)
+{
+    cq_index *material = (cq_index *)allocate(s->num_faces * sizeof(cq_index));
+    const uint32_t bands = 1 + random_below(40);
+    size_t f;
+    s->num_materials = 2 + random_below(40);
+    for (f = 0; f < s->num_faces; f++)
+        material[f] = (cq_index)((uint32_t)((xyz[3 * indices[3 * f]] + 8) * bands) % s->num_materials);
+    return material;
+}
+
 /* A copy has the values of its vertex, but for channels of rows. */
 static void copy_values(const cq_channel *c, const cq_shape *s, cq_value *values)
 {
-    const int of_row = c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR;
+    const int of_row = c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_COLOR || c->kind == CQ_TANGENT;
     uint32_t v, k;
     for (v = 0; v < s->num_vertices && c->merge != CQ_PER_FACE; v++)
         for (k = 0; k < c->components && (!of_row || random_below(5) == 0); k++)
@@ -135,7 +148,7 @@ int main(int argc, char **argv)
     static cq_input in;
     unsigned long v, f, k, index, seams;
     double *xyz;
-    cq_index *indices;
+    cq_index *indices, *materials = NULL;
     uint8_t *out;
     size_t size, stream, tries;
     cq_result result = CQ_ERROR_MEMORY;
@@ -159,6 +172,7 @@ int main(int argc, char **argv)
     in.shape.metadata_bytes = seams ? random_below(6) : 0;
     in.metadata = (const uint8_t *)"stone";
     v = in.shape.num_vertices;
+    if (strtoul(argv[1], NULL, 10) % 3 == 1) in.materials = materials = make_materials(&in.shape, xyz, indices);
     in.shape.num_channels = argc > 2 ? (uint32_t)argc - 2 : random_below(CQ_MAX_CHANNELS + 1);
     in.indices = indices;
     for (k = 0; k < in.shape.num_channels; k++) {
@@ -184,6 +198,7 @@ int main(int argc, char **argv)
     }
     free(out);
     free(indices);
+    free(materials);
     free(xyz);
     free(first_copy);
     return fflush(stdout) == 0 ? 0 : 1;

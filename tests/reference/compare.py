@@ -156,11 +156,11 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    extended, count = divmod(data[first], 128)
+    extended, count = data[first] // 128, data[first] % 64
     at = first + 1
     for _ in range(count):
         at += 3 if data[at] & 64 else 7 + 4 * data[at + 1]
-    for _ in range(4 * extended):
+    for _ in range(5 * extended):
         while data[at] > 127:
             at += 1
         at += 1
@@ -264,10 +264,12 @@ def compare_edges_of_the_format():
             ("unused bytes", frame(0, 0, 0, 0, triangle, b"\0\0\0\0\0"), "corrupt"),
             ("long varint", b"CQ\0\x84\x00", "corrupt"),
             ("large varint", b"CQ\0\xff\xff\xff\xff\x10", "corrupt"),
-            ("nine channels", b"CQ\0\0\0\0\x09", "unsupported"),
-            ("many channels", b"CQ\0\0\0\0\x89", "unsupported"),
-            ("an extension of nothing", b"CQ\0\0\0\0\x80\0\0\0\0", "corrupt"),
-            ("rows without vertices", b"CQ\0\0\0\0\x80\1\0\0\0", "corrupt"),
+            ("seventeen channels", b"CQ\0\0\0\0\x11", "unsupported"),
+            ("many channels", b"CQ\0\0\0\0\x91", "unsupported"),
+            ("an extension of nothing", b"CQ\0\0\0\0\x80\0\0\0\0\0", "corrupt"),
+            ("rows without vertices", b"CQ\0\0\0\0\x80\1\0\0\0\0", "corrupt"),
+            ("one material", b"CQ\0\0\0\0\x80\0\0\0\0\1", "corrupt"),
+            ("1025 materials", b"CQ\0\0\0\0\x80\0\0\0\0\x81\x08", "corrupt"),
             ("version 1", b"CQ\1", "version"),
             ("other magic", b"CR", "format")):
         tally.require(f"{name}: is {tally.check(name, data).kind}", decoder.Decoder(data).kind == kind)

@@ -36,7 +36,7 @@ class Tables:
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
         # A.1: PLAIN begins like FIRST
-        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + sizes["COPY"] * [240]
+        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + (sizes["COPY"] + sizes["JOINT"] + sizes["SUM"]) * [240]
         # A.4: along and above, by class
         rows = [linear[k:k + 4] for k in range(0, 64, 4)]
         self.linear = rows[:8], rows[8:]
@@ -91,7 +91,8 @@ def clamp(a, low, high):
 class Channel:
     """2.4. `first`: the place of its first number among those of a vertex."""
 
-    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,), (1,)]
+    COMPONENTS = [(3,), (1, 2, 3, 4), (2, 3), (2,), (3, 4), (1, 2, 3, 4), (1, 2, 3, 4), (1,), (1,), (1,),
+                  (2, 3, 4)]
     AVERAGE, COPY, PER_FACE = 0, 1, 2
 
     def __init__(self, kind_and_merge, components, bits):
@@ -183,7 +184,7 @@ class Header:
     def read_channels(self):  # 2.4
         count = self.uint(1)
         extended, self.regular, count = count // 128, count // 64 % 2, count % 64
-        if count > 8:
+        if count > 16:
             raise End("unsupported")
         self.channels = []
         for _ in range(count):
@@ -194,7 +195,7 @@ class Header:
             if not channel.is_valid():
                 raise End("unsupported")
             self.add_channel(channel)
-        self.rows = self.aside_rows = self.aside_faces = self.metadata = 0
+        self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
         if self.regular and (self.rows or len(self.channels) > 1 or (self.channels and not self.position)):
@@ -205,14 +206,14 @@ class Header:
         self.channels.append(channel)
 
     def read_extension(self):  # 2.6
-        counts = [self.varint() for _ in range(4)]
-        self.rows, self.aside_rows, self.aside_faces, self.metadata = counts
-        if not any(counts) or self.metadata > 1 << 20 or \
+        counts = [self.varint() for _ in range(5)]
+        self.rows, self.aside_rows, self.aside_faces, self.metadata, self.materials = counts
+        if not any(counts) or self.metadata > 1 << 20 or self.materials == 1 or self.materials > 1024 or \
            (self.rows and not self.vertices < self.rows <= 3 * self.faces):
             raise End("corrupt")
         channels, self.channels = self.channels, []
         for channel in channels:  # 15.1
-            channel.of_row = self.rows > 0 and not channel.per_face and channel.kind in (2, 3, 4)
+            channel.of_row = self.rows > 0 and not channel.per_face and channel.kind in (2, 3, 4, 10)
             if channel.of_row:
                 channel.first = sum(c.components for c in self.channels if c.of_row)
             else:
@@ -325,12 +326,52 @@ class RangeDecoder:
 
 # -- 5. The base mesh --------------------------------------------------------------------------------------------------
 
+class Materials:  # 18
+    def __init__(self, decoder):
+        self.decoder, self.first = decoder, [0]
+        for _ in range(decoder.header.materials - 1):
+            left = decoder.header.faces - self.first[-1]
+            faces = decoder.coder.raw(left.bit_length())
+            if faces > left:
+                decoder.reject("corrupt")
+            decoder.end_step()
+            self.first.append(self.first[-1] + faces)
+        self.end = self.first[1:] + [decoder.header.faces]
+        self.next = list(self.first)    # number of the next triangle of each
+        self.of, self.number = {}, {}   # of triangles, by id
+
+    def read(self, near, taken=()):
+        """That of a new triangle, given those nearby; `taken` go to triangles that are not yet there."""
+        m = self.decoder.copied((len(self.first) - 1).bit_length(), near)
+        if m >= len(self.first) or self.next[m] + list(taken).count(m) == self.end[m]:
+            self.decoder.reject("corrupt")
+        return m
+
+    def enter(self, triangle, m):
+        self.of[id(triangle)], self.number[id(triangle)] = m, self.next[m]
+        self.next[m] += 1
+        return self.next[m] - 1
+
+    def near(self, mesh, a, b):
+        """Of the triangle on the left of a -> b, if it is real."""
+        return [self.of[id(mesh.left[a, b])]] if id(mesh.left[a, b]) in self.of else []
+
+    def split(self, mesh, centre, ends):  # 18
+        made = []
+        for x in ends:
+            if not mesh.is_virtual(x):
+                made.append(self.read(made[:1] + self.near(mesh, centre, x) + self.near(mesh, x, centre), made))
+        return made
+
+
 class Base:
     """Halfedge 3 t + k of real triangle t has that number, one of virtual triangle t the number 3 (F + t) + k."""
 
     def __init__(self, decoder):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
         self.real, self.virtual = [], []          # triangles, lists of corners
+        self.numbered = {}                        # real ones by their numbers
+        self.gate = None
         self.vertices, self.loops = 0, 0          # vertices so far
         self.corners = {}                         # number of triangle corners at a vertex
         self.last = {}                            # the triangle added last at a vertex
@@ -373,24 +414,31 @@ class Base:
         triangles, limit = (self.virtual, self.header.edges) if virtual else (self.real, self.header.faces)
         if len(triangles) == limit:
             self.decoder.reject("corrupt")
-        triangle = list(corners)
+        triangle, number, materials = list(corners), len(triangles), self.decoder.materials
+        if materials and not virtual:
+            behind = [] if self.gate is None or self.gate // 3 not in self.numbered else \
+                [materials.of[id(self.numbered[self.gate // 3])]]
+            number = materials.enter(triangle, materials.read(behind + [materials.of[id(self.real[-1])] if self.real else 0]))
         triangles.append(triangle)
+        if not virtual:
+            self.numbered[number] = triangle
         for v in corners:
             self.corners[v] = self.corners.get(v, 0) + 1
             self.last[v] = triangle
-        return 3 * (len(triangles) - 1 + (self.header.faces if virtual else 0))
+        return 3 * (number + (self.header.faces if virtual else 0))
 
     def corner(self, h, step):
         """The vertex at the start of halfedge h (step 0) or at its end (step 1)."""
         t, k = divmod(h, 3)
         faces = self.header.faces
-        triangle = self.real[t] if t < faces else self.virtual[t - faces]
+        triangle = self.numbered[t] if t < faces else self.virtual[t - faces]
         return triangle[(k + step) % 3]
 
     def is_open(self, h):
         return self.after[self.after[h]] != h
 
     def start_component(self):  # 5.2
+        self.gate = None
         left, right = self.new_vertex(False), self.new_vertex(False)
         h = self.add_triangle(left, right, self.new_vertex(True))
         self.after.update({h: h + 1, h + 1: h + 2, h + 2: h})
@@ -400,6 +448,8 @@ class Base:
     def find_gate(self):  # 5.6
         if self.is_open(self.gate):
             return True
+        if self.decoder.materials:
+            return self.find_numbered_gate()
         # Halfedges never open again: all below the scans are closed.
         while self.scan < 3 * len(self.real) and not self.is_open(self.scan):
             self.scan += 1
@@ -411,6 +461,16 @@ class Base:
             if self.virtual_scan == end:
                 return False
             found = self.virtual_scan
+        self.before2 = found
+        self.before = self.after[found]
+        self.gate = self.after[self.before]
+        return True
+
+    def find_numbered_gate(self):
+        numbers = sorted(self.numbered) + [self.header.faces + t for t in range(len(self.virtual))]
+        found = next((h for t in numbers for h in range(3 * t, 3 * t + 3) if self.is_open(h)), None)
+        if found is None:
+            return False
         self.before2 = found
         self.before = self.after[found]
         self.gate = self.after[self.before]
@@ -448,13 +508,13 @@ class Base:
             self.gate = k + 1
 
     def join(self):
-        reals = 3 * len(self.real)
+        reals = 3 * (self.header.faces if self.decoder.materials else len(self.real))
         count = reals + 3 * len(self.virtual)
         n = self.coder.raw((count - 1).bit_length())
         if n >= count:
             self.decoder.reject("corrupt")
         border = n if n < reals else n - reals + 3 * self.header.faces
-        if not self.is_open(border):
+        if border not in self.after or not self.is_open(border):
             self.decoder.reject("corrupt")
         return border
 
@@ -968,9 +1028,9 @@ class Rows:
         self.count, self.full = 0, False
         self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME": [32768] * 3,
                           "NEW": [32768] * 3} for _ in range(27)]
-        self.equal = [[32768] * 8 for _ in self.header.channels]
-        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(4)]
-        self.used = [[[0] * 16 for _ in range(20)] for _ in range(4)]
+        self.equal = [[32768] * 11 for _ in self.header.channels]
+        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(5)]
+        self.used = [[[0] * 16 for _ in range(20)] for _ in range(5)]
         self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
 
     def add(self, vertex):
@@ -1061,7 +1121,7 @@ class Rows:
             return
         if row > first and self.is_equal(k, channel, 7, row, row - 1):
             return
-        if self.is_pair(channel):
+        if channel.kind == 2 and self.is_pair(channel):
             corners = [(v, t[(t.index(v) + 1) % 3], t[(t.index(v) + 2) % 3]) for t in triangles]
             direction = total(self.normal(list(map(self.position, t))) for t in corners)
             self.pair(k, channel, row, direction, known)
@@ -1212,8 +1272,9 @@ class Rows:
         return self.row_in(self.mesh.front[y, z], y, z)
 
     def is_pair(self, channel):
-        return self.header.position is not None and channel.kind == 2 and channel.merge == Channel.AVERAGE and \
-            channel.components == 2 and not channel.exact and channel.bits > 1
+        pair = (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3))
+        return self.header.position is not None and pair and channel.merge == Channel.AVERAGE and \
+            not channel.exact and channel.bits > 1
 
     def same(self, channel, a, b):
         part = self.part(channel)
@@ -1275,7 +1336,8 @@ class Rows:
         if neighbour is not None and self.is_equal(k, channel, 4 + (companion is not None), row, neighbour):
             return
         if self.is_pair(channel):
-            around = [r for r in (neighbour, companion) if r is not None][:1]
+            order = (companion, neighbour) if channel.kind == 10 else (neighbour, companion)
+            around = [r for r in order if r is not None][:1]
             self.pair(k, channel, row, self.direction(row, corner), around)
             return
         near, far = neighbour, companion
@@ -1334,27 +1396,63 @@ class Rows:
         u, v = half1 - abs(y), half1 - abs(x)
         return [-u if x < 0 else u, -v if y < 0 else v]
 
-    def pair(self, k, channel, row, direction, around):
-        half1 = (1 << channel.bits - 1) - 1
-        around = [[c - half1 for c in self.values[r][self.part(channel)]] for r in around]
-        m, shift = sum(map(abs, direction)), 0
+    @staticmethod
+    def vector(pair, half1):
+        z = half1 - sum(map(abs, pair))
+        return (Rows.fold(pair, half1) if z < 0 else list(pair)) + [z]
+
+    @staticmethod
+    def pair_of(n, half1):
+        m, shift = sum(map(abs, n)), 0
         while m >> shift >= 1 << 38:
             shift += 1
         m >>= shift
-        if m:
-            expected = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1)
-                        for c in direction[:2]]
-            if direction[2] < 0:
-                expected = self.fold(expected, half1)
-        else:
-            expected = around[0] if around else [0, 0]
+        if not m:
+            return None
+        pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
+        return Rows.fold(pair, half1) if n[2] < 0 else pair
+
+    @staticmethod
+    def turn_of(a, t, side, half1):
+        along, x = quotient(dot(a, t), half1), dot(a, side)
+        if along <= 0:
+            return 0
+        return clamp(quotient(x - along // 2 if x < 0 else x + along // 2, along), -4 * half1, 4 * half1)
+
+    def turned(self, k, row, around, half1):  # 15.10
+        normals = next((c for c in self.header.channels[:k] if c.kind == 2 and self.is_pair(c)), None)
+        if normals is None or not around:
+            return None
+        around = [self.vector(pair, half1) for pair in around]
+        length = (1 << normals.bits - 1) - 1
+        normal = self.vector([c - length for c in self.values[row][self.part(normals)]], length)
+        pair = self.pair_of(total(around), half1)
+        pair = pair and self.pair_of(cross(normal, self.vector(pair, half1)), half1)
+        pair = pair and self.pair_of(cross(self.vector(pair, half1), normal), half1)
+        if pair is None:
+            return None
+        t = self.vector(pair, half1)
+        length = math.isqrt(dot(normal, normal))
+        side = [quotient(c, length) for c in cross(normal, t)]
+        spread = sum(abs(self.turn_of(a, t, side, half1)) // len(around) for a in around)
+        turn = self.residual(4, min(half(spread), 18), 26)
+        return [x * half1 + y * turn for x, y in zip(t, side)]
+
+    def pair(self, k, channel, row, direction, around):
+        half1 = (1 << channel.bits - 1) - 1
+        near = around
+        around = [[c - half1 for c in self.values[r][self.part(channel)][:2]] for r in around]
+        turned = self.turned(k, row, around, half1) if channel.kind == 10 else None
+        n = direction if channel.kind == 2 else turned or [0, 0, 0]
+        expected = self.pair_of(n, half1) or (around[0] if around else [0, 0])
         out = sum(map(abs, expected)) > half1
         if out:
             expected = self.fold(expected, half1)
             around = [self.fold(pair, half1) for pair in around]
         spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
         odd = self.coder.adaptive(f"EQUAL {k}", self.equal[k], 1) if out else 0
-        pair = [c + self.residual(0 if len(around) > 1 else 1, half(spread), 26) for c in expected]
+        which, e = (4, 19) if turned else (0 if len(around) > 1 else 1, half(spread))
+        pair = [c + self.residual(which, e, 26) for c in expected]
         if any(abs(c) >= 1 << 25 for c in pair):
             self.decoder.reject("corrupt")
         if out and not odd:
@@ -1362,6 +1460,12 @@ class Rows:
         values = [channel.value(c + half1) for c in pair]
         if None in values:
             self.decoder.reject("corrupt")
+        if channel.components == 3:
+            side = int(bool(near) and self.values[near[0]][channel.first + 2] != 0)
+            if self.coder.adaptive(f"EQUAL {k}", self.equal[k], 8):
+                values.append(self.decoder.value(channel, self.coder.raw(channel.bits)))
+            else:
+                values.append(self.coder.adaptive(f"EQUAL {k}", self.equal[k], 9 + side))
         self.values[row][self.part(channel)] = values
 
     # 15.8
@@ -1406,8 +1510,13 @@ def read_aside(decoder):  # 16
             face.append(coder.raw((count - 1).bit_length() if count else 0))
             if face[-1] >= count:
                 decoder.reject("corrupt")
+        if decoder.materials:
+            face.append(decoder.copied((header.materials - 1).bit_length(), [faces[-1][3] if faces else 0]))
+            if face[-1] >= header.materials:
+                decoder.reject("corrupt")
+        at = len(face)
         for k, channel in enumerate(header.face_channels()):
-            face.append(decoder.copy(channel, [faces[-1][3 + k] if faces else 0]))
+            face.append(decoder.copy(channel, [faces[-1][at + k] if faces else 0]))
         decoder.end_step()
         faces.append(face)
     letters = [32768] * 256
@@ -1435,6 +1544,7 @@ class Decoder:
         self.mesh = None
         self.complete = None   # while the base is read: the triangles of complete components
         self.rows = None       # 15
+        self.materials = None  # 18
         self.num_rows = 0
         self.aside = [], []    # 16: rows; triangles with their values
         self.metadata = b""
@@ -1454,7 +1564,8 @@ class Decoder:
         """Those of the mesh; while the base is read, of its components that are complete."""
         if self.mesh is None:
             return []
-        return self.mesh.real if self.complete is None else self.complete
+        real = self.mesh.real if self.complete is None else self.complete
+        return sorted(real, key=lambda triangle: self.materials.number[id(triangle)]) if self.materials else real
 
     # 10.2
     def is_starved(self):
@@ -1472,6 +1583,8 @@ class Decoder:
 
     def decode(self):
         self.start_models()
+        if self.header.materials:
+            self.materials = Materials(self)
         if self.header.vertices:
             self.read_base(Base(self))
         self.stop_here()
@@ -1578,7 +1691,10 @@ class Decoder:
         sizes[k] = (3 * sizes[k] + min(abs(residual), 1 << 28)) // 4
         return self.value(channel, prediction + residual)
 
-    def copy(self, channel, near):  # 6.3
+    def copy(self, channel, near):
+        return self.copied(channel.bits, near)
+
+    def copied(self, bits, near):  # 6.3
         refused = []
         for value in near:
             if value in refused:
@@ -1586,11 +1702,14 @@ class Decoder:
             if self.coder.bit("COPY", 4 * min(len(refused), 2) + min(near.count(value), 3)):
                 return value
             refused.append(value)
-        return self.coder.raw(channel.bits)
+        return self.coder.raw(bits)
 
     def base_face_values(self, base, before):  # 6.4
         channels = self.header.face_channels()
-        for triangle in base.real[base.first_real:] if channels else ():
+        new = base.real[base.first_real:]
+        if self.materials:
+            new = sorted(new, key=lambda triangle: self.materials.number[id(triangle)])
+        for triangle in new if channels else ():
             before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
             self.face_values[id(triangle)] = before
             self.end_step()
@@ -1710,6 +1829,7 @@ class Decoder:
         ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
         p, q = self.pairs.decode(self.coder, ring)
         self.axes = None
+        materials = self.materials.split(mesh, centre, (x[p], x[q])) if self.materials else []
         values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
         self.end_step()
         self.values.append(values)
@@ -1723,6 +1843,8 @@ class Decoder:
         if corners:
             self.rows.apply(ring, p, q, corners)
         new = mesh.real[virtual - 2:] if virtual < 2 else []
+        for triangle, m in zip(new, materials):
+            self.materials.enter(triangle, m)
         self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
         self.splits += 1
 
@@ -1741,21 +1863,71 @@ class Decoder:
                 self.axes = place.axes
                 offset = place.decode()
                 result += [self.value(channel, number) for number in plus(origin, offset)]
-            elif channel.merge == Channel.AVERAGE:
-                result += [self.plain_value(channel, fan, c, self.plain[k], self.values) for c in numbers]
-            else:
-                result += [self.copied_value(channel, fan, c, self.values) for c in numbers]
+            for c in numbers if channel is not self.header.position and not channel.per_face else ():
+                if channel.merge == Channel.AVERAGE:
+                    result.append(self.plain_value(channel, fan, c, self.plain[k], self.values, made=result))
+                elif channel.kind == 5:
+                    result.append(self.joint(channel, fan, c, result))
+                else:
+                    result.append(self.copied_value(channel, fan, c, self.values))
         return result, of_faces
 
     def copied_value(self, channel, fan, c, values):  # 9.10
         order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
         return self.copy(channel, [values[fan.v[at]][c] for at in order])
 
-    def plain_value(self, channel, fan, c, weights, values, rows=None):  # 9.9, and of rows 15.5
-        a = channel.rough(values[fan.v[0]][c])
-        t = [channel.rough(values[v][c]) - a for v in fan.v]
+    def joint(self, channel, fan, c, made):  # 9.10
+        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+        places = range(channel.first, channel.first + channel.components)
+        near = [self.values[fan.v[at]][c] for at in order]
+        near += [self.values[fan.v[at]][other] for at in (0, 1, fan.size - 1) for other in places if other != c]
+        had = [value for value in made[channel.first:c] if value]
+        asked = list(dict.fromkeys([value for value in near if value not in had] +
+                                   [value for value in near if value in had]))
+        for k, value in enumerate(asked[:9]):
+            if self.coder.bit("JOINT", 4 * min(k, 5) + min(near.count(value), 4) - 1):
+                return value
+        return self.coder.raw(channel.bits)
+
+    def skinning(self, kind):
+        return [c for c in self.header.channels if c.kind == kind and not c.per_face]
+
+    def weight_joints(self, channel):  # 9.9
+        if channel.kind != 6:
+            return None
+        nth = self.skinning(6).index(channel)
+        joints = self.skinning(5)[nth:nth + 1]
+        if not joints or joints[0].components != channel.components or \
+           self.header.channels.index(joints[0]) > self.header.channels.index(channel):
+            return None
+        return joints[0]
+
+    def rest_of_weights(self, a, made, last):
+        rest = 0
+        for channel in self.skinning(6):
+            for c in range(channel.first, channel.first + channel.components):
+                rest += self.values[a][c] - (0 if c == last else made[c])
+        return (rest + (1 << 31)) % (1 << 32) - (1 << 31)
+
+    def plain_value(self, channel, fan, c, weights, values, rows=None, made=None):  # 9.9, and of rows 15.5
+        if channel.kind == 6 and channel is self.skinning(6)[-1] and not channel.exact and \
+           c == channel.first + channel.components - 1:
+            rest = self.rest_of_weights(fan.v[0], made, c)
+            if self.coder.bit("SUM"):
+                return self.value(channel, rest)
+        joints = self.weight_joints(channel)
+
+        def near(v):
+            if not joints:
+                return values[v][c]
+            here = values[v][joints.first:joints.first + joints.components]
+            wanted = made[joints.first + c - channel.first]
+            return values[v][channel.first + here.index(wanted)] if wanted in here else 0
+
+        a = channel.rough(near(fan.v[0]))
+        t = [channel.rough(near(v)) - a for v in fan.v]
         m = mean(sum(t), fan.size)
-        outer = sum(2 * (channel.rough(values[fan.w[k]][c]) - a) - t[k] - t[(k + 1) % fan.size] >> 2
+        outer = sum(2 * (channel.rough(near(fan.w[k])) - a) - t[k] - t[(k + 1) % fan.size] >> 2
                     for k in fan.known)
         g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
         s = sum(abs(x - m) for x in t)
@@ -2239,6 +2411,9 @@ def dump(decoder):
         lines += [" ".join(map(str, [rows.vertex[r]] + rows.values[r])) for r in range(decoder.num_rows)]
     lines += [" ".join(map(str, triangle + decoder.face_values.get(id(triangle), []) +
                            (rows.of[id(triangle)] if rows else []))) for triangle in triangles]
+    if triangles and decoder.materials:
+        of = [decoder.materials.of[id(triangle)] for triangle in triangles]
+        lines += [f"material {first} {of.count(m)}" for m, first in enumerate(decoder.materials.first)]
     if decoder.kind == "done":
         lines += [" ".join(map(str, ["aside"] + values)) for part in decoder.aside for values in part]
         lines += [f"metadata {decoder.metadata.hex()}"] if decoder.metadata else []

@@ -2,9 +2,8 @@
  * SPDX-License-Identifier: MIT
  *
  * The kind of result, counts, levels if the stream is complete, the error of the level; the values of each vertex,
- * all channels in one line;
- * the triangles, each with its values; rows, what is aside, and metadata. With VERTICES, stops as soon as the mesh
- * has so many. Exit status 2: too large
+ * all channels in one line; the triangles, each with its values; ranges of materials; rows, what is aside, and metadata.
+ * With VERTICES, stops as soon as the mesh has so many. Exit status 2: too large
  * for memory. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
@@ -60,6 +59,7 @@ static void print_aside(const cq_decoder *d)
     for (n = 0; n < d->aside.num_faces; n++) {
         printf("aside ");
         print_corners(d->aside.index + 3 * n);
+        if (d->aside.material) printf(" %lu", (unsigned long)d->aside.material[n]);
         for (k = 0; k < d->shape.num_channels; k++)
             if (d->shape.channel[k].merge == CQ_PER_FACE) printf(" %lu", number(d->aside.channel[k][n]));
         printf("\n");
@@ -69,11 +69,48 @@ static void print_aside(const cq_decoder *d)
     if (d->shape.metadata_bytes) printf("\n");
 }
 
+/* Faces of a material; without materials all are those of number 0. */
+static void print_faces(const cq_decoder *d, uint32_t m)
+{
+    cq_index first, count;
+    size_t f;
+    cq_material(d, m, &first, &count);
+    for (f = first; f < (size_t)first + count; f++) {
+        print_corners(d->mesh.origin + 3 * f);
+        print_values(d, f, CQI_OF_FACE, " ");
+        if (d->vertex) printf(" ");
+        if (d->vertex) print_corners(d->index + 3 * f);
+        printf("\n");
+    }
+}
+
+static unsigned long num_faces(const cq_decoder *d)
+{
+    unsigned long n = 0;
+    cq_index first, count;
+    uint32_t m = 0;
+    do {
+        cq_material(d, m, &first, &count);
+        n += count;
+    } while (++m < d->shape.num_materials);
+    return n;
+}
+
+static void print_ranges(const cq_decoder *d)
+{
+    cq_index first, count;
+    uint32_t m;
+    for (m = 0; d->mesh.num_vertices && m < d->shape.num_materials; m++) {
+        cq_material(d, m, &first, &count);
+        printf("material %lu %lu\n", (unsigned long)first, (unsigned long)count);
+    }
+}
+
 static void print(const cq_decoder *d, cq_result result)
 {
-    size_t v, f;
-    printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices,
-           (unsigned long)d->mesh.num_faces);
+    size_t v;
+    uint32_t m = 0;
+    printf("%s\n%lu vertices, %lu triangles\n", kind(result), (unsigned long)d->mesh.num_vertices, num_faces(d));
     if (result == CQ_DONE) printf("%lu levels\n", (unsigned long)d->level);
     if (result >= CQ_OK) printf("error %lu\n", (unsigned long)d->error);
     for (v = 0; v < d->mesh.num_vertices; v++) {
@@ -85,13 +122,9 @@ static void print(const cq_decoder *d, cq_result result)
         print_values(d, v, CQI_OF_ROW, " ");
         printf("\n");
     }
-    for (f = 0; f < d->mesh.num_faces; f++) {
-        print_corners(d->mesh.origin + 3 * f);
-        print_values(d, f, CQI_OF_FACE, " ");
-        if (d->vertex) printf(" ");
-        if (d->vertex) print_corners(d->index + 3 * f);
-        printf("\n");
-    }
+    do print_faces(d, m);
+    while (++m < d->shape.num_materials);
+    print_ranges(d);
     if (result == CQ_DONE) print_aside(d);
 }
 

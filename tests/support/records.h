@@ -17,6 +17,7 @@ typedef struct row_record {
 typedef struct triangle_record {
     row_record corner[3];
     int32_t of_face[CQ_MAX_CHANNELS];
+    int32_t material;
 } triangle_record;
 
 static inline int compare_row_records(const void *a, const void *b) { return memcmp(a, b, sizeof(row_record)); }
@@ -71,10 +72,22 @@ static inline triangle_record *triangles_of_input(const cq_input *in) {
         for (k = 0; k < 3; ++k) all[f].corner[k] = row_of_input(in, in->indices[3 * f + k]);
         for (k = 0; k < in->shape.num_channels; ++k)
             if (in->shape.channel[k].merge == CQ_PER_FACE) all[f].of_face[k] = (int32_t)in->values[k][f];
+        if (in->shape.num_materials > 1) all[f].material = (int32_t)in->materials[f];
         turn_record(&all[f]);
     }
     qsort(all, in->shape.num_faces, sizeof *all, compare_triangle_records);
     return all;
+}
+
+/* The material that has a face of the mesh, 0 without any. */
+static inline uint32_t material_of_face(const cq_decoder *d, uint32_t f) {
+    cq_index first = 0, count = 0;
+    uint32_t m;
+    for (m = 0; m < d->shape.num_materials; ++m) {
+        cq_material(d, m, &first, &count);
+        if (f >= first && f - first < count) return m;
+    }
+    return 0;
 }
 
 /* Triangle f of a complete mesh; those aside follow the others. */
@@ -91,6 +104,7 @@ static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f
     for (k = 0; k < d->shape.num_channels; ++k)
         if (d->shape.channel[k].merge == CQ_PER_FACE && d->shape.channel[k].kind != CQ_TURNED)
             t.of_face[k] = (int32_t)(aside ? d->aside.channel[k] : d->channel[k])[g];
+    t.material = aside && d->aside.material != NULL ? (int32_t)d->aside.material[g] : (int32_t)material_of_face(d, f);
     turn_record(&t);
     return t;
 }
@@ -149,12 +163,100 @@ static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const 
         for (j = 0; j < 3; ++j) t.corner[j] = row_of_input(in, in->indices[3 * k + j]);
         for (j = 0; j < in->shape.num_channels; ++j)
             if (in->shape.channel[j].merge == CQ_PER_FACE) t.of_face[j] = (int32_t)in->values[j][k];
+        if (in->shape.num_materials > 1) t.material = (int32_t)in->materials[k];
         turn_record(&t);
         if (face_map[k] >= d->mesh.num_faces + d->aside.num_faces) return 0;
         u = triangle_of_output(d, face_map[k]);
         if (memcmp(&t, &u, sizeof t) != 0) return 0;
     }
     return 1;
+}
+
+/* Materials leave gaps until all is there. */
+static inline int face_is_there(const cq_decoder *d, uint32_t f) {
+    const cq_index v = d->mesh.origin[3 * f];
+    return v != CQ_NONE && !(d->mesh.is_partial && v >= d->mesh.num_vertices);
+}
+
+/* A face is there if and only if it is one of those that are told of its material; these fill their ranges from the start, and
+ * the ranges all numbers. */
+static inline int materials_are_valid(const cq_decoder *d) {
+    uint32_t f = 0, m;
+    for (m = 0; m < d->shape.num_materials; ++m) {
+        cq_index first, count, next = (cq_index)d->shape.num_faces;
+        cq_material(d, m, &first, &count);
+        if (m + 1 < d->shape.num_materials) {
+            cq_index unused;
+            cq_material(d, m + 1, &next, &unused);
+        }
+        if (first != f || count > next - first) return 0;
+        for (; f < next; ++f)
+            if (face_is_there(d, f) != (f < (uint32_t)first + count)) return 0;
+    }
+    return 1;
+}
+
+/* An edge of the input that two triangles have, by the positions of its ends; the second end of each is that of the edge. */
+typedef struct shared_edge {
+    int32_t place[6];    /* positions, the smaller one first */
+    uint32_t face, corner, turned;
+} shared_edge;
+
+static inline int compare_shared_edges(const void *a, const void *b) { return memcmp(a, b, 6 * sizeof(int32_t)); }
+
+static inline shared_edge edge_of_input(const cq_input *in, uint32_t f, uint32_t k) {
+    const cq_value *x = in->values[0] + 3 * in->indices[3 * f + k], *y = in->values[0] + 3 * in->indices[3 * f + (k + 1) % 3];
+    shared_edge e;
+    uint32_t j;
+    e.face = f;
+    e.corner = k;
+    e.turned = 0;
+    for (j = 0; j < 3 && x[j] == y[j]; ++j) {}
+    if (j < 3 && x[j] > y[j]) e.turned = 1;
+    for (j = 0; j < 3; ++j) {
+        e.place[j] = (int32_t)(e.turned ? y : x)[j];
+        e.place[3 + j] = (int32_t)(e.turned ? x : y)[j];
+    }
+    return e;
+}
+
+/* Mesh vertex of a decoded corner that has the values of an input corner. */
+static inline cq_index vertex_at(const cq_input *in, const cq_decoder *d, cq_index face, cq_index row) {
+    const row_record wanted = row_of_input(in, row);
+    uint32_t k;
+    for (k = 0; k < 3; ++k) {
+        const row_record found = row_of_output(d, d->index[3 * face + k]);
+        if (memcmp(&found, &wanted, sizeof found) == 0) return d->mesh.origin[3 * face + k];
+    }
+    return CQ_NONE;
+}
+
+/* In a complete mesh without edges of more than two faces, those that two triangles of the input share by position have both
+ * sides on the same two mesh vertices: nowhere can they come apart. Channel 0 has positions. Returns how many edges there are,
+ * or 0 if one is open. */
+static inline uint32_t shared_edges(const cq_input *in, const cq_decoder *d, const cq_index *face_map) {
+    const uint32_t n = 3 * in->shape.num_faces;
+    shared_edge *e = (shared_edge *)calloc(n + 1u, sizeof *e);
+    uint32_t k, shared = 0, open = 0;
+    for (k = 0; k < n; ++k) e[k] = edge_of_input(in, k / 3, k % 3);
+    qsort(e, n, sizeof *e, compare_shared_edges);
+    for (k = 0; k + 1 < n; ++k) {
+        const int before = k > 0 && compare_shared_edges(&e[k - 1], &e[k]) == 0, after = k + 2 < n && compare_shared_edges(&e[k + 2], &e[k]) == 0;
+        cq_index at[4];
+        uint32_t j;
+        if (compare_shared_edges(&e[k], &e[k + 1]) != 0 || before || after) continue;
+        for (j = 0; j < 4; ++j) {
+            const shared_edge *s = &e[k + j / 2];
+            const uint32_t corner = (s->corner + (j + s->turned) % 2) % 3;
+            if (face_map[s->face] >= d->mesh.num_faces) break;
+            at[j] = vertex_at(in, d, face_map[s->face], in->indices[3 * s->face + corner]);
+        }
+        if (j < 4) continue; /* a face aside */
+        ++shared;
+        open += at[0] == CQ_NONE || at[0] != at[2] || at[1] != at[3];
+    }
+    free(e);
+    return open ? 0 : shared;
 }
 
 /* Corners with one row have one vertex, which is the row's; and each row has a corner. */
@@ -165,6 +267,7 @@ static inline int rows_are_valid(const cq_decoder *d) {
     used = (uint8_t *)calloc(d->num_rows + 1u, 1);
     for (h = 0; h < 3 * (uint32_t)d->mesh.num_faces; ++h) {
         const cq_index row = d->index[h];
+        if (!face_is_there(d, h / 3)) continue;
         if (row >= d->num_rows || d->vertex[row] != d->mesh.origin[h]) break;
         n += !used[row];
         used[row] = 1;

@@ -598,7 +598,7 @@ TEST(null_arguments_of_encode_are_an_error) {
 TEST(channels_outside_their_ranges_are_an_argument_error) {
     static const struct { int kind, components, bits, merge; } bad[] = {
         {CQ_GENERIC, 0, 8, 0}, {CQ_GENERIC, 5, 8, 0}, {CQ_GENERIC, 255, 8, 0}, {CQ_GENERIC, 3, 0, 0},
-        {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_GROUP + 1, 1, 8, 0}, {255, 3, 8, 0},
+        {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_TURNED, 1, 8, 0}, {CQ_TANGENT, 1, 8, 0}, {CQ_TANGENT + 1, 1, 8, 0}, {255, 3, 8, 0},
         {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, CQ_PER_FACE},
         {CQ_GENERIC, 1, 8, CQ_PER_FACE + 1}, {CQ_GENERIC, 1, 8, 255}, {CQ_NUMBER, 2, 8, 0}, {CQ_GROUP, 2, 8, 0},
         {CQ_NORMAL, 1, 8, 0}, {CQ_NORMAL, 4, 8, 0}, {CQ_TEXCOORD, 3, 8, 0}, {CQ_COLOR, 2, 8, 0},

@@ -328,10 +328,10 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 
 /* The table of SPEC.md, by hand. */
 static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
-    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1"};
+    static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1", "234"};
     uint32_t kind = form % 16, merge = (form & ~(uint32_t)NO_GRID) / 16;
     if (kind == 9) return merge == 2 && components == 1 && bits == 1;
-    if (kind > 8 || merge > 2 || components < 1 || components > 4) return 0;
+    if (kind > 10 || merge > 2 || components < 1 || components > 4) return 0;
     if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
     return (bits >= 1 && bits <= 24) || bits == 32;
 }
@@ -362,8 +362,8 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
             }
         }
     }
-    /* With and without a grid: 20 of all components and kinds, 5 have one component, 1 one bit. */
-    CHECK_EQ(count, 2 * ((20 + 20 + 5) * 25 + 1));
+    /* With and without a grid: 23 of all components and kinds, 5 have one component, 1 one bit. */
+    CHECK_EQ(count, 2 * ((23 + 23 + 5) * 25 + 1));
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
@@ -393,7 +393,7 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
         put_start(&h, 4, 0, 0, 1);
         put(&h, n, 1);
         for (k = 0; k < m && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
-        if (n >= 128) put(&h, 0x00010500, 4); /* no seams, five rows and a face aside, no metadata */
+        if (n >= 128) put(&h, 0x00010500, 4), put(&h, 0, 1); /* no seams, five rows and a face aside, no metadata, no materials */
         put_end(&h, 10);
         CHECK_EQ(peek(&h, &shape), m <= CQ_MAX_CHANNELS && !(regular && m) ? CQ_OK : CQ_ERROR_UNSUPPORTED);
         CHECK_EQ(shape.num_channels, m <= CQ_MAX_CHANNELS ? m : 0);
@@ -434,6 +434,7 @@ static header of_rows_aside(uint32_t vertices, uint32_t rows) {
     put(&h, 0x80, 1);
     put_varint(&h, 0);
     put_varint(&h, rows);
+    put_varint(&h, 0);
     put_varint(&h, 0);
     put_varint(&h, 0);
     put_varint(&h, 0);

@@ -13,6 +13,7 @@ enum { MOST_ROWS = 20000, MOST_FACES = 12000 };
 static struct scene {
     cq_index index[3 * MOST_FACES];
     cq_value position[3 * MOST_ROWS], normal[2 * MOST_ROWS], uv[2 * MOST_ROWS], joint[MOST_ROWS], group[MOST_FACES];
+    cq_index material[MOST_FACES];
     uint8_t locked[MOST_ROWS];
     cq_input input;
 } scene;
@@ -48,6 +49,8 @@ static void begin(int channels)
     if (channels & 4) add_channel(CQ_JOINTS, 1, 6, CQ_COPY, scene.joint);
     if (channels & 8) add_channel(CQ_GROUP, 1, 4, CQ_PER_FACE, scene.group);
     if (channels & 16) scene.input.shape.channel[1].merge = CQ_COPY;
+    if (channels & 32) scene.input.shape.num_materials = 7;
+    scene.input.materials = scene.material;
 }
 
 static cq_index add_row(int32_t x, int32_t y, int32_t z)
@@ -70,6 +73,7 @@ static void add_face(cq_index a, cq_index b, cq_index c)
     scene.index[3 * f + 1] = b;
     scene.index[3 * f + 2] = c;
     scene.group[f] = (cq_value)(f / 64 % 5);
+    scene.material[f] = (cq_index)(f / 50 % 4 + f / 17 % 2);
 }
 
 static cq_index copy_row(cq_index from)
@@ -171,6 +175,7 @@ static void check_steps(const coded *c, int clean)
         d.result = cq_decode(d.decoder, &in, 1);
         if (d.decoder->mesh.num_vertices == vertices || d.result < 0) continue;
         CHECK(rows_are_valid(d.decoder));
+        CHECK(materials_are_valid(d.decoder));
         if (vertices % 37 == 0) CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
         memset(moved, 0, sizeof moved);
         if (vertices) cq_moved_rows(d.decoder, vertices, rows, 0, moved);
@@ -184,7 +189,26 @@ static void check_steps(const coded *c, int clean)
     decoding_free(&d);
 }
 
+/* What comes of the first bytes is a mesh, too. */
+static void check_cuts(const coded *c)
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        decoding d;
+        decoding_begin(&d, c->bytes, c->size);
+        decoding_run(&d, c->bytes, draw((uint32_t)c->size), 50, 1000);
+        CHECK(d.result == CQ_TRUNCATED || d.result == CQ_NEED_INPUT);
+        if (d.decoder->mesh.origin) {
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK(rows_are_valid(d.decoder));
+            CHECK(!d.decoder->mesh.num_faces || materials_are_valid(d.decoder));
+        }
+        decoding_free(&d);
+    }
+}
+
 static cq_report last;
+static uint32_t edges_shared; /* of the last input; 0: one of them is open */
 
 static void check_round_trip(void)
 {
@@ -203,6 +227,7 @@ static void check_round_trip(void)
             CHECK(same_triangles(&scene.input, d.decoder));
             CHECK(same_unused_rows(&scene.input, d.decoder));
             CHECK(maps_are_right(&scene.input, d.decoder, c.map, c.face_map));
+            edges_shared = shared_edges(&scene.input, d.decoder, c.face_map);
             CHECK_EQ(d.decoder->shape.metadata_bytes, scene.input.shape.metadata_bytes);
             if (scene.input.shape.metadata_bytes)
                 CHECK(!memcmp(d.decoder->metadata, scene.input.metadata, scene.input.shape.metadata_bytes));
@@ -212,6 +237,7 @@ static void check_round_trip(void)
         }
         decoding_free(&d);
         check_steps(&c, scene.input.clean);
+        check_cuts(&c);
     }
     uncode(&c);
 }
@@ -269,6 +295,8 @@ TEST(the_macros_and_the_function_for_decoder_memory_agree)
         s.num_aside_rows = n % 5;
         s.num_aside_faces = n % 7;
         s.metadata_bytes = n % 9;
+        s.num_materials = n % 4;
+        bytes += (size_t)CQ_MATERIAL_BYTES(n % 4, n % 7);
         bytes += (size_t)CQ_WEDGE_BYTES(2 * n, n + 1, 4) + (size_t)CQ_METADATA_BYTES(n % 9);
         CHECK_EQ(cq_decoder_bytes(&s), bytes + (size_t)CQ_ASIDE_BYTES(n % 7, n % 5, 8, 1));
     }
@@ -341,6 +369,7 @@ TEST(a_seam_of_texture_coordinates_is_refined)
     add_sheet(20, 16, 3, 0);
     add_seams(3, 2);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK(last.shape.num_rows > last.shape.num_vertices);
     CHECK_EQ(last.shape.num_vertices, 320);
     CHECK(last.base_vertices < 40);
@@ -353,6 +382,7 @@ TEST(a_soup_becomes_one_surface)
     add_sheet(20, 16, 3, 0);
     for (h = 0; h < 3 * scene.input.shape.num_faces; h++) scene.index[h] = copy_row(scene.index[h]);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK_EQ(last.shape.num_vertices, 320);
     CHECK_EQ(last.num_components, 1);
 }
@@ -367,9 +397,63 @@ TEST(flat_faces_have_rows_of_their_own)
         scene.normal[2 * scene.index[h]] = (cq_value)(h / 3 * 7 % 1000);
     }
     check_round_trip();
+    CHECK_EQ(edges_shared, 576);
     CHECK_EQ(last.shape.num_vertices, 192);
     CHECK_EQ(last.num_components, 1);
     CHECK(last.base_vertices < 30);
+}
+
+/* Cards are a sheet and its copy turned over; only that they share all positions tells that they belong together. */
+TEST(double_sided_cards_are_closed_surfaces_or_two_sheets)
+{
+    int k, f, faces;
+    begin(1);
+    add_sheet(6, 6, 0, 0);
+    faces = (int)scene.input.shape.num_faces;
+    for (f = 0; f < faces; f++) {
+        cq_index corner[3];
+        for (k = 0; k < 3; k++) corner[k] = copy_row(scene.index[3 * f + k]);
+        for (k = 0; k < 3; k++) scene.normal[2 * corner[k]] = 700;
+        add_face(corner[0], corner[2], corner[1]);
+    }
+    check_round_trip();
+    CHECK_EQ(last.shape.num_faces + last.shape.num_aside_faces, 144);
+    CHECK_EQ(last.shape.num_aside_faces, 0);
+}
+
+/* A fan of 300 faces around one vertex, with seams, and one beside it whose hub is only near. */
+TEST(hubs_with_seams_are_refined)
+{
+    int k;
+    begin(3);
+    add_row(8000, 8000, 8000);
+    for (k = 0; k < 300; k++) add_row(8000 + (k % 75) * 40 - 1500, 8000 + (k / 75 % 2 ? 1500 : -1500) + k, 7000 + (k * 37) % 90);
+    for (k = 0; k < 300; k++) add_face(0, (cq_index)(1 + k), (cq_index)(1 + (k + 1) % 300));
+    add_seams(4, 3);
+    check_round_trip();
+    CHECK_EQ(edges_shared, 300);
+}
+
+/* Cut along random edges: the faces on one side get rows of their own, at places that differ by one step, so that nothing
+ * joins them. */
+TEST(random_cuts_stay_open)
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        uint32_t h, cut = 0;
+        seed = 77u + (uint32_t)k;
+        begin(3);
+        add_sheet(12, 10, k & 3, 0);
+        for (h = 0; h < 3 * scene.input.shape.num_faces; h++) {
+            const cq_index v = scene.index[h];
+            if (draw(40)) continue;
+            scene.index[h] = copy_row(v);
+            scene.position[3 * scene.index[h]]++;
+            cut++;
+        }
+        check_round_trip();
+        CHECK(cut > 0 && last.shape.num_boundary_loops > 0);
+    }
 }
 
 TEST(a_moebius_strip_is_cut_once)
@@ -377,6 +461,7 @@ TEST(a_moebius_strip_is_cut_once)
     begin(0);
     add_sheet(24, 4, 1, 1);
     check_round_trip();
+    CHECK_EQ(edges_shared, 0); /* the cut */
     CHECK_EQ(last.num_components, 1);
     CHECK_EQ(last.prepared.copied_rows, 5);
     CHECK(last.base_vertices < 40);
@@ -389,6 +474,7 @@ TEST(turned_faces_are_turned_back)
     add_sheet(20, 16, 3, 0);
     for (k = 0; k < 40; k++) damage(1, 8);
     check_round_trip();
+    CHECK_EQ(edges_shared, 960);
     CHECK(last.prepared.turned_faces > 0);
     CHECK_EQ(last.num_components, 1);
     CHECK_EQ(last.prepared.cut_edges, 0);
@@ -423,6 +509,29 @@ TEST(nothing_but_what_is_aside)
     check_round_trip();
 }
 
+TEST(each_material_is_one_range)
+{
+    int channels;
+    for (channels = 32; channels < 64; channels += 3) {
+        begin(channels);
+        add_sheet(20, 16, channels & 3, 0);
+        if (channels & 4) add_sheet(7, 5, 3, 0);
+        if (channels & 8) add_seams(3, 3);
+        if (channels & 16) damage(20, 0xff);
+        check_round_trip();
+        CHECK_EQ(last.shape.num_materials, 7);
+    }
+    scene.input.shape.num_materials = 4;
+    scene.material[5] = 4;
+    {
+        coded c;
+        code(&c, &scene.input);
+        CHECK_EQ(c.result, CQ_ERROR_VALUE);
+        CHECK_EQ(c.place.face, 5);
+        uncode(&c);
+    }
+}
+
 TEST(a_clean_mesh_never_moves_a_row)
 {
     begin(3);
@@ -442,7 +551,7 @@ TEST(whatever_comes_in_comes_out)
     for (k = 0; k < CASES; k++) {
         const uint32_t what = draw(8);
         seed = (uint32_t)k * 2654435761u + 1;
-        begin((int)draw(32));
+        begin((int)draw(64));
         add_sheet(3 + (int)draw(14), 3 + (int)draw(10), (int)draw(4), what == 1);
         if (draw(3) == 0) add_sheet(3 + (int)draw(4), 3 + (int)draw(4), (int)draw(4), 0);
         if (draw(2)) add_seams((int)draw(8), (int)draw(4));
@@ -465,10 +574,14 @@ int main(int argc, char **argv)
     RUN(a_seam_of_texture_coordinates_is_refined);
     RUN(a_soup_becomes_one_surface);
     RUN(flat_faces_have_rows_of_their_own);
+    RUN(double_sided_cards_are_closed_surfaces_or_two_sheets);
+    RUN(hubs_with_seams_are_refined);
+    RUN(random_cuts_stay_open);
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
+    RUN(each_material_is_one_range);
     RUN(a_clean_mesh_never_moves_a_row);
     RUN(a_junction_is_in_the_base);
     RUN(the_macros_and_the_function_for_decoder_memory_agree);

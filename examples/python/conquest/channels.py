@@ -10,7 +10,7 @@ An attribute is known by its name, which tells what its numbers mean:
     joints     int (V, 1..4)                   as they are                                as many as they need
     numbers    int (V,)                        as they are                                as many as they need
     groups     int (V,)                        as they are                                as many as they need
-    materials  int (F,), of faces              as they are                                as many as they need
+    materials  int (F,), of faces              ranges of faces, if below 1024; else as they are
     generic    float or int (V, 1..4)          a grid over their box; ints as they are    12
 
 A second one of a kind has the name of the first and "_1", a third "_2". With 32 bits floats come back bit for bit.

@@ -124,6 +124,8 @@ class Decoder:
         self._memory = np.empty(size // 4 + 1, np.uint32)
         lib.cq_decoder_init(self._decoder, ffi.from_buffer(self._memory), self._memory.nbytes)
         self._names = channels.name_channels(shape)
+        if shape.num_materials:                # the ranges have this name
+            self._names = [name.replace("materials", "materials_of_faces") for name in self._names]
         self._arrays = [channels.make_array(channel, self._room(shape, channel)) for channel in self._channels(shape)]
         self._filled = [(0, 0)] * len(self._names)
         return True
@@ -165,8 +167,13 @@ class Decoder:
         d = self._decoder
         channel = d.shape.channel[k]
         of_faces = channel.merge == lib.CQ_PER_FACE
-        count = int(d.mesh.num_faces) if of_faces else self._num_rows
+        count = self._num_faces if of_faces else self._num_rows
         (done, vertices), array = self._filled[k], self._arrays[k]
+        numbers = self._face_numbers
+        if of_faces and numbers is not None:
+            values = self._view(d.channel[k], int(d.mesh.num_faces), channel.components).view(np.int32)
+            channels.give_rows(channel, values[numbers], array[:count])
+            done = count
         if not of_faces and d.vertex != ffi.NULL and done:
             for row in self._moved_rows(vertices, done):
                 self._give(k, array, row, row + 1)
@@ -177,6 +184,38 @@ class Decoder:
         view = array[:count]
         view.flags.writeable = False
         return view
+
+    @property
+    def material_ranges(self) -> list[tuple[int, int]]:
+        """Of each material, number of its first face in the full mesh, and how many are there: one range at any moment.
+        [] if the stream has no materials."""
+        ranges, number = [], ffi.new("uint32_t[2]")
+        for m in range(self._decoder.shape.num_materials if self._memory is not None else 0):
+            lib.cq_material(self._decoder, m, number, number + 1)
+            ranges.append((int(number[0]), int(number[1])))
+        return ranges
+
+    @property
+    def _face_numbers(self) -> NDArray[np.int64] | None:
+        """Of the faces that are there, if these are not all from 0 on."""
+        if not self._decoder.shape.num_materials or self.complete:
+            return None
+        return np.concatenate([np.arange(first, first + count) for first, count in self.material_ranges])
+
+    @property
+    def _num_faces(self) -> int:
+        ranges = self.material_ranges
+        return sum(count for _, count in ranges) if ranges else int(self._decoder.mesh.num_faces)
+
+    def _materials(self) -> NDArray[np.int32]:
+        counts = [count for _, count in self.material_ranges]
+        result = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+        aside = self._decoder.aside
+        if self.complete and aside.num_faces:
+            more = self._view(aside.material, int(aside.num_faces), 1).view(np.int32)[:, 0]
+            result = np.concatenate([result, more])
+        result.flags.writeable = False
+        return result
 
     @property
     def _num_rows(self) -> int:
@@ -264,8 +303,12 @@ class Decoder:
     @property
     def faces(self) -> NDArray[np.uint32]:
         """uint32 (F, 3), a view of the decoder's memory: it changes while decoding goes on. A copy, if faces are turned
-        over or, in a complete mesh, aside."""
-        d = self._decoder
+        over or, in a complete mesh, aside; and of the faces that are there of each material, until all are."""
+        d, numbers = self._decoder, self._face_numbers
+        if numbers is not None:
+            every = np.empty((int(d.mesh.num_faces), 3), np.uint32)
+            lib.cq_read_triangles(d, 0, len(every), ffi.from_buffer("uint32_t[]", every))
+            return every[numbers]
         count, aside = int(d.mesh.num_faces), int(d.aside.num_faces) if self.complete else 0
         if not aside and "turned" not in self._names:
             return self._view(d.index, count, 3)
@@ -278,14 +321,17 @@ class Decoder:
     @property
     def attributes(self) -> dict[str, NDArray[Any]]:
         """By name, as conquest.channels lists them: arrays (V, ...), of materials (F,)."""
-        return {name: self._array(k) for k, name in enumerate(self._names) if name not in ("positions", "turned")}
+        result = {name: self._array(k) for k, name in enumerate(self._names) if name not in ("positions", "turned")}
+        if self.material_ranges:
+            result["materials"] = self._materials()
+        return result
 
     def values(self, name: str) -> NDArray[np.int32]:
         """The integers of an attribute or of "positions" as they are in the stream, int32 (n, components), a view: of
         the vertices of the surface, or where there are seams and it may differ at them, of the vertices of a GPU."""
         k = self._names.index(name)
         d, channel = self._decoder, self._decoder.shape.channel[k]
-        of_rows = channel.kind in (lib.CQ_NORMAL, lib.CQ_TEXCOORD, lib.CQ_COLOR)
+        of_rows = channel.kind in (lib.CQ_NORMAL, lib.CQ_TEXCOORD, lib.CQ_COLOR, lib.CQ_TANGENT)
         count = int(d.mesh.num_faces if channel.merge == lib.CQ_PER_FACE else
                     self._num_rows if of_rows else d.mesh.num_vertices)
         return self._view(self._decoder.channel[k], count, channel.components).view(np.int32)
@@ -302,7 +348,8 @@ class Decoder:
         return int(self._decoder.mesh.num_vertices)
 
     def changed_blocks(self, since: int, shift: int = 6) -> NDArray[np.bool_]:
-        """Which blocks of 2^shift faces have changed since there were `since` surface_vertices: bool (blocks,).
+        """Which blocks of 2^shift faces have changed since there were `since` surface_vertices: bool (blocks,). With
+        materials, blocks of the full mesh's faces, see material_ranges.
         Vertices that were there then are as they were, if the stream was encoded with clean."""
         blocks = np.zeros((int(self._decoder.mesh.num_faces) + (1 << shift) - 1) >> shift, np.uint8)
         if blocks.size:

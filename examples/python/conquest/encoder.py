@@ -68,6 +68,15 @@ class _Input:
         self.input.values[shape.num_channels] = self.pointer("int32_t[]", values)
         shape.num_channels += 1
 
+    def add_materials(self, array: ArrayLike) -> bool:
+        """As ranges of faces, if there are not too many: so many that all zeros come back, too."""
+        rows = channels.as_rows("materials", array, self.input.shape.num_faces, (1,))
+        if rows.dtype.kind not in "iu" or (rows.size and not 0 <= rows.min() <= rows.max() < lib.CQ_MAX_MATERIALS):
+            return False
+        self.input.shape.num_materials = max(2, int(rows.max()) + 1) if rows.size else 2
+        self.input.materials = self.pointer("uint32_t[]", np.ascontiguousarray(rows, np.uint32))
+        return True
+
     def add_metadata(self, metadata: bytes) -> None:
         if len(metadata) > lib.CQ_MAX_METADATA:
             raise ValueError(f"metadata: {len(metadata)} bytes, of at most {lib.CQ_MAX_METADATA}")
@@ -164,6 +173,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     source = _Input(len(rows), _as_faces(faces), goal)
     source.add("positions", channels.POSITIONS, rows, _bits_of(bits, "positions"))
     for name, array in attributes.items():
+        if name == "materials" and source.add_materials(array):
+            continue
         source.add(name, channels.find_kind(name), array, _bits_of(bits, name))
     source.input.clean = clean
     if locked is not None:

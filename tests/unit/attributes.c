@@ -1,0 +1,208 @@
+/* What engines have at vertices beside positions: tangents, joints and their weights, on a torus with seams of texture
+ * coordinates. Each must cost less than as numbers that mean nothing. */
+#define CONQUEST_IMPLEMENTATION
+#include "conquest.h"
+#include "codec.h"
+#include "records.h"
+#include "test.h"
+#include <math.h>
+
+enum { ACROSS = 36, ALONG = 24, ROWS = (ACROSS + 1) * (ALONG + 1), FACES = 2 * ACROSS * ALONG };
+
+static struct torus {
+    cq_value position[3 * ROWS], normal[2 * ROWS], uv[2 * ROWS], tangent[3 * ROWS], joint[4 * ROWS], weight[4 * ROWS];
+    cq_index index[3 * FACES];
+} torus;
+
+static void set_pair(double x, double y, double z, cq_value *to)
+{
+    float direction[3];
+    direction[0] = (float)x;
+    direction[1] = (float)y;
+    direction[2] = (float)z;
+    CHECK_EQ(cq_quantise_normals(10, direction, 1, to, NULL), CQ_OK);
+}
+
+/* Three joints around each place, the one with most weight first; those without weight are 0. */
+static void set_skin(int row, double turns)
+{
+    const double place = 8 * turns, part = place - floor(place);
+    int joint[3], weight[3], k, j;
+    for (k = 0; k < 3; k++) joint[k] = 1 + ((int)floor(place) + (k < 2 ? k : 7)) % 8;
+    weight[1] = (int)(200 * part);
+    weight[2] = part < 0.5 ? (int)(50 * (1 - 2 * part)) : 0;
+    weight[0] = 255 - weight[1] - weight[2];
+    for (k = 0; k < 2; k++)
+        for (j = 0; j < 2; j++) {
+            const int w = weight[j], i = joint[j];
+            if (w >= weight[j + 1]) continue;
+            weight[j] = weight[j + 1];
+            joint[j] = joint[j + 1];
+            weight[j + 1] = w;
+            joint[j + 1] = i;
+        }
+    for (k = 0; k < 4; k++) {
+        torus.weight[4 * row + k] = (cq_value)(k < 3 ? weight[k] : 0);
+        torus.joint[4 * row + k] = (cq_value)(k < 3 && weight[k] ? joint[k] : 0);
+    }
+}
+
+/* With bumps along it, so that tangents are no circles. */
+static void make_torus(void)
+{
+    const double full = 6.283185307179586, across = ACROSS, along = ALONG;
+    int u, v, k;
+    for (v = 0; v <= ALONG; v++)
+        for (u = 0; u <= ACROSS; u++) {
+            const int row = v * (ACROSS + 1) + u;
+            const double a = full * (u % ACROSS) / across, b = full * (v % ALONG) / along;
+            const double r = 0.4 + 0.04 * sin(3 * a), grows = 0.12 * cos(3 * a);
+            const double at[3] = { (1 + r * cos(b)) * cos(a), (1 + r * cos(b)) * sin(a), r * sin(b) };
+            const double t[3] = { grows * cos(b) * cos(a) - at[1], grows * cos(b) * sin(a) + at[0], grows * sin(b) };
+            const double s[3] = { -r * sin(b) * cos(a), -r * sin(b) * sin(a), r * cos(b) };
+            for (k = 0; k < 3; k++) torus.position[3 * row + k] = (cq_value)((at[k] + 1.6) * 5000);
+            set_pair(t[1] * s[2] - t[2] * s[1], t[2] * s[0] - t[0] * s[2], t[0] * s[1] - t[1] * s[0], torus.normal + 2 * row);
+            set_pair(t[0], t[1], t[2], torus.tangent + 3 * row);
+            torus.tangent[3 * row + 2] = 1;
+            torus.uv[2 * row] = (cq_value)(u * 110);
+            torus.uv[2 * row + 1] = (cq_value)(v * 160);
+            set_skin(row, (u % ACROSS) / (double)ACROSS);
+        }
+    for (v = 0; v < ALONG; v++)
+        for (u = 0; u < ACROSS; u++) {
+            const int a = v * (ACROSS + 1) + u, d = a + ACROSS + 1, corner[6] = { a, a + 1, d + 1, a, d + 1, d };
+            for (k = 0; k < 6; k++) torus.index[6 * (v * ACROSS + u) + k] = (cq_index)corner[k];
+        }
+}
+
+static void add_channel(cq_input *in, cq_kind kind, uint32_t components, uint32_t bits, cq_merge merge, const cq_value *values)
+{
+    cq_channel *c = &in->shape.channel[in->shape.num_channels];
+    c->kind = (uint8_t)kind;
+    c->components = (uint8_t)components;
+    c->bits = (uint8_t)bits;
+    c->merge = (uint8_t)merge;
+    in->values[in->shape.num_channels++] = values;
+}
+
+static void begin(cq_input *in)
+{
+    memset(in, 0, sizeof *in);
+    if (!torus.position[0]) make_torus();
+    in->indices = torus.index;
+    in->shape.num_vertices = ROWS;
+    in->shape.num_faces = FACES;
+    add_channel(in, CQ_POSITION, 3, 14, CQ_AVERAGE, torus.position);
+    add_channel(in, CQ_NORMAL, 2, 10, CQ_AVERAGE, torus.normal);
+    add_channel(in, CQ_TEXCOORD, 2, 12, CQ_AVERAGE, torus.uv);
+}
+
+/* Bits for each row of all other channels than positions; all of it comes back. */
+static double cost(const cq_input *in)
+{
+    coded c;
+    decoding d;
+    double bits = 0;
+    code(&c, in);
+    CHECK_EQ(c.result, CQ_OK);
+    if (c.result == CQ_OK) {
+        bits = (double)c.report->channels / 65536 / (double)ROWS;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 100, 1000), CQ_DONE);
+        CHECK(d.decoder->shape.num_rows > d.decoder->shape.num_vertices);
+        CHECK(same_triangles(in, d.decoder));
+        decoding_free(&d);
+    }
+    uncode(&c);
+    return bits;
+}
+
+/* What one more channel costs, of one kind or another. */
+static double cost_of(cq_kind kind, uint32_t components, uint32_t bits, cq_merge merge, const cq_value *values, int after_joints)
+{
+    cq_input in;
+    double before;
+    begin(&in);
+    if (after_joints) add_channel(&in, CQ_JOINTS, 4, 4, CQ_COPY, torus.joint);
+    before = cost(&in);
+    add_channel(&in, kind, components, bits, merge, values);
+    return cost(&in) - before;
+}
+
+TEST(a_tangent_is_an_angle_around_the_normal)
+{
+    const double tangent = cost_of(CQ_TANGENT, 3, 10, CQ_AVERAGE, torus.tangent, 0);
+    const double color = cost_of(CQ_COLOR, 3, 10, CQ_AVERAGE, torus.tangent, 0);
+    CHECK(tangent > 0 && tangent < 0.9 * color);
+}
+
+TEST(a_tangent_without_a_normal_before_it_comes_back)
+{
+    cq_input in;
+    memset(&in, 0, sizeof in);
+    begin(&in);
+    in.shape.channel[1] = in.shape.channel[2];
+    in.values[1] = in.values[2];
+    in.shape.num_channels = 2;
+    add_channel(&in, CQ_TANGENT, 3, 10, CQ_AVERAGE, torus.tangent);
+    add_channel(&in, CQ_NORMAL, 2, 10, CQ_AVERAGE, torus.normal);
+    CHECK(cost(&in) > 0);
+}
+
+TEST(a_sign_may_be_any_number_of_the_channel)
+{
+    cq_input in;
+    int k;
+    begin(&in);
+    for (k = 0; k < 30; k++) torus.tangent[3 * (k * 7) + 2] = (cq_value)(k * 30);
+    add_channel(&in, CQ_TANGENT, 3, 10, CQ_AVERAGE, torus.tangent);
+    CHECK(cost(&in) > 0);
+    make_torus();
+}
+
+TEST(joints_are_those_of_neighbours_in_any_order)
+{
+    const double joints = cost_of(CQ_JOINTS, 4, 8, CQ_COPY, torus.joint, 0);
+    const double numbers = cost_of(CQ_GENERIC, 4, 8, CQ_COPY, torus.joint, 0);
+    CHECK(joints > 0 && joints < 0.9 * numbers);
+}
+
+TEST(the_last_weight_is_what_is_left_and_the_others_follow_their_joints)
+{
+    const double weights = cost_of(CQ_WEIGHTS, 4, 8, CQ_AVERAGE, torus.weight, 1);
+    const double numbers = cost_of(CQ_GENERIC, 4, 8, CQ_AVERAGE, torus.weight, 1);
+    CHECK(weights > 0 && weights < 0.95 * numbers);
+}
+
+/* All that glTF knows: two textures, colors, eight joints, and positions and normals of two morph targets. */
+TEST(all_standard_attributes_fit)
+{
+    cq_input in;
+    begin(&in);
+    add_channel(&in, CQ_TANGENT, 3, 10, CQ_AVERAGE, torus.tangent);
+    add_channel(&in, CQ_TEXCOORD, 2, 12, CQ_AVERAGE, torus.uv);
+    add_channel(&in, CQ_COLOR, 4, 8, CQ_AVERAGE, torus.weight);
+    add_channel(&in, CQ_JOINTS, 4, 8, CQ_COPY, torus.joint);
+    add_channel(&in, CQ_JOINTS, 4, 8, CQ_COPY, torus.joint);
+    add_channel(&in, CQ_WEIGHTS, 4, 8, CQ_AVERAGE, torus.weight);
+    add_channel(&in, CQ_WEIGHTS, 4, 8, CQ_AVERAGE, torus.weight);
+    add_channel(&in, CQ_GENERIC, 3, 14, CQ_AVERAGE, torus.position);
+    add_channel(&in, CQ_GENERIC, 3, 10, CQ_AVERAGE, torus.tangent);
+    add_channel(&in, CQ_GENERIC, 3, 14, CQ_AVERAGE, torus.position);
+    add_channel(&in, CQ_GENERIC, 3, 10, CQ_AVERAGE, torus.tangent);
+    CHECK(in.shape.num_channels <= CQ_MAX_CHANNELS);
+    CHECK(cost(&in) > 0);
+    CHECK(CQ_INDEX_BITS == 16 || sizeof(cq_decoder) <= 12288);
+}
+
+int main(int argc, char **argv)
+{
+    TEST_BEGIN(argc, argv);
+    RUN(a_tangent_is_an_angle_around_the_normal);
+    RUN(a_tangent_without_a_normal_before_it_comes_back);
+    RUN(a_sign_may_be_any_number_of_the_channel);
+    RUN(joints_are_those_of_neighbours_in_any_order);
+    RUN(the_last_weight_is_what_is_left_and_the_others_follow_their_joints);
+    RUN(all_standard_attributes_fit);
+    return TEST_END();
+}
