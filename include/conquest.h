@@ -54,8 +54,8 @@
 
 /* Defined where the header is included, wherever that is: streams with regular levels are unsupported, which spares a
  * device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
-#if defined(CQ_NO_REGULAR) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
-#error "CQ_NO_REGULAR needs CQ_NO_ENCODER"
+#if (defined(CQ_NO_REGULAR) || defined(CQ_NO_ATTRIBUTES)) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
+#error "CQ_NO_REGULAR and CQ_NO_ATTRIBUTES need CQ_NO_ENCODER"
 #endif
 
 /* Linkage of the functions: extern by default; `#define CQ_API static inline` keeps them private to one file. */
@@ -115,7 +115,8 @@
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
  * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
- * cq_encode takes oriented manifolds only. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * cq_encode takes oriented manifolds only. CQ_NO_ATTRIBUTES, with CQ_NO_ENCODER, leaves out all channels but one of positions
+ * that is not exact: the smallest decoder. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
  * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
@@ -615,6 +616,12 @@ enum {
 
 /* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
 #define CQI_EXPECTED 12
+
+#ifdef CQ_NO_ATTRIBUTES
+#define CQI_HAS_ATTRIBUTES 0
+#else
+#define CQI_HAS_ATTRIBUTES 1
+#endif
 
 #ifdef CQ_NO_REGULAR
 #define CQI_HAS_REGULAR 0
@@ -2232,6 +2239,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
+    if (!CQI_HAS_ATTRIBUTES && s->num_channels && (s->num_channels > 1 || cqi_context_channel(s) < 0)) return CQ_ERROR_UNSUPPORTED;
     if (extended) result = cqi_read_extension(r, s);
     if (result != CQ_OK) return result;
     if (s->regular && !cqi_allows_regular(s)) return CQ_ERROR_UNSUPPORTED;
@@ -3359,7 +3367,10 @@ static cq_result cqi_finish_component(const cq_decoder *d)
 
 /* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
  * predictions the upper 24 bits take part. */
-static int cqi_is_exact(const cq_channel *c) { return CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS; }
+static int cqi_is_exact(const cq_channel *c)
+{
+    return CQI_HAS_ATTRIBUTES && CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS;
+}
 static int32_t cqi_number(const cq_channel *c, int32_t x) { return cqi_is_exact(c) && x < 0 ? x ^ 0x7fffffff : x; }
 
 static int32_t cqi_rough(const cq_channel *c, int32_t x)
@@ -4391,7 +4402,7 @@ static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index in
     const cq_channel *channel = &d->shape.channel[k];
     cq_value *to = d->channel[k] + (size_t)b * channel->components;
     uint32_t c;
-    if ((int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
+    if (!CQI_HAS_ATTRIBUTES || (int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
         const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
@@ -4410,7 +4421,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     if (d->materials && !cqi_code_new_materials(d, p, q)) return 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int of = cqi_class(&d->shape, k);
-        if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
+        if (CQI_HAS_ATTRIBUTES && of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
         else if (of == CQI_OF_VERTEX && !cqi_code_channel(d, k, p, q, input, b)) return 0;
         cqi_charge_channel(d, k);
     }

@@ -15,9 +15,9 @@ WIDTHS = [("32-bit", "32-bit indices"), ("16-bit", "16-bit indices")]
 CODE_DEVICES = DEVICES + [("avr", "AVR")]
 CODE_ROWS = [
     ("code-all", "code, bytes: all that streams may have"),
-    ("code", "code, bytes: without regular levels and seams"),
+    ("code", "code, bytes: positions alone, no regular levels, no seams"),
     ("tables-all", "constant tables, bytes: all that streams may have"),
-    ("tables", "constant tables, bytes: without regular levels and seams"),
+    ("tables", "constant tables, bytes: positions alone, no regular levels, no seams"),
 ]
 DEVICE_ROWS = [
     ("writable", "decoder, .data and .bss, bytes"),
