@@ -54,6 +54,12 @@ def table(heading, columns, rows, figures, budgets):
     return lines
 
 
+def tables(figures, budgets):
+    lines = table("", WIDTHS, WIDTH_ROWS, figures, budgets) + [""]
+    lines += table("decoder", CODE_DEVICES, CODE_ROWS, figures, budgets) + [""]
+    return lines + table("without regular levels and seams", DEVICES, DEVICE_ROWS, figures, budgets)
+
+
 def bench_table(path):
     """A line for each mesh, a number for each of CODECS."""
     with open(path, encoding="utf-8", newline="") as file:
@@ -81,11 +87,8 @@ def replace(text, name, lines):
 
 def main():
     readme, figures, budgets = sys.argv[1], read(sys.argv[2]), read(sys.argv[3])
-    lines = table("", WIDTHS, WIDTH_ROWS, figures, budgets) + [""]
-    lines += table("decoder", CODE_DEVICES, CODE_ROWS, figures, budgets) + [""]
-    lines += table("without regular levels and seams", DEVICES, DEVICE_ROWS, figures, budgets)
     with open(readme, encoding="utf-8") as file:
-        text = replace(file.read(), "figures", lines)
+        text = replace(file.read(), "figures", tables(figures, budgets))
     if len(sys.argv) > 4:
         text = replace(text, "bench", bench_table(sys.argv[4]))
     with open(readme, "w", encoding="utf-8") as file:
