@@ -180,7 +180,7 @@ TESTS = $(CGAL) $(EXHAUSTIVE) $(SCRIPTS) $(PROGRAMS)
 CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
 VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
     verify/exhaustive-regular verify/cgal-splits \
-    batch proof proof-bugs portability-all windows vendor-windows coverage mutation verify/quotes
+    batch web-models proof proof-bugs portability-all windows vendor-windows coverage mutation verify/quotes
 LOGS = $(TESTS:%=build/log/%.log)
 
 .PHONY: test check verify cgal exhaustive run summary

@@ -42,3 +42,15 @@ build/log/web-browser.log build/log/web-gltf.log: $(WEB_TEST)/complete
 build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete
 build/log/web-%.log:
 	$(call log,cd $(WEB_TEST) && $(NODE_TEST) $*.test.js)
+
+# Files of others, there and back: the models of a package of npm.
+WEB_MODELS = @webxr-input-profiles/assets@1.0.20
+
+build/web/models/complete:
+	@mkdir -p $(@D)
+	echo '{ "private": true }' >$(@D)/package.json
+	cd $(@D) && npm install --ignore-scripts --no-audit --no-fund --loglevel=error $(WEB_MODELS)
+	@touch $@
+
+build/log/web-models.log: $(WEB_TEST)/complete build/web/models/complete
+	$(call log,cd $(WEB_TEST) && GLTF=build/web/models $(NODE_TEST:300=900) gltf.test.js)
