@@ -156,9 +156,9 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    extended, count = divmod(data[first], 128)
+    extended = data[first] // 128
     at = first + 1
-    for _ in range(count):
+    for _ in h.channels:
         at += 7 + 4 * data[at + 1]
     for _ in range(4 * extended):
         while data[at] > 127:
@@ -266,6 +266,9 @@ def compare_edges_of_the_format():
             ("large varint", b"CQ\0\xff\xff\xff\xff\x10", "corrupt"),
             ("nine channels", b"CQ\0\0\0\0\x09", "unsupported"),
             ("many channels", b"CQ\0\0\0\0\x89", "unsupported"),
+            ("regular levels of an empty mesh", frame(0, 0, 0, 0, b"\x40", b""), "done"),
+            ("regular levels with rows", b"CQ\0\4\0\2\xc0\5\0\0\0", "unsupported"),
+            ("regular levels with a number", b"CQ\0\4\0\2\x41\7\1\1\0\0\0\0\0\0\0\0", "unsupported"),
             ("an extension of nothing", b"CQ\0\0\0\0\x80\0\0\0\0", "corrupt"),
             ("rows without vertices", b"CQ\0\0\0\0\x80\1\0\0\0", "corrupt"),
             ("version 1", b"CQ\1", "version"),
