@@ -166,21 +166,21 @@ build/$(1)/venv/complete: $(2)/requirements.txt
 	$$(@D)/bin/pip install -q -r $$<
 	@touch $$@
 endef
-$(foreach name,python portability,$(eval $(call venv,$(name),tests/$(name))))
+$(foreach name,python batch portability,$(eval $(call venv,$(name),tests/$(name))))
 $(foreach name,assets quality,$(eval $(call venv,$(name),tests/$(name))))
 
 # -- Tests ---------------------------------------------------------------------------------------------------------
 
 include $(wildcard examples/*/*.mk tests/*.mk tests/*/*.mk fuzz/*.mk)
 
-# A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one.
+# A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one. Long ones are first.
 SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams embedded meshes bases \
-    reference portability fuzz fuzz-16 fuzz-msan fuzz-work
-TESTS = $(SCRIPTS) $(CGAL) $(EXHAUSTIVE) $(PROGRAMS)
+    reference portability fuzz fuzz-16 fuzz-msan fuzz-work quotes
+TESTS = $(CGAL) $(EXHAUSTIVE) $(SCRIPTS) $(PROGRAMS)
 CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
 VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
     verify/exhaustive-regular verify/cgal-splits \
-    batch proof proof-bugs portability-all windows vendor-windows coverage mutation quotes
+    batch proof proof-bugs portability-all windows vendor-windows coverage mutation verify/quotes
 LOGS = $(TESTS:%=build/log/%.log)
 
 .PHONY: test check verify cgal exhaustive run summary
@@ -188,16 +188,18 @@ LOGS = $(TESTS:%=build/log/%.log)
 test: build/meshes ## runs everything under tests/; what it needs is installed by `make deps`
 	@missing=$$($(call missing,$(PACKAGES))); test -z "$$missing" || echo make deps would install: $$missing
 	@rm -rf build/log
-	@$(MAKE) --no-print-directory run
+	@$(MAKE) --no-print-directory run FIRST='$(filter-out %/quotes.log,$(LOGS))'
 
 check: ## what to run before a commit, in a minute; T=unit/mesh: this test, T=unit: all of unit/
 	@$(MAKE) --no-print-directory run LOGS='$(addprefix build/log/,$(addsuffix .log,$(or $(CHOSEN),$(NO_TEST),$(CHECKS))))'
 
-CHOSEN = $(if $(T),$(or $(filter $(T),$(TESTS) $(VERIFY)),$(filter $(T)/% $(T)-%,$(TESTS) $(VERIFY))))
-NO_TEST = $(if $(T),$(error no test is called $(T); all: $(sort $(TESTS) $(VERIFY))))
+ALL = $(sort $(TESTS) $(VERIFY) $(CHECKS))
+CHOSEN = $(if $(T),$(or $(filter $(T),$(ALL)),$(filter $(T)/% $(T)-%,$(ALL))))
+NO_TEST = $(if $(T),$(error no test is called $(T); all: $(ALL)))
 
 verify: verify-deps build/meshes ## what takes hours: larger spheres, proofs, other machines, coverage, mutants
-	@$(MAKE) --no-print-directory run LOGS='$(VERIFY:%=build/log/%.log)'
+	@$(MAKE) --no-print-directory run LOGS='$(VERIFY:%=build/log/%.log)' \
+	    FIRST='$(filter-out %/quotes.log,$(VERIFY:%=build/log/%.log))'
 
 cgal: deps build/meshes ## compares each split and flip of real and random meshes with CGAL
 	@$(MAKE) --no-print-directory run LOGS='$(CGAL:%=build/log/%.log)'

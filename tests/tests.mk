@@ -9,8 +9,15 @@
 #     unit/mesh-O0   gcc, not optimised, assertions; but for levels, which take long
 
 # A recipe that writes a log. An exit status that is not 0 counts, whatever was printed.
-log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; echo "$(TEST_NAME): $$(tail -n 1 $@)"
+log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; times >$(@:.log=.times); \
+    echo "$(TEST_NAME): $$(tail -n 1 $@)"
 TEST_NAME = $(@:build/log/%.log=%)
+
+.PHONY: times
+times: ## seconds of processor time of each test that ran last, without those of its compiler
+	@find build/log -name '*.times' | while read -r file; do \
+	    awk -v name="$${file#build/log/}" 'NR == 2 { gsub(/[ms]/, " "); printf "%8.1f  %s\n", $$1 * 60 + $$2 + $$3 * 60 + $$4, \
+	        substr(name, 1, length(name) - 6) }' "$$file"; done | sort -rn
 
 build/log/%.log: build/tests/%
 	$(call log,ASAN_OPTIONS=handle_sigill=1 $<)
@@ -110,12 +117,6 @@ build/log/python.log: build/python/installed build/cqm README.md $(wildcard test
 	$(call log,cd tests/python && CQM=../../build/cqm ../../$(PYTHON) -m $(PYTEST))
 
 # conquest.batch, with a scheduler and workers on loopback: what it needs has a virtual environment of its own.
-build/batch/venv/complete: tests/batch/requirements.txt
-	@mkdir -p $(@D)
-	python3 -m venv $(@D)
-	$(@D)/bin/pip install -q -r $<
-	@touch $@
-
 build/log/batch.log: build/batch/venv/complete build/python/installed $(wildcard tests/batch/*)
 	@build/batch/venv/bin/pip install -q --no-deps --force-reinstall build/python/wheels/*.whl
 	$(call log,cd tests/batch && ../../build/batch/venv/bin/python -m $(PYTEST))

@@ -2,8 +2,18 @@
 
 .PHONY: proof proof-bugs portability windows mutation coverage quotes
 
+# `make test` compares what its own logs have, once they are there ($(FIRST)).
 quotes: ## compares the numbers in README and SECURITY with what the commands that they name printed last
 	@python3 tests/quotes/quotes.py
+
+build/log/quotes.log: | build/printed/memory.txt $(FIRST)
+	$(call log,python3 tests/quotes/quotes.py --gate)
+
+build/log/verify/quotes.log: | build/printed/memory.txt $(FIRST)
+	$(call log,python3 tests/quotes/quotes.py)
+
+build/printed/memory.txt: build/memory build/memory-16
+	@$(MAKE) --no-print-directory -s memory >/dev/null
 
 proof: ## proves the claims of tests/proof/README.md with CBMC, which it fetches
 	$(call install,$(PROOF_PACKAGES))

@@ -204,6 +204,7 @@ const [
     CHANNELS,
     MEMORY,
     READY,
+    ,
     INDEX,
     FACE_BLOCKS,
     ROW_BLOCKS,
@@ -214,7 +215,7 @@ const [
     NUM_ASIDE,
     ASIDE_MATERIAL,
     STATE_WORDS,
-] = Array(23).keys();
+] = Array(24).keys();
 const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
     Array(15).keys();
 

@@ -28,6 +28,7 @@ typedef struct web_state {
     uint32_t bytes_used, num_rows, num_faces, total_rows, total_faces, level, error, num_vertices;
     uint32_t stream_bytes, num_channels, memory_bytes;
     uint32_t ready;             /* rows that the next update will find */
+    uint32_t has_looked;
     cq_index *index;
     uint8_t *face_blocks, *row_blocks;
     uint8_t *metadata;
@@ -147,6 +148,7 @@ static void carve(uint8_t *at, int own_index)
     at += 2 * sizeof(cq_index) * state.num_materials;
     state.face_blocks = at;
     state.row_blocks = at + blocks_of(state.total_faces);
+    state.has_looked = 1;                                /* there may be anything in them */
 }
 
 /* Reads the header, of `size` bytes of input, and takes the memory for all that is to come. */
@@ -185,8 +187,17 @@ EXPORT("give") void give(uint32_t size) { waiting = (cq_bytes){ input, size }; }
 
 static uint32_t count_rows(void) { return decoder.vertex ? decoder.num_rows : decoder.mesh.num_vertices; }
 
+/* Marks are of what has changed since the page looked, and are there until it decodes on. */
+static void begin_marks(void)
+{
+    if (state.has_looked) memset(state.face_blocks, 0, blocks_of(state.total_faces) + blocks_of(state.total_rows));
+    state.has_looked = 0;
+}
+
 static int32_t run(cq_bytes *from, uint32_t budget)
 {
+    begin_marks();
+    cq_mesh_watch(&decoder.mesh, SHIFT, state.face_blocks);
     state.result = cq_decode(&decoder, from, budget);
     state.ready = count_rows();
     return state.result;
@@ -277,11 +288,12 @@ static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_befo
 EXPORT("update") void update(void)
 {
     const uint32_t rows = count_rows(), faces = decoder.mesh.num_faces;
-    memset(state.face_blocks, 0, blocks_of(state.total_faces) + blocks_of(state.total_rows));
+    begin_marks();
     state.level = decoder.level;
     state.error = decoder.error;
     state.metadata = decoder.metadata;
     if (!rows && state.result != CQ_DONE) return;
+    state.has_looked = 1;
     if (state.num_faces > faces) return;                 /* what is aside is there already */
     cq_mesh_changes(&decoder.mesh, state.num_vertices, SHIFT, state.face_blocks);
     if (MAY_HAVE_ROWS)

@@ -21,6 +21,7 @@ import trimesh
 
 import conquest
 from conquest.batch import read
+from conquest.batch.run import find_files
 
 BATCH = [sys.executable, "-m", "conquest.batch"]
 MANY = 40                                     # files of the tests that kill something
@@ -282,6 +283,7 @@ def test_bad_usage(tmp_path):
     (tmp_path / "empty").mkdir()
     assert batch(tmp_path / "empty", tmp_path / "out").returncode == 2
     assert batch(tmp_path).returncode == 2
+    assert batch(tmp_path, tmp_path / "out", "--bits", "25").returncode == 2
     assert not (tmp_path / "out").exists()
 
 
@@ -316,3 +318,11 @@ def test_buffers_of_gltf_count_as_part_of_it(tmp_path):
         (tmp_path / name).write_bytes(data)
     (gltf,) = tmp_path.glob("*.gltf")
     assert read.companions(gltf) == sorted(tmp_path.glob("*.bin")) != []
+
+
+def test_what_is_in_the_target_is_not_encoded(tmp_path):
+    ring(10).export(tmp_path / "a.off")
+    (tmp_path / "out").mkdir()
+    ring(10).export(tmp_path / "out/b.off")
+    assert find_files(tmp_path, tmp_path / "out") == (["a.off"], {})
+    assert find_files(tmp_path, tmp_path) == (["a.off", "out/b.off"], {})

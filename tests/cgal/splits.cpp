@@ -17,7 +17,8 @@
 //
 // SMALL is the number of vertices up to which all is compared. Files are real meshes, which CGAL reads; random ones, of
 // any topology, also with seams of texture coordinates over them, are made here: then the mesh of vertices is compared,
-// and each row must lie at the vertices of its corners. So must the base be a mesh with each component. A program that was given no file, or split nothing, fails.
+// and each row must lie at the vertices of its corners. The base must be a mesh with each component that arrives.
+// A program that was given no file, or split nothing, fails.
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -527,7 +528,8 @@ Input with_seams(const Input &mesh, Random &random) {
                 out.num_vertices++;
                 for (uint32_t x : {v * 31 % 4096, v * 17 % 64 + v / 4096 * 64, v * v % 4096})
                     out.positions.push_back(static_cast<cq_value>(x));
-                for (uint32_t x : {chart * 1000 + v * 31 % 900, v * 17 % 4096}) out.texcoords.push_back(static_cast<cq_value>(x));
+                for (uint32_t x : {chart * 1000 + v * 31 % 900, v * 17 % 4096})
+                    out.texcoords.push_back(static_cast<cq_value>(x));
             }
             v = found.first->second;
         }

@@ -57,7 +57,7 @@ make_stream() {
         } >>"$out/$name/stream.h"
 }
 
-# regular: has regular levels, and is not for devices, whose decoders are built without them. disc: of ref_data, 33
+# regular: has regular levels, and is not for decoders that were built without them. disc: of ref_data, 33
 # vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices. torus: of ref_data, for
 # the display.
 make_streams() {
@@ -69,7 +69,7 @@ make_streams() {
 
 # -- Devices ---------------------------------------------------------------------------------------------------------
 
-# device NAME: the tools and the memory of a device
+# device NAME [all]: the tools and the memory of a device, whose decoder can do without seams and regular levels, or not
 device() {
     tools=arm-none-eabi-
     start=cortex_m
@@ -89,23 +89,33 @@ device() {
         cpu="-march=rv32imc -mabi=ilp32" memory="0x80000000 0x40000 0x80100000 0xc000"
         qemu="qemu-system-riscv32 -M virt -bios none"
         imports="memcpy memset __clzsi2 __(ashl|lshr|ashr)di3" ;;
+    avr)
+        tools=avr-
+        cpu="-mmcu=atmega1284p -Wno-conversion -Wno-main" ;;
     esac
-    bare="$flags $cpu -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -I$example -ffreestanding -ffunction-sections -fdata-sections"
-    bare="$bare -fno-tree-loop-distribute-patterns -fcallgraph-info=su"
-    work=$out/$1
+    bare="$flags $cpu -Os -DCQ_INDEX_BITS=16 -I$example -ffreestanding -ffunction-sections -fdata-sections"
+    bare="$bare -fno-tree-loop-distribute-patterns"
+    build=${2:+-$2}
+    work=$out/$1$build
+    mkdir -p "$work"
+    if [ -n "$build" ]; then
+        suffix=_16 imports="$imports __aeabi_u?ldivmod"
+    else
+        suffix=_16_nr bare="$bare -DCQ_NO_REGULAR -DCQ_NO_WEDGES"
+    fi
 }
 
 # shellcheck disable=SC2086 # flags are words
 compile_device() {
-    mkdir -p "$work" && for file in decoder runtime $start; do
-        ${tools}gcc $bare -c $example/$file.c -o "$work/$file.o" || return 1
+    for file in decoder runtime $start; do
+        ${tools}gcc $bare -fcallgraph-info=su -c $example/$file.c -o "$work/$file.o" || return 1
     done
 }
 
 # What a program that decodes gets of decoder.o: all that cq_decoder_init and cq_decode call.
 # shellcheck disable=SC2086
 link_decoder() {
-    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode_16_nr,-u,cq_decoder_init_16_nr "$work/decoder.o" \
+    ${tools}gcc $cpu -nostdlib -r -Wl,--gc-sections,-e,cq_decode$suffix,-u,cq_decoder_init$suffix "$work/decoder.o" \
         -o "$work/linked.o"
 }
 
@@ -129,7 +139,7 @@ address() { ${tools}nm "$work/$1.elf" | awk -v name="$2" '$3 == name { print $1 
 # run_program STREAM: what it prints, and then the plugin, is in STREAM.txt
 # shellcheck disable=SC2086
 run_program() {
-    between="begin=$(address "$1" cq_decode_16_nr),end=$(address "$1" board_step)"
+    between="begin=$(address "$1" cq_decode$suffix),end=$(address "$1" board_step)"
     timeout 60 $qemu $semihosting -kernel "$work/$1.elf" -d plugin -plugin "$out/libcount.so,$between" \
         >"$work/$1.txt" 2>&1 || { cat "$work/$1.txt"; return 1; }
 }
@@ -144,7 +154,8 @@ same_mesh() {
 }
 
 # The decoder takes two functions from libc, and from the compiler's library at most what the processor lacks for 32-bit
-# integers, and shifts and products of 64 bits: no allocation, no floats, no 64-bit division.
+# integers, and shifts and products of 64 bits: no allocation, no floats, no 64-bit division but in
+# regular levels and seams.
 # shellcheck disable=SC2086
 imports_are_known() {
     ${tools}nm -u "$work/linked.o" | awk '{ print $2 }' >"$work/imports"
@@ -165,11 +176,16 @@ ram() { echo $(($(${tools}size "$work/$1.elf" | awk 'NR == 2 { print $2 + $3 }')
 
 figure() { printf '%s\t%s\n' "$1" "$2" >>"$out/figures.tsv"; }
 
+# measure_code DEVICE
+measure_code() {
+    figure "code$build.$1" "$(section_bytes .text)"
+    figure "tables$build.$1" "$(section_bytes .rodata .srodata)"
+}
+
 measure_decoder() {
-    figure "code.$1" "$(section_bytes .text)"
-    figure "tables.$1" "$(section_bytes .rodata .srodata)"
+    measure_code "$1"
     figure "writable.$1" "$(section_bytes .data .sdata .bss .sbss)"
-    "$here/stack.py" cq_decode_16_nr "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
+    "$here/stack.py" "cq_decode$suffix" "$work/decoder.ci" "$work/runtime.ci" >"$work/stack" || return 1
     figure "stack.$1" "$(sed 's/ .*//' "$work/stack")"
     cat "$work/stack"
 }
@@ -202,6 +218,29 @@ test_device() {
     check "$name: figures" measure_run "$name" "$stream"
 }
 
+# test_code NAME [all]: a device that is not run with this decoder
+# shellcheck disable=SC2086
+test_code() {
+    device "$@"
+    check "$*: compiles" ${tools}gcc $bare -c $example/decoder.c -o "$work/decoder.o"
+    check "$*: links" link_decoder
+    check "$*: code" measure_code "$1"
+}
+
+# With all that streams may have: regular levels, seams.
+test_all() {
+    test_code avr
+    for name in avr cortex-m0 rv32; do test_code $name all; done
+    device cortex-m3 all
+    check "cortex-m3, all: compiles" compile_device
+    check "cortex-m3, all: links" link_decoder
+    check "cortex-m3, all: imports" imports_are_known
+    check "cortex-m3, all: code" measure_code cortex-m3
+    check "cortex-m3, all: program" build_program regular
+    check "cortex-m3, all: decodes regular" run_program regular
+    check "cortex-m3, all: same mesh as the host, regular" same_mesh "$work/regular.txt" "$out/host/regular.txt"
+}
+
 # -- A display -------------------------------------------------------------------------------------------------------
 
 # Every frame is the host's, there are several, and the last one is as it should be.
@@ -227,7 +266,7 @@ test_display() {
 build_door() {
     tests/doors/door.sh embedded >"$out/embedded.inc" || return 1
     set -- $memory
-    ${tools}gcc $bare -UCQ_NO_REGULAR -I"$out/random" -I"$out" tests/doors/embedded.c "$work/$start.o" "$work/runtime.o" \
+    ${tools}gcc $bare -I"$out/random" -I"$out" tests/doors/embedded.c "$work/$start.o" "$work/runtime.o" \
         -nostdlib -Wl,--gc-sections,--no-warn-rwx-segments -T $example/link.ld -Wl,--defsym=FLASH="$1",--defsym=RAM="$3" \
         -Wl,--defsym=FLASH_BYTES="$2",--defsym=RAM_BYTES="$4" -lgcc -o "$work/door.elf"
 }
@@ -236,7 +275,7 @@ build_door() {
 run_door() { timeout 60 $qemu $semihosting -kernel "$work/door.elf" >"$work/door.txt" 2>&1; }
 
 test_door() {
-    device cortex-m3
+    device cortex-m3 all
     check "README: compiles" build_door
     check "README: runs" run_door
     check "README: same mesh as the host" same_mesh "$work/door.txt" "$out/host/random.txt"
@@ -261,8 +300,8 @@ compile_avr() { # name source...
     name=$1
     shift
     mkdir -p "$out/avr" &&
-        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -ffunction-sections \
-            -fdata-sections -Wl,--gc-sections -I"$out/$name" -I$example "$@" $example/avr.c -o "$out/avr/$name.elf"
+        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -DCQ_NO_WEDGES \
+            -ffunction-sections -fdata-sections -Wl,--gc-sections -I"$out/$name" -I$example "$@" $example/avr.c -o "$out/avr/$name.elf"
 }
 
 # The simulator colours what comes out of the serial port, and shows a dot for the end of a line.
@@ -356,6 +395,7 @@ measure_all() {
     test_device cortex-m3 grid random
     test_device cortex-m0 disc
     test_device rv32 grid random
+    test_all
     test_display
     test_door
     check "memory" measure_memory

@@ -12,10 +12,15 @@ import sys
 DEVICES = [("cortex-m3", "Cortex-M3"), ("cortex-m0", "Cortex-M0"), ("rv32", "RV32IMC")]
 CODECS = "conquest", "draco-10", "meshopt+zstd"
 WIDTHS = [("32-bit", "32-bit indices"), ("16-bit", "16-bit indices")]
+CODE_DEVICES = DEVICES + [("avr", "AVR")]
+CODE_ROWS = [
+    ("code-all", "code, bytes: all that streams may have"),
+    ("code", "code, bytes: without regular levels and seams"),
+    ("tables-all", "constant tables, bytes: all that streams may have"),
+    ("tables", "constant tables, bytes: without regular levels and seams"),
+]
 DEVICE_ROWS = [
-    ("code", "decoder, code, bytes"),
-    ("tables", "its constant tables, bytes"),
-    ("writable", "its .data and .bss, bytes"),
+    ("writable", "decoder, .data and .bss, bytes"),
     ("stack", "its stack, bytes: bound from the call graph"),
     ("painted", "its stack, bytes: measured by painting"),
     ("sizeof", "`sizeof(cq_decoder)`"),
@@ -77,7 +82,8 @@ def replace(text, name, lines):
 def main():
     readme, figures, budgets = sys.argv[1], read(sys.argv[2]), read(sys.argv[3])
     lines = table("", WIDTHS, WIDTH_ROWS, figures, budgets) + [""]
-    lines += table("", DEVICES, DEVICE_ROWS, figures, budgets)
+    lines += table("decoder", CODE_DEVICES, CODE_ROWS, figures, budgets) + [""]
+    lines += table("without regular levels and seams", DEVICES, DEVICE_ROWS, figures, budgets)
     with open(readme, encoding="utf-8") as file:
         text = replace(file.read(), "figures", lines)
     if len(sys.argv) > 4:

@@ -3,7 +3,7 @@
 //
 //   - the decoder ends, after a bounded number of calls with a budget of one step and of basic blocks executed (where
 //     the build counts them; what runs away is stopped);
-//   - it ends with CQ_DONE, CQ_ERROR_CORRUPT or CQ_ERROR_UNSUPPORTED and says the same when it is called again;
+//   - it ends with CQ_DONE or CQ_ERROR_CORRUPT and says the same when it is called again;
 //   - the mesh is valid, after CQ_DONE the one of the header's counts, which is encoded and decoded once more;
 //   - one byte less is CQ_TRUNCATED or an error, and the mesh is valid too.
 //
@@ -35,7 +35,7 @@ enum { MOST_WORK = 0 };
 namespace {
 
 struct Tally {
-    size_t payloads = 0, done = 0, corrupt = 0, unsupported = 0, truncated = 0, levels = 0;
+    size_t payloads = 0, done = 0, corrupt = 0, truncated = 0, levels = 0;
     uint64_t most_calls = 0, most_work = 0;
 };
 
@@ -84,7 +84,7 @@ uint64_t most_calls(const cq_shape &s) {
 }
 
 bool is_final(cq_result result, bool complete) {
-    if (result == CQ_ERROR_CORRUPT || result == CQ_ERROR_UNSUPPORTED) return true;
+    if (result == CQ_ERROR_CORRUPT) return true;
     return result == (complete ? CQ_DONE : CQ_TRUNCATED);
 }
 
@@ -192,7 +192,6 @@ private:
     void count(cq_result result) {
         tally.done += result == CQ_DONE;
         tally.corrupt += result == CQ_ERROR_CORRUPT;
-        tally.unsupported += result == CQ_ERROR_UNSUPPORTED;
         tally.truncated += result == CQ_TRUNCATED;
     }
 };
@@ -204,8 +203,7 @@ void end(const std::string &what, size_t expected, const Tally &t, Report &repor
     report.expect(t.done > 0 && t.corrupt > 0 && t.truncated > 0, "a result did not occur");
     report.end(what + ": " + std::to_string(t.payloads) + " payloads, " + std::to_string(t.done) + " meshes, "
                + std::to_string(t.levels) + " levels, " + std::to_string(t.corrupt) + " corrupt, "
-               + std::to_string(t.unsupported) + " unsupported, " + std::to_string(t.truncated) + " cut; at most "
-               + std::to_string(t.most_calls) + " calls, " + std::to_string(t.most_work) + " blocks");
+               + std::to_string(t.truncated) + " cut; at most " + std::to_string(t.most_calls) + " calls, " + std::to_string(t.most_work) + " blocks");
 }
 
 bool is_valid_header(const cq_shape &shape) {
@@ -258,8 +256,10 @@ int main(int argc, char **argv) {
         exact.push_back(with_channel(s, CQ_GENERIC, CQ_AVERAGE, 1, CQ_EXACT_BITS));
         copied.push_back(with_channel(s, CQ_GENERIC, CQ_COPY, 1, 1));
     }
-    up_to_two_bytes("", bare, report);
-    up_to_two_bytes(" with positions", located, report);
+    for (auto shapes : {&bare, &located})
+        for (cq_shape &s : *shapes) s.regular = 1;
+    up_to_two_bytes(", regular levels", bare, report);
+    up_to_two_bytes(", regular levels, with positions", located, report);
     up_to_two_bytes(" with a value", valued, report);
     up_to_two_bytes(" with an exact value", exact, report);
     up_to_two_bytes(" with a copied value", copied, report);

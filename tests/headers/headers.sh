@@ -4,6 +4,7 @@
 #
 #   - both compilers, oldest and newest standards, both widths: included twice, before and behind the implementation, in
 #     two units, or private; those between are compiled without making code
+#   - decoders without any of their parts
 #   - files that disagree about the width of indices do not link; libraries of both widths do
 #   - what the compiled header asks of the system is memcpy and memset, and nothing of it is writable memory
 #   - a compiler that may not use floating point has nothing to say, beside the quantiser
@@ -69,6 +70,18 @@ for compiler in gcc "$clang"; do
             esac
             check "$compiler" "${options[@]}" first second -o program && check ./program
             check "$compiler" "${options[@]}" private -o program && check ./program
+        done
+    done
+done
+
+for reports in "" -DCQ_NO_REPORTS; do
+    for quantiser in "" -DCQ_NO_QUANTISER; do
+        for wedges in "" -DCQ_NO_WEDGES; do
+            for regular in "" -DCQ_NO_REGULAR; do
+                # shellcheck disable=SC2086 # none if it is empty
+                check gcc -x c -std=c99 "${warnings[@]}" -I"$include" -DCQ_NO_ENCODER $reports $quantiser $wedges $regular \
+                    -fsyntax-only first
+            done
         done
     done
 done

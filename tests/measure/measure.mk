@@ -143,7 +143,9 @@ QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildca
 quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
 	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/lods build/quality/venv/complete
 	@build/quality/venv/bin/python tests/quality/surface_test.py
-	@$(call KEEP,build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality/lods \
+	@$(call KEEP,build/quality/venv/bin/python tests/quality/regular.py build/cqm build/quality \
+	    $(sort $(wildcard build/meshes/*.off) $(QUALITY_MORE)) && \
+	build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality/lods \
 	    build/quality $(QUALITY_MESHES) $(QUALITY_MORE))
 
 deps-quality:

@@ -110,7 +110,7 @@ fuzz_replay() { # include-directory program
     for source in fuzz/*.c; do
         name=$(basename "${source%.c}")
         case $name in work | mutator) continue ;; esac
-        "$clang" -std=c99 -w -I"$1" -Iexamples "${sanitizers[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" \
+        "$clang" -std=c99 -w -I"$1" -Iexamples -Itests/support "${sanitizers[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" \
             -c "$source" -o "$work/$name.o" 2>/dev/null || return 2
         objects+=("$work/$name.o")
     done

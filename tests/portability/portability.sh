@@ -24,6 +24,8 @@ natives() {
     for level in -O0 -Os -O3; do
         echo "gcc$level - gcc -std=c99 $level"
         echo "clang$level - $clang -std=c99 $level"
+    done
+    for level in -O1 $([ "$1" = native ] || echo -O0 -Os -O3); do
         echo "g++$level - g++ -x c++ -std=c++17 $level"
         echo "clang++$level - ${clang/clang/clang++} -x c++ -std=c++17 $level"
     done
@@ -71,7 +73,7 @@ others() {
 }
 
 variants() {
-    natives
+    natives "$1"
     machine s390x s390x-linux-gnu
     if [ "$1" = all ]; then others; matrix; fi
 }

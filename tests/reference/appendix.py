@@ -32,7 +32,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
               ("AGREED", "AGREED", "6.1"), ("AGREED_2", None, "6.1"), ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"),
               ("SMALL", "SIGN_SMALL", "6.1"), ("MARK", "MARK", "17.2"), ("DISSOLVED", "DISSOLVED", "17.5"),
-              ("AFTER", "AFTER", "17.8"), ("WHICH", "WHICH", "17.8"), ("TWO", "TWO", "17.7"),
+              ("SECOND_FLIP", "SECOND_FLIP", "17.8"), ("TWO", "TWO", "17.7"),
               ("CENTRAL", "CENTRAL", "17.7"), ("SHORTEST", "SHORTEST", "17.7"), ("SHORTER", "SHORTER", "17.7"),
               ("NEW_ALONG", "NEW_ALONG", "17.6"), ("NEW_ABOVE", "NEW_ABOVE", "17.6"), ("PLAIN", "PLAIN", "6.1"),
               ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("SUM", "SUM", "9.9")]

@@ -156,10 +156,10 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    extended, count = divmod(data[first], 128)
+    extended, count = data[first] // 128, data[first] % 64
     at = first + 1
     for _ in range(count):
-        at += 7 + 4 * data[at + 1]
+        at += 3 if data[at] & 64 else 7 + 4 * data[at + 1]
     for _ in range(5 * extended):
         while data[at] > 127:
             at += 1

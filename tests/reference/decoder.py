@@ -183,14 +183,14 @@ class Header:
 
     def read_channels(self):  # 2.4
         count = self.uint(1)
-        extended, count = count // 128, count % 128
+        extended, self.regular, count = count // 128, count // 64 % 2, count % 64
         if count > 16:
             raise End("unsupported")
         self.channels = []
         for _ in range(count):
-            channel = Channel(self.uint(1), self.uint(1), self.uint(1))
-            self.uint(4)
-            for _ in range(min(channel.components, 4)):
+            form = self.uint(1)
+            channel = Channel(form & ~64, self.uint(1), self.uint(1))
+            for _ in range(0 if form & 64 else 1 + min(channel.components, 4)):
                 self.uint(4)
             if not channel.is_valid():
                 raise End("unsupported")
@@ -198,6 +198,8 @@ class Header:
         self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
+        if self.regular and (self.rows or len(self.channels) > 1 or (self.channels and not self.position)):
+            raise End("unsupported")
 
     def add_channel(self, channel):
         channel.first = sum(c.components for c in self.channels if not c.per_face)
@@ -1029,7 +1031,7 @@ class Rows:
         self.equal = [[32768] * 11 for _ in self.header.channels]
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(5)]
         self.used = [[[0] * 16 for _ in range(20)] for _ in range(5)]
-        self.sizes = [[0] * 4 for _ in self.header.channels]
+        self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
 
     def add(self, vertex):
         if self.count == self.header.rows:
@@ -1042,41 +1044,65 @@ class Rows:
 
     # 15.2
     def read_component(self, base):
-        mesh = self.mesh
         for v in range(base.first, base.vertices):
+            ring = self.mesh.ring(v, base.next_corner(v))
             first, before = self.count, None
-            for w in mesh.ring(v, base.next_corner(v)):
-                triangle = mesh.left[v, w]
-                if any(map(mesh.is_virtual, triangle)):
+            around = []        # triangles, None for virtual ones
+            for w in ring:
+                triangle = self.mesh.left[v, w]
+                around.append(None if any(map(self.mesh.is_virtual, triangle)) else triangle)
+                if around[-1] is None:
                     before = None
                     continue
                 rows = self.of.setdefault(id(triangle), [None] * 3)
-                at = triangle.index(v)
-                row, new = self.base_corner(first, before, v)
-                rows[at] = row
+                rows[triangle.index(v)] = before = self.base_corner(first, before, v)
                 self.decoder.end_step()
-                if new:
-                    others = [rows[k % 3] for k in (at + 1, at + 2) if triangle[k % 3] < v]
-                    for k, channel in self.header.row_channels():
-                        self.base_row(k, channel, row, first, others)
-                        self.decoder.end_step()
-                before = row
+            for row in range(first, self.count):
+                triangles = self.triangles_of(row, v, around)
+                for k, channel in self.header.row_channels():
+                    self.base_row(k, channel, row, first, v, triangles)
+                    self.decoder.end_step()
+
+    # 15.3
+    def triangles_of(self, row, v, around):
+        def has_row(k):
+            triangle = around[k % len(around)]
+            return triangle is not None and self.of[id(triangle)][triangle.index(v)] == row
+
+        t = next(k for k in range(len(around)) if has_row(k))
+        begin = t
+        while t - begin < 15 and begin - 1 > t - len(around) and has_row(begin - 1):
+            begin -= 1
+        end = begin + 1
+        while end - begin < min(16, len(around)) and has_row(end):
+            end += 1
+        return [around[k % len(around)] for k in range(begin, end)]
+
+    def known_rows(self, v, triangles):
+        known = []
+        for triangle in triangles:
+            at = triangle.index(v)
+            for k in at + 1, at + 2:
+                row = self.of[id(triangle)][k % 3]
+                if triangle[k % 3] < v and row not in known:
+                    known.append(row)
+        return known
 
     def base_corner(self, first, before, v):
         known, models, coder = self.count - first, self.contexts[0], self.coder
         others = known - (before is not None)
         m = min(known, 3) - 1
         if before is not None and coder.adaptive("SAME", models["SAME"], m):
-            return before, False
+            return before
         if others == 0 or coder.adaptive("NEW", models["NEW"], m):
             row = self.add(v)
             if self.full:
                 self.decoder.reject("corrupt")
-            return row, True
+            return row
         n = coder.raw((others - 1).bit_length())
         if n >= others:
             self.decoder.reject("corrupt")
-        return [row for row in range(first, self.count) if row != before][n], False
+        return [row for row in range(first, self.count) if row != before][n]
 
     def is_equal(self, k, channel, model, row, other):
         if not self.coder.adaptive(f"EQUAL {k}", self.equal[k], model):
@@ -1089,23 +1115,28 @@ class Rows:
     def part(channel):
         return slice(channel.first, channel.first + channel.components)
 
-    def base_row(self, k, channel, row, first, known):  # 15.3
+    def base_row(self, k, channel, row, first, v, triangles):
+        known = self.known_rows(v, triangles)
         if known and self.is_equal(k, channel, 6, row, known[0]):
             return
         if row > first and self.is_equal(k, channel, 7, row, row - 1):
             return
-        if not known and row:
-            known = [row - 1]
+        if channel.kind == 2 and self.is_pair(channel):
+            corners = [(v, t[(t.index(v) + 1) % 3], t[(t.index(v) + 2) % 3]) for t in triangles]
+            direction = total(self.normal(list(map(self.position, t))) for t in corners)
+            self.pair(k, channel, row, direction, known)
+            return
+        sizes = self.sizes[k] if known else self.first_sizes[k]
         for c in range(channel.components):
             at = channel.first + c
-            near = [self.values[other][at] for other in known]
-            if len(near) == 2:
-                prediction = quotient(channel.rough(near[0]) + channel.rough(near[1]), 2) * channel.unit()
+            near = [self.values[other][at] for other in known or [row - 1] * (row > 0)]
+            if len(near) > 1:
+                prediction = quotient(sum(map(channel.rough, near)), len(near)) * channel.unit()
             elif near:
                 prediction = channel.number(near[0])
             else:
                 prediction = 0 if channel.exact else 1 << channel.bits - 1
-            self.values[row][at] = self.decoder.base_value(channel, prediction, self.sizes[k], c)
+            self.values[row][at] = self.decoder.base_value(channel, prediction, sizes, c)
 
     # 15.4
     def row(self, u, v):
@@ -1253,7 +1284,7 @@ class Rows:
         if n == 1 and self.is_equal(k, channel, int(self.same(channel, self.made[0][1], neighbour)), row, row - 1):
             return
         if self.is_pair(channel):
-            self.pair(k, channel, row, None, fan.v)
+            self.pair(k, channel, row, self.direction(row, None), fan.v)
             return
         for at in range(channel.first, channel.first + channel.components):
             if channel.merge == Channel.COPY:
@@ -1307,7 +1338,7 @@ class Rows:
         if self.is_pair(channel):
             order = (companion, neighbour) if channel.kind == 10 else (neighbour, companion)
             around = [r for r in order if r is not None][:1]
-            self.pair(k, channel, row, corner, around)
+            self.pair(k, channel, row, self.direction(row, corner), around)
             return
         near, far = neighbour, companion
         if near is None or (channel.kind == 2 and far is not None):
@@ -1407,12 +1438,12 @@ class Rows:
         turn = self.residual(4, min(half(spread), 18), 26)
         return [x * half1 + y * turn for x, y in zip(t, side)]
 
-    def pair(self, k, channel, row, corner, around):
+    def pair(self, k, channel, row, direction, around):
         half1 = (1 << channel.bits - 1) - 1
         near = around
         around = [[c - half1 for c in self.values[r][self.part(channel)][:2]] for r in around]
         turned = self.turned(k, row, around, half1) if channel.kind == 10 else None
-        n = self.direction(row, corner) if channel.kind == 2 else turned or [0, 0, 0]
+        n = direction if channel.kind == 2 else turned or [0, 0, 0]
         expected = self.pair_of(n, half1) or (around[0] if around else [0, 0])
         out = sum(map(abs, expected)) > half1
         if out:
@@ -1573,7 +1604,8 @@ class Decoder:
     def read_base(self, base):
         if self.header.rows:
             self.rows = Rows(self, base.mesh)
-        self.base_sizes, before = [0] * len(self.header.numbers()), None
+        self.base_sizes, self.first_sizes = ([0] * len(self.header.numbers()) for _ in range(2))
+        before = None
         self.mesh, self.complete = base.mesh, []
         for _ in base.components():
             self.base_values(base)
@@ -1638,8 +1670,9 @@ class Decoder:
         return value
 
     def base_values(self, base):  # 6.2
-        numbers, sizes = self.header.numbers(), self.base_sizes
+        numbers = self.header.numbers()
         for v in range(base.first, base.vertices):
+            sizes = self.first_sizes if v == base.first and v else self.base_sizes
             known = [w for w in base.mesh.ring(v, base.next_corner(v)) if w < v][:64]
             values = []
             self.values.append(values)
@@ -1689,13 +1722,11 @@ class Decoder:
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
-        self.regular = self.regular or self.coder.bit("OTHER_LEVEL")
+        self.regular = self.regular or (self.header.regular and self.coder.bit("OTHER_LEVEL"))
         self.end_step()
         self.read_error()
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
         if self.regular:
-            if len(self.header.channels) > 1 or (self.header.channels and not self.header.position):
-                raise End("unsupported")
             RegularLevel(self).decode()
             return
         self.read_active()
@@ -1725,8 +1756,8 @@ class Decoder:
 
     def count_active(self):
         """Real vertices of the components that take part: of the base the first ones, and all others."""
-        first_of_others = self.first_gates[self.active][0] if self.active < len(self.first_gates) else self.base_vertices
-        return self.vertices - (self.base_vertices - first_of_others)
+        others = self.first_gates[self.active:]
+        return self.vertices - (self.base_vertices - others[0][0] if others else 0)
 
     def conquest(self):  # 7.4
         self.states = {}
@@ -1947,7 +1978,7 @@ def rounded(x):
 class Tilt:
     """17.4"""
 
-    def __init__(self, normal, axes):
+    def __init__(self, edge, normal, axes):
         nearest = 0
         if axes:
             k = axes - 1
@@ -1962,6 +1993,10 @@ class Tilt:
             nearest = normal[k]
         self.axis = [(k + 1) % 3, (k + 2) % 3, k]
         self.slope = [-quotient(normal[c] * 256, nearest) if nearest else 0 for c in self.axis[:2]]
+        along = [edge[c] for c in self.axis[:2]]
+        bits = (abs(along[0]) | abs(along[1])).bit_length()
+        self.edge = [c >> bits - 12 if bits > 12 else c << 12 - bits for c in along]
+        self.inverse = (1 << 31) // (sum(c * c for c in self.edge) >> 8) if bits else 0
 
     def tilted(self, vector):
         return [vector[c] for c in self.axis]
@@ -1972,11 +2007,13 @@ class Tilt:
 
     def weighted(self, features, weights):
         n = len(features)
-        sums = [0, 0, 0]
+        sums, part = [0, 0, 0], 0
         for k, feature in enumerate(map(self.above, features)):
             for c in range(3):
                 sums[c] += weights[k + (n if c == 2 else 0)] * feature[c]
-        return sums
+            part += weights[2 * n + k] * sum(e * x for e, x in zip(self.edge, feature))
+        part = (part >> 12) * self.inverse >> 15
+        return [sums[0] + (part * self.edge[0] >> 12), sums[1] + (part * self.edge[1] >> 12), sums[2]]
 
 
 class RegularLevel:
@@ -2028,18 +2065,22 @@ class RegularLevel:
     def decode(self):
         self.read_marks()
         if self.located:
-            self.axes = self.coder.raw(2)
-            self.fixed = self.weights(6)
+            self.fixed = self.weights(3)
             self.decoder.end_step()
             self.expect()
         self.read_dissolves()
         if self.located:
-            self.fine = self.weights(14)
+            self.fine = self.weights(7)
             self.decoder.end_step()
         self.sweep()
 
     def weights(self, n):
-        return [(self.coder.raw(8) + 128) % 256 - 128 for _ in range(n)]
+        self.axes = self.coder.raw(2)
+        weights = [self.weight() for _ in range(2 * n)]
+        return weights + ([self.weight() for _ in range(n)] if self.coder.raw(1) else n * [0])
+
+    def weight(self):
+        return (self.coder.raw(8) + 128) % 256 - 128
 
     # 17.2
     def read_marks(self):
@@ -2087,25 +2128,24 @@ class RegularLevel:
 
     # 17.3, 17.4
     def straight(self, a, b):
+        """What goes straight on from a, seen from b: one vertex, two, or none."""
         n = self.valence[a]
         if n > 24:
-            return None
+            return []
         right, left = self.front[b, a], self.front[a, b]
         if self.mesh.is_virtual(right):
-            return self.front[right, a]
+            return [self.front[right, a]]
         if self.mesh.is_virtual(left):
-            return self.front[a, left]
-        end = None
-        for k in range(n):
-            if self.mesh.is_virtual(b):
-                return None
-            if 2 * k == n:
-                end = b
-            b = self.front[b, a]
-        return end
+            return [self.front[a, left]]
+        ring = [b]
+        for _ in range(n):
+            ring.append(self.front[ring[-1], a])
+        if any(map(self.mesh.is_virtual, ring)):
+            return []
+        return ring[n // 2:(n + 1) // 2 + 1]
 
     def tilt(self, b, tips):
-        largest = 0
+        largest, edge = 0, b
         for vector in [b] + [tip for tip in tips if tip]:
             for c in vector:
                 largest |= abs(c)
@@ -2116,7 +2156,7 @@ class RegularLevel:
             normal = cross(b, shifted(tips[0], shift))
         if tips[1]:
             normal = plus(normal, cross(shifted(tips[1], shift), b))
-        return Tilt(normal, self.axes)
+        return Tilt(edge, normal, self.axes)
 
     def fixed_features(self, h):
         a, b_vertex = self.ends(h)
@@ -2125,9 +2165,9 @@ class RegularLevel:
         for i, s in enumerate((h, self.twin(h))):
             start, end = (a, b_vertex) if i == 0 else (b_vertex, a)
             on = self.straight(start, end)
-            if on is not None:
+            if on:
                 found += 1 + i
-                ahead = plus(ahead, self.offset(a, on))
+                ahead = plus(ahead, plus(self.offset(a, on[0]), self.offset(a, on[-1])))
             if s is None:
                 continue
             tips[i] = self.offset(a, self.front[start, end])
@@ -2139,8 +2179,8 @@ class RegularLevel:
         first = [2 * (x + y - z) for x, y, z in zip(*tips, b)] if both else none
         second = [x - 2 * y for x, y in zip(total(wings), b)] if len(wings) == 4 else first
         if found == 1:
-            ahead = plus(ahead, [2 * x for x in b])
-        third = [2 * (x - (2 * y if found == 2 else y)) for x, y in zip(ahead, b)] if found else none
+            ahead = plus(ahead, [4 * x for x in b])
+        third = [x - (4 * y if found == 2 else 2 * y) for x, y in zip(ahead, b)] if found else none
         return [first, second, third], self.tilt(b, tips), b
 
     def expect(self):
@@ -2213,7 +2253,7 @@ class RegularLevel:
                 g = self.twin(side)
                 beyond.append(None if g is None else self.new_on(turned(g)))
             yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
-                   None if on is None else self.on.get((start, on)), beyond)
+                   self.on.get((start, on[0])) if len(on) == 1 else None, beyond)
 
     def position(self, v, h):
         a, b = self.ends(h)
@@ -2235,7 +2275,7 @@ class RegularLevel:
                 if u is not None and u < v:
                     total_size += self.classes[u]
                     weight += 1
-            add(2, tip)
+            add(6 if None in beside else 2, tip)
             add(5, on)
         for w in a, b:
             add(6, w)
@@ -2296,9 +2336,8 @@ class RegularLevel:
     def is_flippable(self, a, b):
         mesh = self.mesh
         x, y = mesh.front[a, b], mesh.front[b, a]
-        return not any(map(mesh.is_virtual, (a, b, x, y))) and max(x, y) >= self.old and x != y and \
-            all(v < self.old or mesh.valence[v] < 24 for v in (x, y)) and \
-            mesh.valence[a] > 3 and mesh.valence[b] > 3 and (x, y) not in mesh.left
+        return not any(map(mesh.is_virtual, (a, b, x, y))) and x != y and (x, y) not in mesh.left and \
+            mesh.valence[a] > 3 and mesh.valence[b] > 3
 
     def flip(self, a, b):
         self.decoder.end_step()
@@ -2314,7 +2353,8 @@ class RegularLevel:
         if sum(marks) > 1:
             (self.diagonal if sum(marks) == 2 else self.middle)(*self.hub(f))
         if side and not marks[side - 1]:
-            self.dissolve(*reversed(self.ends(3 * f + side - 1)))
+            self.decoder.end_step()
+            self.dissolve(3 * f + side - 1)
         self.decoder.end_step()
 
     def hub(self, f):
@@ -2343,15 +2383,23 @@ class RegularLevel:
         if not self.central:
             self.flip(hub, left if fan == 1 else right)
 
-    def dissolve(self, a, b):
+    def second(self, h, beyond):
+        """The edge inside of the face of h, which is dissolved, if that is flipped too."""
+        marks = self.marks_of(h // 3)
+        if sum(marks) != 1 or beyond < self.old:
+            return None
+        mark = h // 3 * 3 + marks.index(True)
+        v, corner = self.new_on(mark), self.ends(self.previous(mark))[0]
+        far = next(c for c in self.ends(mark) if c not in self.ends(h))
+        shape = self.shape(v, corner, far, beyond)
+        return (v, corner) if self.coder.bit("SECOND_FLIP", shape) else None
+
+    def dissolve(self, h):
+        b, a = self.ends(h)
         x, y = self.mesh.front[a, b], self.mesh.front[b, a]
-        self.flip(a, b)
-        if not self.coder.bit("AFTER"):
-            return
-        for v in x, y:
-            for end in a, b:
-                if v >= self.old and self.is_flippable(v, end) and self.coder.bit("WHICH", self.shape_of(v, end)):
-                    self.flip(v, end)
+        edges = [(a, b), self.second(self.twin(h), y), self.second(h, x)]
+        for edge in filter(None, edges):
+            self.flip(*edge)
 
 
 def dump(decoder):

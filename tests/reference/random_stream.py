@@ -118,8 +118,9 @@ class Header(decoder.Header):
 
     def put_channel(self, channel, draw):
         self.add_channel(channel)
-        self.raw_channels += bytes((channel.kind + 16 * channel.merge, channel.components, channel.bits))
-        self.raw_channels += draw.randbytes(4 + 4 * channel.components)
+        has_grid = draw.random() < 0.7
+        self.raw_channels += bytes((channel.kind + 16 * channel.merge + 64 * (not has_grid), channel.components, channel.bits))
+        self.raw_channels += draw.randbytes(has_grid * (4 + 4 * channel.components))
 
     def all_faces(self):  # known when the base is there
         return 2 * (self.vertices + self.loops) - 4 * self.chi

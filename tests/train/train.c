@@ -121,7 +121,7 @@ static void shuffle(struct sample *samples, int n, uint32_t *state)
 /* What is trained for, each with a model of its own. */
 enum kind { CONNECTIVITY, WITH_POSITIONS, NUM_KINDS };
 
-static struct options options_of(enum kind kind, cq_goal goal)
+static struct options options_of(enum kind kind, cq_goal goal, int conquest_only)
 {
     struct options options;
     memset(&options, 0, sizeof options);
@@ -129,29 +129,32 @@ static struct options options_of(enum kind kind, cq_goal goal)
     options.goal = goal;
     options.bits = 12;
     options.quiet = 1;
+    options.conquest_only = conquest_only;
     return options;
 }
 
 /* Encodes a sample and learns; returns its bits per vertex, or 0 if it was refused. */
-static double train_mesh(struct sample *sample, enum kind kind, cq_goal goal)
+static double train_mesh(struct sample *sample, enum kind kind, cq_goal goal, int conquest_only)
 {
     static struct encoding e;
-    const struct options options = options_of(kind, goal);
+    const struct options options = options_of(kind, goal, conquest_only);
     if (!encode_mesh(&e, &sample->mesh, sample->path, &options)) return 0;
     free_encoding(&e);
     add_to_mean();
     return 8 * (double)e.size / sample->mesh.num_vertices;
 }
 
-/* Encodes all samples once; returns the mean bits per vertex. With positions every third mesh is encoded by valences
- * alone too: the priors are for both goals. */
+/* Encodes all samples once; returns the mean bits per vertex. The priors are also for the goal of the least
+ * connectivity, with positions, and for streams without regular levels: every third mesh is encoded for that goal, too,
+ * and the others without these levels. */
 static double train_pass(struct sample *samples, int n, enum kind kind)
 {
     double sum = 0;
     int k;
     for (k = 0; k < n; k++) {
-        if (kind == WITH_POSITIONS && k % 3 == 0) train_mesh(&samples[k], kind, CQ_LEAST_CONNECTIVITY);
-        sum += train_mesh(&samples[k], kind, CQ_BALANCED);
+        if (kind == WITH_POSITIONS && k % 3 == 0) train_mesh(&samples[k], kind, CQ_LEAST_CONNECTIVITY, 0);
+        if (k % 3 != 0) train_mesh(&samples[k], kind, CQ_BALANCED, 1);
+        sum += train_mesh(&samples[k], kind, CQ_BALANCED, 0);
     }
     return sum / n;
 }
@@ -275,10 +278,11 @@ static void cqi_model_omit(cqi_model *m)
     }
 }
 
-/* Mean bits per vertex of the test meshes, with the model as it is: of connectivity, or of the whole. */
+/* Mean bits per vertex of the test meshes without regular levels, with the model as it is: of connectivity, or of the
+ * whole. */
 static double measure(struct sample *tests, int n, enum kind kind, cq_goal goal, int whole)
 {
-    const struct options options = options_of(kind, goal);
+    const struct options options = options_of(kind, goal, 1);
     double sum = 0;
     int k;
     set_product_speed();
@@ -328,7 +332,7 @@ static void print_effects(struct sample *samples, int n, struct sample *tests, i
 /* Loads what can be encoded; returns how many. */
 static int load_samples(struct sample *samples, char **paths, int n)
 {
-    const struct options options = options_of(CONNECTIVITY, CQ_BALANCED);
+    const struct options options = options_of(CONNECTIVITY, CQ_BALANCED, 1);
     int k, loaded = 0;
     set_product_speed();
     reset_model();

@@ -43,11 +43,14 @@ static void put_start(header *h, uint32_t vertices, uint32_t loops, uint32_t edg
     put_varint(h, euler < 0 ? ~((uint32_t)euler << 1) : (uint32_t)euler << 1);
 }
 
-static void put_channel(header *h, uint32_t kind, uint32_t components, uint32_t bits) {
+enum { NO_GRID = 64 }; /* bit of the form: step and origin are not there */
+
+static void put_channel(header *h, uint32_t form, uint32_t components, uint32_t bits) {
     uint32_t k;
-    put(h, kind, 1);
+    put(h, form, 1);
     put(h, components, 1);
     put(h, bits, 1);
+    if (form & NO_GRID) return;
     put(h, 0x3f800000u, 4);
     for (k = 0; k < components; ++k) put(h, k, 4);
 }
@@ -326,7 +329,7 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 /* The table of SPEC.md, by hand. */
 static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
     static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1", "234"};
-    uint32_t kind = form % 16, merge = form / 16;
+    uint32_t kind = form % 16, merge = (form & ~(uint32_t)NO_GRID) / 16;
     if (kind == 9) return merge == 2 && components == 1 && bits == 1;
     if (kind > 10 || merge > 2 || components < 1 || components > 4) return 0;
     if (!strchr(components_of[kind], (int)('0' + components)) || (merge == 2 && components != 1)) return 0;
@@ -345,20 +348,22 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
                 put_start(&h, 4, 0, 0, 1);
                 put(&h, 1, 1);
                 put_channel(&h, form, components > 4 ? 4 : components, bits);
-                if (components > 4) h.bytes[h.size - 4 * 4 - 4 - 2] = (uint8_t)components;
+                if (components > 4) h.bytes[h.size - (form & NO_GRID ? 0 : 4 * 4 + 4) - 2] = (uint8_t)components;
                 put_end(&h, 10);
                 result = peek(&h, &shape);
                 CHECK_EQ(result, good ? CQ_OK : CQ_ERROR_UNSUPPORTED);
                 if (result != CQ_OK) continue;
                 CHECK_EQ(shape.channel[0].kind, form % 16);
-                CHECK_EQ(shape.channel[0].merge, form / 16);
+                CHECK_EQ(shape.channel[0].merge, form / 16 & 3);
+                CHECK_EQ(shape.channel[0].step == 0 && shape.channel[0].origin[0] == 0, (form & NO_GRID) != 0);
                 CHECK_EQ(shape.channel[0].components, components);
                 CHECK_EQ(shape.channel[0].bits, bits);
                 count++;
             }
         }
     }
-    CHECK_EQ(count, (23 + 23 + 5) * 25 + 1);  /* 23 of all components and kinds, 5 have one component, 1 one bit */
+    /* With and without a grid: 23 of all components and kinds, 5 have one component, 1 one bit. */
+    CHECK_EQ(count, 2 * ((23 + 23 + 5) * 25 + 1));
 }
 
 TEST(channels_that_do_not_exist_are_not_supported) {
@@ -384,16 +389,42 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
     for (n = 0; n < 256; ++n) {
         header h;
         cq_shape shape;
-        uint32_t k, m = n % 128;
+        uint32_t k, m = n % 64, regular = n / 64 % 2;
         put_start(&h, 4, 0, 0, 1);
         put(&h, n, 1);
         for (k = 0; k < m && k < CQ_MAX_CHANNELS; ++k) put_channel(&h, CQ_GENERIC, 1, 8);
         if (n >= 128) put(&h, 0x00010500, 4), put(&h, 0, 1); /* no seams, five rows and a face aside, no metadata, no materials */
         put_end(&h, 10);
-        CHECK_EQ(peek(&h, &shape), m <= CQ_MAX_CHANNELS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+        CHECK_EQ(peek(&h, &shape), m <= CQ_MAX_CHANNELS && !(regular && m) ? CQ_OK : CQ_ERROR_UNSUPPORTED);
         CHECK_EQ(shape.num_channels, m <= CQ_MAX_CHANNELS ? m : 0);
+        CHECK_EQ(shape.regular, regular);
         if (m <= CQ_MAX_CHANNELS) CHECK_EQ(shape.num_aside_rows, n >= 128 ? 5 : 0);
     }
+}
+
+TEST(regular_levels_have_one_channel_of_positions_or_none) {
+    static const struct { uint32_t kind, merge, components, bits; cq_result result; } channels[] = {
+        { CQ_POSITION, CQ_AVERAGE, 3, 12, CQ_OK },
+        { CQ_POSITION, CQ_COPY, 3, 12, CQ_ERROR_UNSUPPORTED },
+        { CQ_POSITION, CQ_AVERAGE, 3, CQ_EXACT_BITS, CQ_ERROR_UNSUPPORTED },
+        { CQ_NUMBER, CQ_PER_FACE, 1, 1, CQ_ERROR_UNSUPPORTED },
+    };
+    uint32_t k, count, rows;
+    for (k = 0; k < sizeof channels / sizeof channels[0]; ++k)
+        for (count = 0; count < 3; ++count)
+            for (rows = 0; rows < 2; ++rows) {
+                const int good = !rows && (!count || (count == 1 && channels[k].result == CQ_OK));
+                header h;
+                cq_shape shape;
+                uint32_t n;
+                put_start(&h, 4, 0, 0, 1);
+                put(&h, 64 + 128 * rows + count, 1);
+                for (n = 0; n < count; ++n)
+                    put_channel(&h, channels[k].kind | channels[k].merge << 4, channels[k].components, channels[k].bits);
+                if (rows) put(&h, 5, 4);
+                put_end(&h, 10);
+                CHECK_EQ(peek(&h, &shape), good ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+            }
 }
 
 /* A stream of nothing but rows aside and a mesh of so many vertices. */
@@ -557,6 +588,7 @@ int main(int argc, char **argv) {
     RUN(exactly_the_channels_of_the_specification_are_supported);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
+    RUN(regular_levels_have_one_channel_of_positions_or_none);
     RUN(rows_aside_without_values_take_no_time);
     RUN(rows_and_rows_aside_are_no_more_than_can_be_numbered);
 #if CQ_INDEX_BITS == 16

@@ -120,6 +120,7 @@ static cq_index find_strips(cqi_labels *l) {
     if (cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
     l->alike = m->num_faces & 1;
     cqi_label_strips(l, cqi_find_seed(m, (uint32_t)m->num_faces, 0));
+    l->spare = CQ_NONE;
     cqi_wait_all(l);
     cqi_repair(l);
     if (m->num_faces % 3 == 0) cqi_fill_all(l);

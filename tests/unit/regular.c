@@ -421,6 +421,7 @@ TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = 6;
     shape.num_faces = 8;
+    shape.regular = 1;
     decoding_begin_with(&d, cq_decoder_bytes(&shape));
     d.decoder->shape = shape;
     cqi_start(d.decoder);

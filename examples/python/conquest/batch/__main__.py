@@ -20,7 +20,8 @@ def parse() -> argparse.Namespace:
         "run stays as it is. Exit status: 0 all files are encoded, 1 some are not, 2 bad usage or no mesh file.")
     parser.add_argument("source", metavar="IN_DIR", type=Path)
     parser.add_argument("target", metavar="OUT_DIR", type=Path)
-    parser.add_argument("--bits", type=int, default=12, help="of a coordinate: 1 .. 24, or 32: as floats (%(default)s)")
+    parser.add_argument("--bits", metavar="N", type=int, choices=[*range(1, 25), 32], default=12,
+                        help="of a coordinate: 1 .. 24, or 32: as floats (%(default)s)")
     parser.add_argument("--goal", choices=GOALS, default="balanced", help="of collapses (%(default)s)")
     parser.add_argument("--table", choices=page.WRITERS, default="csv", help="format of the table (%(default)s)")
     where = parser.add_mutually_exclusive_group()
@@ -31,7 +32,7 @@ def parse() -> argparse.Namespace:
 
 def main() -> int:
     arguments = parse()
-    files, others = find_files(arguments.source)
+    files, others = find_files(arguments.source, arguments.target)
     if others:
         print("not read:", ", ".join(f"{count} {suffix}" for suffix, count in sorted(others.items())))
     if not files:

@@ -6,7 +6,7 @@ import io
 from dataclasses import asdict
 from urllib.parse import quote
 
-import jinja2
+import jinja2  # type: ignore[import-not-found, unused-ignore]
 import pyarrow  # type: ignore[import-untyped, import-not-found, unused-ignore]
 import pyarrow.csv  # type: ignore[import-untyped, import-not-found, unused-ignore]
 import pyarrow.parquet  # type: ignore[import-untyped, import-not-found, unused-ignore]
@@ -57,6 +57,7 @@ def make_table(rows: list[Row], kind: str) -> bytes:
 def make_page(rows: list[Row], title: str) -> bytes:
     good = [row for row in rows if not row.error]
     page = jinja2.Environment(autoescape=True, trim_blocks=True).from_string(PAGE)
-    return page.render(rows=rows, title=title, quote=quote, failed=len(rows) - len(good),
-                       before=sum(row.file_bytes or 0 for row in good),
-                       after=sum(row.bytes or 0 for row in good)).encode()
+    text: str = page.render(rows=rows, title=title, quote=quote, failed=len(rows) - len(good),
+                            before=sum(row.file_bytes or 0 for row in good),
+                            after=sum(row.bytes or 0 for row in good))
+    return text.encode()

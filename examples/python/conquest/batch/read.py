@@ -50,13 +50,14 @@ def _number(names: list[str]) -> tuple[list[str], list[int]]:
 
 def _read_trimesh(path: Path) -> Arguments:
     scene = trimesh.load_scene(path, process=False)
-    parts, names = [], []
+    parts: list[Any] = []
+    names: list[str] = []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         part = scene.geometry[name]
         if isinstance(part, trimesh.Trimesh):
             parts.append(part.copy().apply_transform(matrix))
-            names.append(getattr(getattr(part.visual, "material", None), "name", None) or name)
+            names.append(str(getattr(getattr(part.visual, "material", None), "name", None) or name))
     if not parts:
         raise ValueError("no mesh")
     return _join(parts, names)

@@ -8,17 +8,20 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator
 
-import distributed  # type: ignore[import-untyped, import-not-found, unused-ignore]
+import distributed as untyped  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 from . import page, read
 from .task import Options, Row, Task, encode_file, write
 
+distributed: Any = untyped
 DAY = 24 * 60 * 60
 
 
-def find_files(directory: Path) -> tuple[list[str], Counter[str]]:
-    """Names of the files that a reader knows, and how many others there are, by suffix. Hidden ones do not count."""
-    names = [path.relative_to(directory) for path in sorted(directory.rglob("*")) if path.is_file()]
+def find_files(directory: Path, without: Path) -> tuple[list[str], Counter[str]]:
+    """Names of the files that a reader knows, and how many others there are, by suffix; hidden ones and those in another
+    directory do not count."""
+    names = [path.relative_to(directory) for path in sorted(directory.rglob("*"))
+             if path.is_file() and (without == directory or without.resolve() not in path.resolve().parents)]
     shown = [name for name in names if not any(part.startswith(".") for part in name.parts)]
     others = Counter(name.suffix or name.name for name in shown if name.suffix.lower() not in read.SUFFIXES)
     return [name.as_posix() for name in shown if name.suffix.lower() in read.SUFFIXES], others
@@ -40,7 +43,7 @@ def run(source: Path, target: Path, *, options: Options = Options(), table: str 
     workers    how many of these; None: as many as there are cores.
     progress   is handed the rows as they come, and how many there will be; returns them.
     """
-    name, (files, _) = uuid.uuid4().hex, find_files(source)
+    name, (files, _) = uuid.uuid4().hex, find_files(source, target)
     tasks = [Task(str(source.resolve() / file), str(target.resolve() / file), file, options, name) for file in files]
     with connect(scheduler, workers) as client:
         rows = sorted(progress(_encode_all(client, tasks), len(tasks)), key=lambda row: row.file)

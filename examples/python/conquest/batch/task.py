@@ -112,8 +112,8 @@ def _make_stream(source: Path, options: Options) -> bytes:
         arguments: Any = read.read(source)
         stream: bytes = conquest.encode(**arguments, bits=options.bits, goal=options.goal)
         return stream
-    command = [PROGRAM, "encode", "--quiet", "--clean", "--bits", str(options.bits), "--goal", options.goal,
-               "--format", source.suffix.lower()[1:], "--", source, "-"]
+    command = [str(PROGRAM), "encode", "--quiet", "--clean", "--bits", str(options.bits), "--goal", options.goal,
+               "--format", source.suffix.lower()[1:], "--", str(source), "-"]
     done = subprocess.run(command, capture_output=True, check=False)
     if done.returncode:
         said = done.stderr.decode(errors="replace").replace(f"cqm: {source}: ", "")
