@@ -749,6 +749,8 @@ typedef struct cqi_model {
     cq_bit_model yes[CQI_QUESTIONS];
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
+    int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the same
+                                                                place, of the same joint; 16 times the running mean */
 } cqi_model;
 
 /* Running means of the residuals before, by channel and component; and of those where a component of the base begins. */
@@ -2890,6 +2892,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
     m->worth_rivals = m->worth_same = 16 * 64 * 4;
+    m->skin[0] = m->skin[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
         m->gain[k] = (int16_t)(cqi_prior_gain[k] * 16);
@@ -4223,7 +4226,7 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 /* -- Other channels --
  *
  * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it stands
- * there; and the last one makes the sum of all what it is at A. */
+ * there, as long as that is nearer than what is in the same place; and the last one makes the sum of all what it is at A. */
 
 /* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before; or
  * -1. */
@@ -4287,7 +4290,7 @@ static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t 
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
-    const int joints = cqi_joints_of(&d->shape, k);
+    const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
     const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
     int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
     int n, beyond = 0;
@@ -4307,6 +4310,22 @@ static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t 
     feature[1] = -mean;
     feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
     return a + mean;
+}
+
+/* Which mean of the fan was nearer to this weight of B? Numbers have 25 bits, sums and running means 30. */
+static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int joints = cqi_joints_of(&d->shape, k);
+    int i;
+    for (i = 0; i < 2 && joints >= 0; i++) {
+        const cqi_fan *f = &d->now.fan;
+        int32_t sum = 0;
+        int n;
+        for (n = 0; n < f->size; n++)
+            sum += cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], i ? joints : -1));
+        d->model.skin[i] += (int32_t)cqi_abs(cqi_rough(channel, value) - sum / f->size) - d->model.skin[i] / 16;
+    }
 }
 
 /* One component of B by the linear prediction. */
@@ -4333,6 +4352,7 @@ static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     x = cqi_number(channel, cqi_sum(p, x));
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
+    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, x);
     return 1;
 }
 

@@ -36,6 +36,9 @@ import decoderCode from "./decoder.wasm.js";
  * @property {number} totalFaces
  * @property {Uint32Array} index        three vertices for each face, with room for all faces
  * @property {Range[]} ranges           elements of `index` that are new since the last state
+ * @property {Range[]} materials       elements of `index` that each material has by now: one draw call for each. Those of
+ *                                      faces that are not there yet are zeros. [] without materials
+ * @property {Uint32Array} asideMaterials  of a complete mesh: materials of the faces behind those of all ranges
  * @property {Record<string, Attribute>} attributes  positions, normals, texcoords, colors, joints, weights, numbers,
  *                                      groups, materials, generic; a second one is called normals_1
  * @property {number} level             levels begun
@@ -69,8 +72,9 @@ const COPY = 1,
     PER_FACE = 2,
     EXACT_BITS = 32,
     MAX_BITS = 24,
-    MAX_HEADER_BYTES = 256,
-    MAX_CHANNELS = 8;
+    MAX_HEADER_BYTES = 512,
+    MAX_CHANNELS = 16,
+    MAX_MATERIALS = 1024;
 const PAGE = 65536,
     OWN_PAGES = 3,
     INPUT_BYTES = 65536,
@@ -206,8 +210,12 @@ const [
     ROW_BLOCKS,
     METADATA,
     METADATA_BYTES,
+    NUM_MATERIALS,
+    MATERIALS,
+    NUM_ASIDE,
+    ASIDE_MATERIAL,
     STATE_WORDS,
-] = Array(20).keys();
+] = Array(24).keys();
 const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
     Array(15).keys();
 
@@ -354,6 +362,7 @@ export class Decoder {
             totalFaces: s[TOTAL_FACES],
             index: new Uint32Array(this.#memory.buffer, s[INDEX], 3 * s[TOTAL_FACES]),
             ranges,
+            ...this.#materials(),
             attributes: Object.fromEntries(
                 this.#attributes.filter(a => a.name !== "turned").map(({ name, ...a }) => [name, a]),
             ),
@@ -476,9 +485,26 @@ export class Decoder {
     /** What is new of an attribute: vertices or faces at the end, and those that have moved. @param {Attribute} a
      *  @param {number} moves @returns {Range[]} */
     #news({ itemSize, perFace }, moves) {
+        if (perFace && this.#words[NUM_MATERIALS])
+            return this.#blocks(this.#words[FACE_BLOCKS], this.#words[FACES], itemSize);
         const [since, now] = perFace ? [this.#faces, this.#words[FACES]] : [this.#rows, this.#words[ROWS]];
         const moved = moves ? this.#blocks(this.#words[ROW_BLOCKS], since, itemSize) : [];
         return now > since ? [...moved, { start: since * itemSize, count: (now - since) * itemSize }] : moved;
+    }
+
+    #materials() {
+        const s = this.#words,
+            words = new Uint32Array(this.#memory.buffer, s[MATERIALS], 2 * s[NUM_MATERIALS]);
+        const aside = this.complete && s[NUM_MATERIALS] ? s[NUM_ASIDE] : 0;
+        return {
+            materials: Array.from({ length: s[NUM_MATERIALS] }, (_, m) => ({
+                start: 3 * words[2 * m],
+                count: 3 * words[2 * m + 1],
+            })),
+            asideMaterials: aside
+                ? new Uint32Array(this.#memory.buffer, s[ASIDE_MATERIAL], aside).slice()
+                : new Uint32Array(0),
+        };
     }
 
     /** Runs of blocks that are marked. @param {number} at @param {number} end @param {number} itemSize */
@@ -810,6 +836,7 @@ function rebuild({ message, result, byte = 0 }) {
  * @property {"balanced" | "least-connectivity"} [goal]
  * @property {(done: number, total: number) => void} [progress]
  * @property {Uint8Array} [metadata]  bytes that travel with the mesh
+ * @property {ArrayLike<number>} [materials]  of each face, below 1024: its faces are then a range of the index
  */
 
 /** @typedef {{ data: Uint8Array, map: Uint32Array, faceMap: Uint32Array }} Encoded
@@ -867,7 +894,7 @@ function prepare(mesh, options) {
  * @param {EncodeOptions} options
  * @returns {Encoded}
  */
-function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }) {
+function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata, materials }) {
     const { index, ...attributes } = mesh;
     const names = Object.keys(attributes)
         .filter(name => attributes[name])
@@ -890,6 +917,12 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }
         }
     };
     wasm.mesh(vertices, faces, copy(index, Uint32Array), goal === "balanced" ? 0 : 1);
+    if (materials) {
+        const count = Array.from(materials).reduce((most, m) => Math.max(most, m + 1), 0);
+        if (materials.length !== faces || count > MAX_MATERIALS)
+            throw new RangeError(`materials: ${materials.length} numbers up to ${count - 1} for ${faces} faces`);
+        wasm.materials(count, copy(materials, Uint32Array));
+    }
     if (metadata?.length) {
         const at = wasm.take(metadata.length);
         new Uint8Array(memory.buffer, at, metadata.length).set(metadata);

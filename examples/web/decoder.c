@@ -33,6 +33,10 @@ typedef struct web_state {
     uint8_t *face_blocks, *row_blocks;
     uint8_t *metadata;
     uint32_t metadata_bytes;
+    uint32_t num_materials;
+    cq_index *materials;        /* of each: its first face, and how many are there */
+    uint32_t num_aside;         /* faces aside that are there, behind the others; */
+    cq_index *aside_material;   /* and their materials */
     web_channel channel[CQ_MAX_CHANNELS];
 } web_state;
 
@@ -95,7 +99,7 @@ static void describe(uint32_t k)
     w->is_relative = (uint32_t)is_relative(c);
     w->width = c->kind == CQ_NORMAL ? 3 : c->components;
     w->moves = decoder.shape.num_rows && c->merge != CQ_PER_FACE
-        && c->kind != CQ_NORMAL && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR;
+        && c->kind != CQ_NORMAL && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR && c->kind != CQ_TANGENT;
     grid[k] = *c;
     if (w->is_relative)
         memset(grid[k].origin, 0, sizeof grid[k].origin);
@@ -127,7 +131,7 @@ static uint8_t *grow(uint64_t bytes)
 static int has_own_index(const cq_shape *s)
 {
     const int is_turned = s->num_channels && s->channel[s->num_channels - 1].kind == CQ_TURNED;
-    return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned);
+    return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned || s->num_materials);
 }
 
 static void carve(uint8_t *at, int own_index)
@@ -137,8 +141,11 @@ static void carve(uint8_t *at, int own_index)
     state.index = NULL;
     if (own_index) {
         state.index = (cq_index *)(void *)at;
+        memset(state.index, 0, 3 * sizeof(cq_index) * state.total_faces);
         at += 3 * sizeof(cq_index) * state.total_faces;
     }
+    state.materials = (cq_index *)(void *)at;
+    at += 2 * sizeof(cq_index) * state.num_materials;
     state.face_blocks = at;
     state.row_blocks = at + blocks_of(state.total_faces);
     state.has_looked = 1;                                /* there may be anything in them */
@@ -158,7 +165,9 @@ EXPORT("begin") int32_t begin(uint32_t size)
     state.total_faces = shape->num_faces + shape->num_aside_faces;
     state.num_channels = shape->num_channels;
     state.metadata_bytes = shape->metadata_bytes;
+    state.num_materials = shape->num_materials;
     uint64_t bytes = (uint64_t)own + blocks_of(state.total_faces) + blocks_of(state.total_rows);
+    bytes += (uint64_t)2 * sizeof(cq_index) * state.num_materials;
     if (own_index)
         bytes += (uint64_t)3 * sizeof(cq_index) * state.total_faces;
     for (uint32_t k = 0; k < shape->num_channels; k++) {
@@ -240,22 +249,32 @@ static void append_aside(uint32_t faces, uint32_t rows)
         else if (aside->channel[k]) convert(k, aside->channel[k], rows, aside->num_rows);
     if (aside->num_faces)
         memcpy(state.index + 3 * (size_t)faces, aside->index, 3 * sizeof(cq_index) * aside->num_faces);
+    state.num_aside = aside->num_faces;
+    state.aside_material = aside->material;
     state.num_faces += aside->num_faces;
     state.num_rows += aside->num_rows;
 }
 
-/* Copies the triangles of the blocks that have changed. */
+/* Copies the triangles of the blocks that have changed. Of materials, those that are not there yet have no area. */
 static void copy_triangles(uint32_t faces)
 {
     for (uint32_t b = 0; b << SHIFT < faces; b++) {
         const uint32_t first = b << SHIFT, left = faces - first;
         if (state.face_blocks[b])
             cq_read_triangles(&decoder, first, least(left, 1u << SHIFT), state.index + 3 * (size_t)first);
+        for (uint32_t f = first; state.num_materials && f < first + least(left, 1u << SHIFT); f++)
+            if (state.index[3 * f] == CQ_NONE) memset(state.index + 3 * (size_t)f, 0, 3 * sizeof(cq_index));
     }
 }
 
 static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_before, uint32_t rows, uint32_t faces)
 {
+    if (state.channel[k].merge == CQ_PER_FACE && state.num_materials) {
+        for (uint32_t b = 0; b << SHIFT < faces; b++)
+            if (state.face_blocks[b])
+                convert(k, decoder.channel[k] + (b << SHIFT), b << SHIFT, least(faces - (b << SHIFT), 1u << SHIFT));
+        return;
+    }
     if (state.channel[k].merge == CQ_PER_FACE) {
         convert(k, decoder.channel[k] + faces_before, faces_before, faces - faces_before);
         return;
@@ -283,6 +302,8 @@ EXPORT("update") void update(void)
         update_channel(k, state.num_rows, state.num_faces, rows, faces);
     if (has_own_index(&decoder.shape)) copy_triangles(faces);
     else state.index = decoder.index;
+    for (uint32_t m = 0; m < state.num_materials; m++)
+        cq_material(&decoder, m, &state.materials[2 * m], &state.materials[2 * m + 1]);
     state.num_vertices = decoder.mesh.num_vertices;
     state.num_rows = rows;
     state.num_faces = faces;

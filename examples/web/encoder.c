@@ -45,6 +45,13 @@ EXPORT("metadata") void set_metadata(const uint8_t *bytes, uint32_t size)
     in.shape.metadata_bytes = size;
 }
 
+/* The material of each face: ranges of faces, one after the other. */
+EXPORT("materials") void set_materials(uint32_t count, const cq_index *of_face)
+{
+    in.shape.num_materials = count;
+    in.materials = of_face;
+}
+
 static cq_channel *next_channel(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge)
 {
     cq_channel *c = &in.shape.channel[in.shape.num_channels];

@@ -9,7 +9,8 @@ import { BufferUtils, Extension, GLB_BUFFER, PropertyType } from "@gltf-transfor
 
 export const NAME = "CONQUEST_mesh_progressive";
 const TRIANGLES = 4,
-    MAX_CHANNELS = 8,
+    MAX_CHANNELS = 16,
+    MAX_MATERIALS = 1024,
     EXACT = 32;
 
 /** What an attribute of glTF is in a stream. Tangents are four numbers that belong to a corner, as colors are. */
@@ -74,9 +75,61 @@ function isFit(primitive) {
     );
 }
 
+/** Primitives that may share a stream have the same attributes, of the same types. @param {Primitive} primitive */
+const describeForm = primitive =>
+    listAccessors(primitive)
+        .map(([key, a]) => [key, a.getType(), a.getComponentType(), a.getNormalized()].join(" "))
+        .join();
+
+/** Of primitives of a mesh, groups that may share a stream. @param {Primitive[]} primitives */
+function group(primitives) {
+    const groups = /** @type {Map<string, Primitive[]>} */ (new Map());
+    for (const primitive of primitives) {
+        const form = describeForm(primitive),
+            open = groups.get(form) ?? [];
+        groups.set(open.length < MAX_MATERIALS ? form : `${form} ${groups.size}`, [...open, primitive]);
+    }
+    return [...groups.values()];
+}
+
+/** Gives primitives common accessors, which have the vertices of all, one after the other; their indices differ.
+ *  @param {Primitive[]} primitives */
+function join(primitives) {
+    const lists = primitives.map(listAccessors),
+        first = lists[0];
+    const joined = first.map(([, accessor], k) => {
+        const arrays = lists.map(list => /** @type {any} */ (list[k][1].getArray())),
+            all = new arrays[0].constructor(arrays.reduce((n, a) => n + a.length, 0));
+        arrays.reduce((at, a) => (all.set(a, at), at + a.length), 0);
+        return accessor.clone().setArray(all);
+    });
+    let before = 0;
+    for (const primitive of primitives) {
+        const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount(),
+            index = /** @type {Accessor} */ (primitive.getIndices());
+        index.setArray(Uint32Array.from(/** @type {any} */ (index.getArray()), v => v + before));
+        before += count;
+        let k = 0;
+        for (const key of primitive.listSemantics()) primitive.setAttribute(key, joined[k++]);
+        for (const target of primitive.listTargets())
+            for (const key of target.listSemantics()) target.setAttribute(key, joined[k++]);
+    }
+}
+
+/** Of primitives of a mesh, groups that have all accessors in common. @param {Primitive[]} primitives */
+function groupShared(primitives) {
+    const groups = /** @type {Map<Accessor | null, Primitive[]>} */ (new Map());
+    for (const primitive of primitives) {
+        const position = primitive.getAttribute("POSITION");
+        groups.set(position, [...(groups.get(position) ?? []), primitive]);
+    }
+    return [...groups.values()];
+}
+
 /**
- * A transform for document.transform(): triangles become progressive when the document is written. Primitives that a
- * stream cannot hold stay as they are.
+ * A transform for document.transform(): triangles become progressive when the document is written. Primitives of a mesh
+ * that have the same attributes become one stream, and a material of it each. Those that a stream cannot hold stay as they
+ * are.
  * @param {{ bits?: number }} [options]  of positions; 32: all floats bit for bit
  */
 export function progressive({ bits = 14 } = {}) {
@@ -112,7 +165,23 @@ export function progressive({ bits = 14 } = {}) {
                 for (const key of holder.listSemantics())
                     holder.setAttribute(key, own(/** @type {Accessor} */ (holder.getAttribute(key))));
         }
+        for (const mesh of document.getRoot().listMeshes())
+            group(mesh.listPrimitives().filter(isFit))
+                .filter(all => all.length > 1)
+                .forEach(join);
     };
+}
+
+/** Indices of a material of a complete mesh, or of all. @param {State} state @param {number} [material] */
+function indexOf(state, material) {
+    if (material === undefined) return state.index;
+    const { start, count } = state.materials[material],
+        aside = state.index.length - 3 * state.asideMaterials.length;
+    const faces = Array.from(state.asideMaterials.keys()).filter(f => state.asideMaterials[f] === material);
+    return [
+        ...state.index.subarray(start, start + count),
+        ...faces.flatMap(f => Array.from(state.index.subarray(aside + 3 * f, aside + 3 * f + 3))),
+    ];
 }
 
 /** Numbers of an accessor's own type. @param {ArrayLike<number>} from @param {any} Type */
@@ -147,7 +216,8 @@ export class ConquestMeshProgressive extends Extension {
 
     /** @param {import("@gltf-transform/core").ReaderContext} context */
     preread(context) {
-        const { json, resources } = context.jsonDoc;
+        const { json, resources } = context.jsonDoc,
+            states = /** @type {Map<number, State>} */ (new Map());
         for (const primitive of (json.meshes ?? []).flatMap(mesh => mesh.primitives)) {
             const found = /** @type {any} */ (primitive.extensions?.[NAME]);
             if (!found) continue;
@@ -158,8 +228,9 @@ export class ConquestMeshProgressive extends Extension {
                 view.byteOffset ?? 0,
                 view.byteLength,
             );
-            const state = /** @type {Codec} */ (this.#codec).decode(bytes),
+            const state = states.get(found.bufferView) ?? /** @type {Codec} */ (this.#codec).decode(bytes),
                 channels = Object.values(state.attributes);
+            states.set(found.bufferView, state);
             const fill = (/** @type {number} */ accessor, /** @type {ArrayLike<number>} */ array) =>
                 context.accessors[accessor].setArray(
                     convert(array, ARRAYS[/** @type {any} */ (json.accessors)[accessor].componentType]).slice(),
@@ -170,7 +241,7 @@ export class ConquestMeshProgressive extends Extension {
                     target === undefined ? primitive.attributes : /** @type {any} */ (primitive.targets)[target];
                 fill(of[name], channels[/** @type {number} */ (channel)].array);
             }
-            fill(/** @type {number} */ (primitive.indices), state.index);
+            fill(/** @type {number} */ (primitive.indices), indexOf(state, found.material));
         }
         return this;
     }
@@ -189,33 +260,44 @@ export class ConquestMeshProgressive extends Extension {
             context.accessorIndexMap.set(accessor, accessorDefs.push(definition) - 1);
             return definition;
         };
-        for (const primitive of this.document
+        for (const primitives of this.document
             .getRoot()
             .listMeshes()
-            .flatMap(mesh => mesh.listPrimitives())
-            .filter(isFit)) {
-            const channels = listChannels(primitive, this.bits),
-                index = /** @type {Accessor} */ (primitive.getIndices());
-            const { data, order, count } = this.#encode(channels, /** @type {any} */ (index.getArray()));
-            const definition = define(index, /** @type {any} */ (index.getArray()).length);
-            definition.componentType = count > 65535 ? 5125 : 5123;
+            .flatMap(mesh => groupShared(mesh.listPrimitives().filter(isFit)))) {
+            const channels = listChannels(primitives[0], this.bits),
+                indices = primitives.map(p => /** @type {any} */ (/** @type {Accessor} */ (p.getIndices()).getArray()));
+            const { data, order, count } = this.#encode(channels, indices);
+            primitives.forEach((primitive, k) => {
+                const definition = define(/** @type {Accessor} */ (primitive.getIndices()), indices[k].length);
+                definition.componentType = count > 65535 ? 5125 : 5123;
+            });
             channels.forEach(({ accessor }) => define(accessor, count));
             const buffer = /** @type {any} */ (
                 channels[0].accessor.getBuffer() ?? this.document.getRoot().listBuffers()[0]
             );
             context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), data]);
-            streams.set(primitive, {
-                data,
-                attributes: Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)])),
-            });
+            primitives.forEach((primitive, material) =>
+                streams.set(primitive, {
+                    data,
+                    attributes: Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)])),
+                    ...(primitives.length > 1 && { material }),
+                }),
+            );
         }
         return this;
     }
 
-    /** @param {Channel[]} channels @param {ArrayLike<number>} index */
-    #encode(channels, index) {
+    /** @param {Channel[]} channels @param {ArrayLike<number>[]} indices  of each material */
+    #encode(channels, indices) {
         const codec = /** @type {Codec} */ (this.#codec),
             bits = /** @type {Record<string, number>} */ ({});
+        const index = new Uint32Array(indices.reduce((n, part) => n + part.length, 0)),
+            materials = new Uint32Array(index.length / 3);
+        indices.reduce((at, part, m) => {
+            index.set(part, at);
+            materials.fill(m, at / 3, (at + part.length) / 3);
+            return at + part.length;
+        }, 0);
         const mesh = /** @type {any} */ ({ index });
         for (const c of channels) {
             const array = /** @type {any} */ (c.accessor.getArray());
@@ -223,7 +305,7 @@ export class ConquestMeshProgressive extends Extension {
                 c.name.startsWith("joints") || array instanceof Float32Array ? array : Float32Array.from(array);
             if (c.bits) bits[c.name] = c.bits;
         }
-        const { data } = codec.encode(mesh, { bits }),
+        const { data } = codec.encode(mesh, indices.length > 1 ? { bits, materials } : { bits }),
             state = codec.decode(data);
         return { data, order: Object.keys(state.attributes), count: state.totalVertices };
     }
@@ -240,6 +322,7 @@ export class ConquestMeshProgressive extends Extension {
                     (definition.primitives[k].extensions ??= {})[NAME] = {
                         bufferView: context.otherBufferViewsIndexMap.get(stream.data),
                         attributes: stream.attributes,
+                        ...(stream.material !== undefined && { material: stream.material }),
                     };
             });
         }

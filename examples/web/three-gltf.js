@@ -61,9 +61,29 @@ function update(attribute, from, ranges) {
     if (ranges.length) attribute.needsUpdate = true;
 }
 
+/** The part of a material: what is new of its range, and in the end its faces aside, behind that.
+ *  @param {BufferGeometry} geometry @param {State} state @param {number} material */
+function fillMaterial(geometry, state, material) {
+    const index = /** @type {BufferAttribute} */ (geometry.index),
+        { start, count } = state.materials[material];
+    const news = state.ranges
+        .map(r => [Math.max(r.start, start), Math.min(r.start + r.count, start + count)])
+        .filter(([from, end]) => from < end)
+        .map(([from, end]) => ({ start: from - start, count: end - from }));
+    update(index, state.index.subarray(start, start + count), news);
+    const aside = state.index.length - 3 * state.asideMaterials.length,
+        faces = Array.from(state.asideMaterials.keys()).filter(f => state.asideMaterials[f] === material);
+    faces.forEach((f, k) => index.array.set(state.index.subarray(aside + 3 * f, aside + 3 * f + 3), count + 3 * k));
+    if (faces.length) {
+        index.addUpdateRange(count, 3 * faces.length);
+        index.needsUpdate = true;
+    }
+    geometry.setDrawRange(0, count + 3 * faces.length);
+}
+
 /** Fills a geometry, whose attributes are there and empty, from a stream. @param {BufferGeometry} geometry
- *  @param {Record<string, number>} attributes @param {State} state */
-function fill(geometry, attributes, state) {
+ *  @param {Record<string, number>} attributes @param {State} state @param {number} [material] */
+function fill(geometry, attributes, state, material) {
     const channels = Object.values(state.attributes);
     for (const [key, channel] of Object.entries(attributes)) {
         const [name, target] = key.split(":"),
@@ -75,8 +95,12 @@ function fill(geometry, attributes, state) {
                 : morphs[nameAttribute(name)][Number(target)];
         update(/** @type {BufferAttribute} */ (at), array, ranges);
     }
-    update(/** @type {BufferAttribute} */ (geometry.index), state.index, state.ranges);
-    geometry.setDrawRange(0, 3 * state.numFaces);
+    if (material === undefined) {
+        update(/** @type {BufferAttribute} */ (geometry.index), state.index, state.ranges);
+        geometry.setDrawRange(0, 3 * state.numFaces);
+    } else {
+        fillMaterial(geometry, state, material);
+    }
     if (state.complete && Object.keys(geometry.morphAttributes).length) geometry.dispose(); // it is made once
 }
 
@@ -101,11 +125,13 @@ export class ConquestGLTFPlugin {
         for (const [object, { meshes = -1, primitives = 0 } = {}] of associations)
             if (object.isMesh && meshes >= 0)
                 geometries.set(json.meshes[meshes].primitives[primitives], object.geometry);
-        const jobs = [...geometries]
+        const parts = [...geometries]
             .filter(([primitive]) => primitive.extensions?.[NAME])
-            .sort((a, b) => a[0].extensions[NAME].bufferView - b[0].extensions[NAME].bufferView)
             .map(([primitive, geometry]) => ({ geometry, ...primitive.extensions[NAME] }));
-        jobs.forEach(({ geometry }) => geometry.setDrawRange(0, 0));
+        parts.forEach(({ geometry }) => geometry.setDrawRange(0, 0));
+        const jobs = [...new Set(parts.map(p => p.bufferView))]
+            .sort((a, b) => a - b)
+            .map(bufferView => ({ bufferView, parts: parts.filter(p => p.bufferView === bufferView) }));
         const loaded = this.#refineAll(jobs);
         loaded.catch(() => {});
         gltf.userData = { ...gltf.userData, loaded };
@@ -125,12 +151,11 @@ export class ConquestGLTFPlugin {
         }
     }
 
-    /** @param {{ geometry: BufferGeometry, bufferView: number, attributes: Record<string, number> }} job
-     *  @param {Worker} [worker] */
-    async #refine({ geometry, bufferView, attributes }, worker) {
+    /** @param {{ bufferView: number, parts: any[] }} job  the geometries that a stream has  @param {Worker} [worker] */
+    async #refine({ bufferView, parts }, worker) {
         for await (const state of decode(this.source(bufferView), { worker, budget: 16 })) {
-            fill(geometry, attributes, state);
-            if (this.onRefine(geometry, state) === false) return;
+            parts.forEach(({ geometry, attributes, material }) => fill(geometry, attributes, state, material));
+            if (parts.map(({ geometry }) => this.onRefine(geometry, state)).every(wish => wish === false)) return;
         }
     }
 }

@@ -94,12 +94,16 @@ export class ProgressiveGeometry extends BufferGeometry {
             if (!this.hasAttribute(key)) this.setAttribute(key, new BufferAttribute(makeArray(from), from.itemSize));
             update(/** @type {BufferAttribute} */ (this.getAttribute(key)), from.array, from.ranges);
         }
-        const materials = state.attributes.materials;
+        const materials = state.materials.length ? undefined : state.attributes.materials;
         if (!this.index)
             this.setIndex(new BufferAttribute(materials ? new Uint32Array(state.index.length) : state.index, 1));
         const index = /** @type {BufferAttribute} */ (this.index);
         if (materials) this.#group(index, state, materials.array);
         else update(index, state.index, state.ranges);
+        if (state.materials.length) {
+            this.clearGroups();
+            state.materials.forEach(({ start, count }, m) => this.addGroup(start, count, m));
+        }
         this.setDrawRange(0, 3 * state.numFaces);
         this.#bound(state.attributes.positions);
         this.state = state;
