@@ -52,8 +52,8 @@
 #error "CQ_INDEX_BITS must be 16 or 32"
 #endif
 
-/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, which spares a
- * device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
+/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, as their header
+ * tells at once, which spares a device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
 #if defined(CQ_NO_REGULAR) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
 #error "CQ_NO_REGULAR needs CQ_NO_ENCODER"
 #endif

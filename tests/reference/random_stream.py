@@ -100,7 +100,7 @@ class Header(decoder.Header):
 
     size, payload = 0, b""
     faces = edges = 1 << 20
-    rows = aside_rows = aside_faces = metadata = 0
+    rows = aside_rows = aside_faces = metadata = regular = 0
 
     def __init__(self, draw):
         self.loops = draw.choice((0, 0, 1, 1, 2, 3))
