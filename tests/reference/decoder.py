@@ -198,7 +198,8 @@ class Header:
         self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
-        if self.regular and (self.rows or len(self.channels) > 1 or (self.channels and not self.position)):
+        if self.regular and (self.rows or self.materials or len(self.channels) > 1 or
+                             (self.channels and not self.position)):
             raise End("unsupported")
 
     def add_channel(self, channel):

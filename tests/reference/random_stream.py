@@ -100,7 +100,7 @@ class Header(decoder.Header):
 
     size, payload = 0, b""
     faces = edges = 1 << 20
-    rows = aside_rows = aside_faces = metadata = regular = 0
+    rows = aside_rows = aside_faces = metadata = materials = regular = 0
 
     def __init__(self, draw):
         self.loops = draw.choice((0, 0, 1, 1, 2, 3))
@@ -216,7 +216,7 @@ class Maker(decoder.Decoder):
     def __init__(self, draw, header, base=Base):
         self.kind, self.vertices, self.values, self.mesh, self.stop = None, 0, [], None, None
         self.levels = self.error = 0
-        self.rows, self.num_rows = None, 0
+        self.rows, self.num_rows, self.materials = None, 0, None
         self.header = header
         self.coder = Writer(draw)
         self.face_values = {}
