@@ -9,7 +9,7 @@
 #     unit/mesh-O0   gcc, not optimised, assertions; but for levels, which take long
 
 # A recipe that writes a log. An exit status that is not 0 counts, whatever was printed.
-log = @mkdir -p $(@D); { $(1); } >$@ 2>&1 || echo "exit status $$?" >>$@; times >$(@:.log=.times); \
+log = @mkdir -p $(@D); ( $(1) ) >$@ 2>&1 || echo "exit status $$?" >>$@; times >$(@:.log=.times); \
     echo "$(TEST_NAME): $$(tail -n 1 $@)"
 TEST_NAME = $(@:build/log/%.log=%)
 

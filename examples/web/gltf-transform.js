@@ -114,6 +114,8 @@ function join(primitives) {
         for (const target of primitive.listTargets())
             for (const key of target.listSemantics()) target.setAttribute(key, joined[k++]);
     }
+    for (const [, accessor] of lists.flat())
+        if (accessor.listParents().every(parent => parent.propertyType === PropertyType.ROOT)) accessor.dispose();
 }
 
 /** Of primitives of a mesh, groups that have all accessors in common. @param {Primitive[]} primitives */

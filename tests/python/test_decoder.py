@@ -118,3 +118,21 @@ def test_an_error_is_permanent_and_leaves_the_mesh():
 def test_a_header_may_not_ask_for_more_than_is_allowed():
     with pytest.raises(MemoryError):
         conquest.decode(conquest.encode(*torus(20, 20)), max_memory=10_000)
+
+
+def test_each_material_is_one_range_of_faces_at_any_moment():
+    vertices, faces = torus(24, 16)
+    materials = np.arange(len(faces)) * 5 // len(faces)
+    stream, _, face_to = conquest.encode(vertices, faces, materials=materials, return_maps=True)
+    decoder, counts = conquest.Decoder(), []
+    for k in range(0, len(stream), 40):
+        decoder.feed(stream[k:k + 40])
+        ranges = decoder.material_ranges
+        assert len(decoder.faces) == sum(count for _, count in ranges) == len(decoder.attributes["materials"])
+        assert decoder.faces.size == 0 or decoder.faces.max() < len(decoder.vertices)
+        counts.append([count for _, count in ranges])
+    decoder.finish()
+    assert len(counts) > 3 and (np.diff(counts, axis=0) >= 0).all() and counts[0] != counts[-1]
+    assert decoder.material_ranges == [(int(first), int(count)) for first, count in
+                                       zip(np.searchsorted(materials, range(5)), np.bincount(materials))]
+    assert np.array_equal(decoder.attributes["materials"][face_to], materials)
