@@ -63,8 +63,8 @@
 #define CQ_API extern
 #endif
 
-/* Names for the linker. Those of 16-bit indices end in _16, those without regular levels in _nr: files that do not agree
- * on these, hence on the layout of structures, do not link; and one program may have both. */
+/* Names for the linker. Those of 16-bit indices end in _16, those without regular levels in _nr: files that do not
+ * agree on these, hence on the layout of structures, do not link; and one program may have both. */
 #if CQ_INDEX_BITS == 16 && defined(CQ_NO_REGULAR)
 #define CQI_SYMBOL(name) name##_16_nr
 #elif CQ_INDEX_BITS == 16
@@ -115,9 +115,9 @@
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
  * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
- * cq_encode takes oriented manifolds only. CQ_NO_ATTRIBUTES, with CQ_NO_ENCODER, leaves out all channels but one of positions
- * that is not exact: the smallest decoder. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
- * precondition below that no result reports, and never what a stream contains. */
+ * cq_encode takes oriented manifolds only. CQ_NO_ATTRIBUTES, with CQ_NO_ENCODER, leaves out all channels but one of
+ * positions that is not exact: the smallest decoder. CQ_ASSERT(condition) may be defined there too, as assert for
+ * example: it checks each precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -204,7 +204,8 @@ typedef enum cq_kind {
     CQ_WEIGHTS = 6,       /* and their weights */
     CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
     CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
-    CQ_TURNED = 9,        /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds it */
+    CQ_TURNED = 9,        /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds
+                             it */
     CQ_TANGENT = 10       /* 2 or 3 components, an octahedral pair, and 0 or 1 for the sign of the bitangent; or 4, a
                              vector and w */
 } cq_kind;
@@ -238,7 +239,8 @@ typedef struct cq_shape {
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
-    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its number */
+    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its
+                                        number */
     uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
     uint32_t regular;                /* of a stream: 1 if there may be regular levels; cq_encode does not look at it */
@@ -283,9 +285,9 @@ typedef struct cq_aside {
  *
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
- * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE; or,
- * until the base is complete (is_partial), no number of a vertex that is there. No face ever gets another number. Without
- * materials all faces are one range. */
+ * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE;
+ * or, until the base is complete (is_partial), no number of a vertex that is there. No face ever gets another number.
+ * Without materials all faces are one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
@@ -315,8 +317,10 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
-    int is_partial;                                   /* faces of vertices that are not there are free, too: see "Materials" */
-    cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have flipped; */
+    int is_partial;                                   /* faces of vertices that are not there are free, too: see
+                                                         "Materials" */
+    cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have
+                                                         flipped; */
     cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: nobody looks, */
     int watched_shift;                                /* see cq_mesh_watch */
@@ -381,8 +385,8 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
  * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
  *
- * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is marked,
- * unless cq_mesh_watch was called with these faces.
+ * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is
+ * marked, unless cq_mesh_watch was called with these faces.
  *
  * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
  *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
@@ -393,11 +397,11 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
 
 /* Has a decoder mark flips when they happen, for whoever uploads in each frame: cq_mesh_changes with the same faces and
- * shift then marks nothing but what has changed since the marks were taken off. To be called when the mesh has vertices, or
- * before each cq_decode.
+ * shift then marks nothing but what has changed since the marks were taken off. To be called when the mesh has
+ * vertices, or before each cq_decode.
  *
- * faces    uint8_t[blocks] as for cq_mesh_changes, for all faces that the mesh will have; in use until this is called with
- *          others, or NULL, or the decoder is done. */
+ * faces    uint8_t[blocks] as for cq_mesh_changes, for all faces that the mesh will have; in use until this is called
+ *          with others, or NULL, or the decoder is done. */
 CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -490,19 +494,20 @@ typedef struct cq_report {
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
 /* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
- * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if exact
- * 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair (8.2), 4
- * questions about a position: 203.1. With 61 exact components, the three of a position being 5.1 less each, and 12.1 for
- * the sum of weights, that makes 255, and up to 8 more until the next byte: of 272 here. A joint has 9 and 24. Face
- * values: 6 and 64, of a component; materials the same. A join of the base has 3 and 32. Of regular levels, an insertion
- * has three residuals; weights are 171 raw bits. */
+ * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if
+ * exact 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair
+ * (8.2), 4 questions about a position: 203.1. With 61 exact components, the three of a position being 5.1 less each,
+ * and 12.1 for the sum of weights, that makes 255, and up to 8 more until the next byte: of 272 here. A joint has 9 and
+ * 24. Face values: 6 and 64, of a component; materials the same. A join of the base has 3 and 32. Of regular levels, an
+ * insertion has three residuals; weights are 171 raw bits. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
-/* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32: 880. */
+/* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32:
+ * 880. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header: the largest step. What is left of it moves to the start when the buffer is full
- * and less than a step is left: of most meshes, whose steps are short, once for many of them. */
+/* Input that waits for its step, or a header: the largest step. What is left of it moves to the start when the buffer
+ * is full and less than a step is left: of most meshes, whose steps are short, once for many of them. */
 #define CQI_BUFFER_BYTES CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1)
 
 
@@ -657,7 +662,8 @@ enum {
     CQI_SECOND_FLIP = CQI_DISSOLVED + 6 * 5,  /* [shape] and then an edge inside of one of its faces, too */
     CQI_TWO = CQI_SECOND_FLIP + 5,                  /* [shape] the diagonal of a face with two marks is flipped */
     CQI_CENTRAL = CQI_TWO + 5,                /* [before] a face with three marks has a triangle in the middle */
-    CQI_SHORTEST = CQI_CENTRAL + 3,           /* else a fan around the new vertex that is nearest to the opposite corner; */
+    CQI_SHORTEST = CQI_CENTRAL + 3,           /* else a fan around the new vertex that is nearest to the opposite
+                                                 corner; */
     CQI_SHORTER,                              /* or the next one */
     CQI_NEW_ALONG,                            /* residuals of regular levels: along the surface, */
     CQI_NEW_ABOVE = CQI_NEW_ALONG + CQI_RESIDUAL_MODELS, /* and above it */
@@ -716,7 +722,8 @@ enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
     cq_bit_model equal[CQ_MAX_CHANNELS][11];  /* a channel of a new row is equal to that of another row */
-    cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see cqi_code_row_residual */
+    cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see
+                                                                               cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
     int full;                                 /* there were more */
     uint32_t channel;                         /* the next one of the row that is being read */
@@ -749,11 +756,13 @@ typedef struct cqi_model {
     cq_bit_model yes[CQI_QUESTIONS];
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
-    int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the same
+    int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
+                                                                same
                                                                 place, of the same joint; 16 times the running mean */
 } cqi_model;
 
-/* Running means of the residuals before, by channel and component; and of those where a component of the base begins. */
+/* Running means of the residuals before, by channel and component; and of those where a component of the base
+ * begins. */
 typedef struct cqi_base_sizes {
     int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS], first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];
 } cqi_base_sizes;
@@ -773,7 +782,8 @@ typedef struct cqi_regular {
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
     uint32_t length;                       /* of marked edges, 1/16: running mean */
     uint32_t size;                         /* class of the residuals, 1/16: running mean */
-    int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the edge, more */
+    int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the
+                                                        edge, more */
 } cqi_regular;
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
@@ -895,16 +905,16 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
  *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
- *          gets 1024 vertices ready for a level; of a regular level it looks at one face or inserts one vertex. Budget 1
- *          stops after every split. A step takes bounded time, but for
- *          a vertex with more than CQ_MAX_VALENCE neighbours: at most once a level it walks around that.
+ *          gets 1024 vertices ready for a level; of a regular level it looks at one face or inserts one vertex. Budget
+ *          1 stops after every split. A step takes bounded time, but for a vertex with more than CQ_MAX_VALENCE
+ *          neighbours: at most once a level it walks around that.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
  * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent.
  *
  * Before the first level begins (level 0) components arrive one after another, the largest of those with as many levels
- * first. Each can be drawn when it is complete: until then it is not part of the mesh. Time O(bytes + steps), and once O(max vertices) for the header and O(vertices)
- * for the base; no recursion. */
+ * first. Each can be drawn when it is complete: until then it is not part of the mesh. Time O(bytes + steps), and once
+ * O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
 /* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
@@ -915,8 +925,8 @@ CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_ind
  * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
 CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
 
-/* The faces of material m that are there: numbers *first .. *first + *count - 1. Draw `index` from 3 * *first on, 3 * *count
- * indices. Without materials there is one, number 0, which has all faces. */
+/* The faces of material m that are there: numbers *first .. *first + *count - 1. Draw `index` from 3 * *first on, 3 *
+ * *count indices. Without materials there is one, number 0, which has all faces. */
 CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
 
 /* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
@@ -926,8 +936,8 @@ CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index
 /* -- Levels of detail -----------------------------------------------------------------------------------------------
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
- * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers. Rows
- * that move are shown where they are by then; with cq_input.clean none does. */
+ * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers.
+ * Rows that move are shown where they are by then; with cq_input.clean none does. */
 typedef struct cq_lod {
     cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices (rows), and with */
     uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
@@ -964,7 +974,8 @@ typedef struct cq_input {
     const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
     cq_goal goal;
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
-    const cq_index *materials;             /* cq_index[num_faces], each below shape.num_materials, if that is 2 or more */
+    const cq_index *materials;             /* cq_index[num_faces], each below shape.num_materials, if that is 2 or
+                                              more */
     const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
     int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
@@ -978,10 +989,10 @@ typedef struct cq_input {
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
 /* Encodes triangles, whatever they are: the rows and the index buffer of a GPU, any of them. What is not an oriented
- * manifold is made one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A
- * line can be carried as a face a, b, b and a point as a, a, a. Of rows with the same values in all channels one comes
- * back, and of rows that the surface meets itself at several. Without a channel of positions rows are told apart by
- * their numbers alone.
+ * manifold is made one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation.
+ * A line can be carried as a face a, b, b and a point as a, a, a. Of rows with the same values in all channels one
+ * comes back, and of rows that the surface meets itself at several. Without a channel of positions rows are told apart
+ * by their numbers alone.
  *
  * in       in->shape.num_boundary_loops, _edges and num_rows are set as found; start with zeros (a closed mesh) and on
  *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
@@ -990,13 +1001,12 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * place    where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
  *
  * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
- * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it is
- * face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel,
- * cq_kind and cq_merge say.
+ * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it
+ * is face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel, cq_kind and cq_merge say.
  *
- * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream smaller;
- * with the goal balanced, only if coarser meshes stay about as near. Where that is in question, the mesh is encoded once more,
- * or twice.
+ * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream
+ * smaller; with the goal balanced, only if coarser meshes stay about as near. Where that is in question, the mesh is
+ * encoded once more, or twice.
  *
  * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -1602,8 +1612,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces with so
- * many corners at these vertices are fine. */
+/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces
+ * with so many corners at these vertices are fine. */
 static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
                                 cq_place *place)
 {
@@ -1854,9 +1864,10 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
 }
 
 /* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
- * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two faces
- * then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just done, looks
- * at all of it again; and before that, at an earlier one or at its end: at everything. Who watches has the marks of flips. */
+ * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two
+ * faces then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just
+ * done, looks at all of it again; and before that, at an earlier one or at its end: at everything. Who watches has the
+ * marks of flips. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -2166,8 +2177,10 @@ static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 
 static int cqi_channel_is_valid(const cq_channel *c)
 {
-    static const uint8_t components[CQ_TANGENT + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2, 28 }; /* bit n: n are allowed */
-    return c->kind <= CQ_TANGENT && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) && c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
+    /* bit n: n are allowed */
+    static const uint8_t components[CQ_TANGENT + 1] = { 8, 30, 12, 4, 24, 30, 30, 2, 2, 2, 28 };
+    return c->kind <= CQ_TANGENT && (c->kind != CQ_TURNED || (c->merge == CQ_PER_FACE && c->bits == 1)) &&
+           c->components <= CQ_MAX_COMPONENTS && (components[c->kind] >> c->components & 1) &&
            c->merge <= CQ_PER_FACE && (c->merge != CQ_PER_FACE || c->components == 1) && c->bits >= 1 &&
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
@@ -2208,14 +2221,16 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     if (r->result != CQ_OK) return r->result;
     if (!cqi_is_extended(s) || s->metadata_bytes > CQ_MAX_METADATA) return CQ_ERROR_CORRUPT;
     if (s->num_materials == 1 || s->num_materials > CQ_MAX_MATERIALS) return CQ_ERROR_CORRUPT;
-    if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces)) return CQ_ERROR_CORRUPT;
+    if (s->num_rows && (s->num_rows <= s->num_vertices || s->num_rows > 3 * (uint64_t)s->num_faces))
+        return CQ_ERROR_CORRUPT;
     return CQ_OK;
 }
 
 /* Regular levels have positions or nothing. */
 static int cqi_allows_regular(const cq_shape *s)
 {
-    return !s->num_rows && !s->num_materials && (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
+    return !s->num_rows && !s->num_materials &&
+           (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
 }
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
@@ -2241,7 +2256,8 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
-    if (!CQI_HAS_ATTRIBUTES && s->num_channels && (s->num_channels > 1 || cqi_context_channel(s) < 0)) return CQ_ERROR_UNSUPPORTED;
+    if (!CQI_HAS_ATTRIBUTES && s->num_channels && (s->num_channels > 1 || cqi_context_channel(s) < 0))
+        return CQ_ERROR_UNSUPPORTED;
     if (extended) result = cqi_read_extension(r, s);
     if (result != CQ_OK) return result;
     if (s->regular && !cqi_allows_regular(s)) return CQ_ERROR_UNSUPPORTED;
@@ -2295,8 +2311,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that can't
- * overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that
+ * can't overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2304,7 +2320,8 @@ static uint64_t cqi_more_bytes(const cq_shape *s)
     uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes) + CQ_MATERIAL_BYTES(s->num_materials, faces);
     if (s->num_rows) {
         bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
-        bytes += CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
+        bytes +=
+            CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
     }
     bytes += CQI_ROUND(3 * faces * sizeof(cq_index)) + of_face * CQI_ROUND(faces * sizeof(cq_value));
     return bytes + CQI_ROUND(s->num_aside_rows * all * sizeof(cq_value));
@@ -2346,8 +2363,8 @@ typedef struct cqi_collapse {
     uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
 } cqi_collapse;
 
-/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a row
- * of B has become one of A that goes on into it, on the left and on the right. */
+/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a
+ * row of B has become one of A that goes on into it, on the left and on the right. */
 enum { CQI_SIDES = 3, CQI_CORNER_A = 2, CQI_CORNER_B = 4, CQI_TIED_LEFT = 0x40, CQI_TIED_RIGHT = 0x80 };
 
 /* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
@@ -2413,7 +2430,8 @@ typedef struct cqi_plan {
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
     cq_index *row_decoded;              /* and the other way round */
-    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number aside */
+    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number
+                                           aside */
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
     const uint8_t *metadata;            /* as handed in */
@@ -2525,7 +2543,8 @@ static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh m. */
+/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh
+ * m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -2933,8 +2952,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 
 /* -- Materials: ranges of face numbers --
  *
- * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the slot that
- * it is to get is put there. */
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the
+ * slot that it is to get is put there. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_code_base_material(d, input) 1
@@ -3040,7 +3059,8 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
         n = d->new_face[0] != CQ_NONE;
         for (side = 0; side < 2; side++, spoke = d->mesh.twin[spoke])
             if (cqi_is_real_face(&d->mesh, spoke)) beside[n++] = (int32_t)cqi_material_of(d, (cq_index)(spoke / 3));
-        m = cqi_code_material(d, beside, n, CQI_ENCODING(d) ? cqi_plan_material(d, d->plan->note[d->plan->next].face[end]) : 0);
+        m = cqi_code_material(d, beside, n,
+                              CQI_ENCODING(d) ? cqi_plan_material(d, d->plan->note[d->plan->next].face[end]) : 0);
         if (m < 0) return 0;
         d->new_face[end] = (cq_index)(d->materials[m].first + d->materials[m].count);
         if (d->new_face[0] != CQ_NONE && end && d->new_face[end] == d->new_face[0]) d->new_face[end]++;
@@ -3077,8 +3097,8 @@ static void cqi_show_materials(cq_decoder *d)
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of each
- * material. Asked for one after the other, and only if there is one. */
+/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of
+ * each material. Asked for one after the other, and only if there is one. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3127,11 +3147,11 @@ static cq_index cqi_num_faces(const cq_decoder *d)
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft until
- * its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows, twin[]
- * is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
- * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own.
- * The gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
+ * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft
+ * until its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows,
+ * twin[] is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
+ * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own. The
+ * gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
  *
  *     grow    x is new
  *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
@@ -3455,7 +3475,8 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
 static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
     const cqi_plan *p = d->plan;
-    if (p->row_of_vertex) input = cqi_class(&d->shape, k) == CQI_OF_ROW ? p->row_of_wedge[input] : p->row_of_vertex[input];
+    if (p->row_of_vertex)
+        input = cqi_class(&d->shape, k) == CQI_OF_ROW ? p->row_of_wedge[input] : p->row_of_vertex[input];
     return p->input[k][(size_t)input * d->shape.channel[k].components + c];
 }
 
@@ -3961,8 +3982,8 @@ static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
     return all;
 }
 
-/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for what
- * is not there. */
+/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for
+ * what is not there. */
 static void cqi_count_votes(cqi_fan *f, int16_t radius)
 {
     int k;
@@ -4138,7 +4159,8 @@ static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, in
 }
 
 /* Competing predictions and common components take time, and only some surfaces gain by them. So they are looked at
- * while a vertex gains more than a little, on a running mean; else at one vertex of CQI_PROBE, to see whether they would. */
+ * while a vertex gains more than a little, on a running mean; else at one vertex of CQI_PROBE, to see whether they
+ * would. */
 #define CQI_WORTH_IT 24    /* that little: in 1/1024 bit */
 #define CQI_PROBE 16
 
@@ -4225,11 +4247,12 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 
 /* -- Other channels --
  *
- * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it stands
- * there, as long as that is nearer than what is in the same place; and the last one makes the sum of all what it is at A. */
+ * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it
+ * stands there, as long as that is nearer than what is in the same place; and the last one makes the sum of all what it
+ * is at A. */
 
-/* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before; or
- * -1. */
+/* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before;
+ * or -1. */
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
 {
     uint32_t j, nth = 0, found = 0;
@@ -4408,7 +4431,8 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
         }
         if (asked || had != (i >= n)) continue;
         *to = (cq_value)joint;
-        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == joint)) return 1;
+        if (cqi_code_bit(d, CQI_OTHER_JOINT + 4 * cqi_at_most(refused, 5) + cqi_at_most(same, 4) - 1, x == joint))
+            return 1;
         refused++;
     }
     x = (int32_t)cqi_code_raw(d, (uint32_t)x, d->shape.channel[k].bits);
@@ -4732,7 +4756,8 @@ static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cq
  * of its valence minus that of B are added, for all p with a q. For another goal than that they would give 0.03 bit. */
 static void cqi_score_rule(const int16_t *w, const cqi_choice *c, int q, int32_t *score)
 {
-    const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after = before + CQI_RULE_CLASSES + c->after[q];
+    const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after =
+                                                                         before + CQI_RULE_CLASSES + c->after[q];
     int p;
     for (p = 0; p < q; p++) score[p] += before[c->before[p]] + after[p];
 }
@@ -5104,7 +5129,8 @@ static void cqi_list_choices(cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
     cqi_seams *s = d->seams;
-    const cq_index to_p = r->spoke[s->p], to_q = r->spoke[s->q], from_p = d->mesh.twin[to_p], from_q = d->mesh.twin[to_q];
+    const cq_index to_p = r->spoke[s->p], to_q = r->spoke[s->q], from_p = d->mesh.twin[to_p],
+                   from_q = d->mesh.twin[to_q];
     const cq_index at_a = cqi_row_at(d, cq_next(from_q));
     const int at_p = cqi_seam_class(cqi_row_at(d, to_p), cqi_row_at(d, cq_next(from_p)));
     s->context = (3 * at_p + cqi_seam_class(at_a, cqi_row_at(d, to_q))) * 3 + cqi_rows_of_centre(d);
@@ -5171,7 +5197,8 @@ static void cqi_code_corners(cq_decoder *d)
     cqi_seams *s = d->seams;
     const int present[2] = { s->p != d->ring.boundary, s->q != d->ring.boundary };
     int k, all = cqi_may_be_usual(s, present);
-    if (all) all = cqi_code_with(d, &s->model[s->context][CQI_ALL_USUAL], CQI_ENCODING(d) && cqi_plan_usual(d, present));
+    if (all)
+        all = cqi_code_with(d, &s->model[s->context][CQI_ALL_USUAL], CQI_ENCODING(d) && cqi_plan_usual(d, present));
     for (k = 0; k < CQI_CORNERS; k++) {
         s->row[k] = CQ_NONE;
         if (!present[k / 3]) continue;
@@ -5210,7 +5237,8 @@ static void cqi_locate_rows(cq_decoder *d)
     int64_t sum_x = 0, sum_y = 0;
     int k, shift;
     for (k = 0; k < f->size && at; k++) {
-        const cq_value *const b = at + 3 * (size_t)d->mesh.num_vertices, *const v = at + 3 * (size_t)d->vertex[f->vertex[k]];
+        const cq_value *const b = at + 3 * (size_t)d->mesh.num_vertices, *const v =
+                                                                             at + 3 * (size_t)d->vertex[f->vertex[k]];
         f->at[k].x = v[f->axis[0]] - b[f->axis[0]];
         f->at[k].y = v[f->axis[1]] - b[f->axis[1]];
         f->at[k].z = 0;
@@ -5226,7 +5254,8 @@ static void cqi_locate_rows(cq_decoder *d)
     f->mean.y = (int32_t)(sum_y / f->size);
 }
 
-/* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is known. */
+/* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is
+ * known. */
 static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
 {
     const cqi_ring *r = &d->ring;
@@ -5257,8 +5286,8 @@ static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
  *
  * The positions of a split are known when its rows are read, and so are the faces that have a row: their normals, each
  * weighted by the sine of its angle, predict that of the row. An octahedral pair has a seam itself, the border of its
- * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared, which
- * takes the upper hemisphere out to the border instead. */
+ * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared,
+ * which takes the upper hemisphere out to the border instead. */
 
 /* The pair of a direction, from the middle of the square, which is `half` wide. */
 typedef struct cqi_pair_of_normal {
@@ -5278,7 +5307,8 @@ typedef struct cqi_direction {
     int64_t x, y, z;
 } cqi_direction;
 
-/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at most. */
+/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
+ * most. */
 static int64_t cqi_angle(int64_t x, int64_t y)
 {
     const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
@@ -5288,8 +5318,8 @@ static int64_t cqi_angle(int64_t x, int64_t y)
     return x < 0 ? 205887 - angle : angle;
 }
 
-/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits, and
- * are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
+/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits,
+ * and are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
 static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
 {
     cqi_vector u, v;
@@ -5319,7 +5349,8 @@ static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int co
     const cqi_ring *r = &d->ring;
     const cqi_seams *s = d->seams;
     const cq_value *const at = d->channel[d->located];
-    const cq_value *const a = at + 3 * (size_t)d->mesh.origin[r->spoke[0]], *const b = at + 3 * (size_t)d->mesh.num_vertices;
+    const cq_value *const a = at + 3 * (size_t)d->mesh.origin[r->spoke[0]], *const b =
+                                                                                at + 3 * (size_t)d->mesh.num_vertices;
     const cq_value *const p = at + 3 * (size_t)r->vertex[s->p], *const q = at + 3 * (size_t)r->vertex[s->q];
     cqi_direction n = { 0, 0, 0 };
     int k;
@@ -5368,7 +5399,8 @@ static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
 }
 
 /* How far the pairs around are from what is expected, on the mean. */
-static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n, int32_t half, int fold, cqi_pair_of_normal p)
+static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n,
+                                    int32_t half, int fold, cqi_pair_of_normal p)
 {
     uint32_t sum = 0;
     int k;
@@ -5379,9 +5411,10 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
     return sum / 2;
 }
 
-/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is expected
- * has been turned to where the pair is, but for rounding. */
-static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction, const cq_index *around, int n, int turned, cq_index wedge)
+/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is
+ * expected has been turned to where the pair is, but for rounding. */
+static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction,
+                                   const cq_index *around, int n, int turned, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
     const uint32_t stride = channel->components;
@@ -5390,7 +5423,8 @@ static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_
     cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
     const int set = turned ? CQI_ROW_TURN : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
     int fold, half_bits, odd = 0;
-    if (!cqi_pair_of(direction, half, &expected)) expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
+    if (!cqi_pair_of(direction, half, &expected))
+        expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
     fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
     if (fold) expected = cqi_folded(expected, half);
     p = expected;
@@ -5419,8 +5453,8 @@ static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -mos
 
 /* -- Tangents of rows --
  *
- * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is there
- * already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
+ * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is
+ * there already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
 
 /* As long as its pair says: x, y and z together have the size half. */
 static cqi_direction cqi_direction_of(cqi_pair_of_normal p, int32_t half)
@@ -5463,9 +5497,10 @@ static int32_t cqi_turn_of(cqi_direction a, cqi_direction t, cqi_direction side,
     return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
 }
 
-/* Turns what is expected. Vectors have 24 bits, products of two 49, a cross product divided by the normal's length 26, and
- * what comes out 54. 0: there is no normal, or nothing that says where to begin. */
-static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *expected, const cq_index *around, int n, cq_index wedge)
+/* Turns what is expected. Vectors have 24 bits, products of two 49, a cross product divided by the normal's length 26,
+ * and what comes out 54. 0: there is no normal, or nothing that says where to begin. */
+static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *expected, const cq_index *around,
+                         int n, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
     const int normals = cqi_normals_before(d, k);
@@ -5525,7 +5560,8 @@ static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, cq_index row,
 }
 
 /* A pair, by the normals of faces; or of a tangent, by those around. */
-static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, int corner, const cq_index *around, int n, cq_index wedge)
+static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, int corner, const cq_index *around, int n,
+                                  cq_index wedge)
 {
     cqi_direction expected = { 0, 0, 0 };
     int turned = 0;
@@ -5559,7 +5595,8 @@ static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq
 }
 
 /* One component of a row, given the row that it is expected to be near, and perhaps another one. */
-static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
+                         cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
     const cq_value *const values = d->channel[k] + c;
@@ -5578,7 +5615,8 @@ static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, 
     return 1;
 }
 
-static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far, cq_value *to)
+static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
+                              cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
     const cq_value *const values = d->channel[k] + c;
@@ -5593,12 +5631,12 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
-/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice the
- * largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too. *off
- * becomes the sum of how far the fit is from each neighbour, if there is one.
+/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice
+ * the largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ * *off becomes the sum of how far the fit is from each neighbour, if there is one.
  *
- * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them 37,
- * numerators 61, of which 50 are looked at: times an offset 58. */
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
+ * 37, numerators 61, of which 50 are looked at: times an offset 58. */
 static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
@@ -5697,14 +5735,16 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
     cq_value *to = d->channel[k] + (size_t)row * channel->components;
     uint32_t c;
     int ok = 1;
-    if (s->next && cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
+    if (s->next &&
+        cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
         return 1;
     if (cqi_has_pairs(d, k)) {
         const cqi_fan *f = &d->now.fan;
         return cqi_code_expected_pair(d, k, row, CQI_CORNERS, f->vertex, f->size, wedge);
     }
     for (c = 0; c < channel->components && ok; c++)
-        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c) : cqi_code_fitted(d, k, c, wedge, to + c);
+        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c)
+                                       : cqi_code_fitted(d, k, c, wedge, to + c);
     return ok;
 }
 
@@ -5775,7 +5815,8 @@ static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
     cqi_seams *s = d->seams;
     while (s->next < s->num_new) {
         const cqi_new_row *made = &s->made[s->next];
-        const cq_index row = (cq_index)(d->num_rows + (cq_index)s->next), wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+        const cq_index row = (cq_index)(d->num_rows + (cq_index)s->next),
+                       wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
         if (!s->channel && made->corner == CQI_CORNERS) cqi_list_fan_of_row(d, row, made->beside);
         if (cqi_next_channel(d, &s->channel)) {
             const uint32_t k = s->channel++;
@@ -5864,13 +5905,14 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Regular levels --------------------------------------------------------------------------------------------------
  *
- * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse edges.
+ * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse
+ * edges.
  *
  *     marks        for each coarse edge: does it get a vertex? New vertices have the order of the edges
- *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
+ *     expected for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
  *                  is not part of the mesh yet
  *     dissolves    for some edges without a vertex: is the edge flipped, when its faces have got theirs?
- *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
+ *     sweep coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
  *                  with its final position; then flips that turn what they made of the face into the triangles wanted,
  *                  and flips of dissolved edges that it shares with earlier faces
  *
@@ -5884,18 +5926,18 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *       a---------b      a---hub---b         a---hub----b         a---hub----b    in the middle, and another flip a fan
  *                                                                                 around m1 or m2
  *
- * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the smaller
- * halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the other
- * face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
- * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those
- * of that mesh. */
+ * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the
+ * smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the
+ * other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the
+ * coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those of that
+ * mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
- * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not marked,
- * its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there already.
- * That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 is
- * not above 2 k + 2. */
+ * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not
+ * marked, its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there
+ * already. That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k +
+ * 2i + 7) / 8 is not above 2 k + 2. */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
 {
@@ -5949,7 +5991,10 @@ static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
     return x;
 }
 
-static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b) { return cqi_minus(cqi_at(d, b), cqi_at(d, a)); }
+static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
+{
+    return cqi_minus(cqi_at(d, b), cqi_at(d, a));
+}
 
 static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
 {
@@ -5977,7 +6022,8 @@ static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high
     return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
 }
 
-/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which are. */
+/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which
+ * are. */
 static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -6035,8 +6081,9 @@ static cq_result cqi_step_marks(cq_decoder *d)
 
 /* -- Regular levels: the new vertices by their edges --
  *
- * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new vertices;
- * valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192 halfedges. */
+ * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new
+ * vertices; valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192
+ * halfedges. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6144,8 +6191,8 @@ static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vec
     return sum;
 }
 
-/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An odd
- * valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
+/* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An
+ * odd valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
 static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
 {
     const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
@@ -6173,8 +6220,8 @@ static int cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index a, cqi_vecto
     return 1;
 }
 
-/* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond the
- * other edges of the two faces; straight on from a and b is the four-point rule. */
+/* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
+ * the other edges of the two faces; straight on from a and b is the four-point rule. */
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -6193,18 +6240,20 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
         if (!inner[i]) continue;
         tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
         if (!cqi_is_real_face(m, next) || !cqi_is_real_face(m, prev)) continue;
-        wings = cqi_plus(wings, cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
+        wings = cqi_plus(wings,
+                         cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
         num_wings += 2;
     }
     cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
     feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
     feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
-    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is beyond b */
+    if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is
+                                                                            beyond b */
     feature[2] = num_ahead ? cqi_minus(ahead, cqi_scale(b, num_ahead == 2 ? 4 : 2)) : none;
 }
 
-/* Weighted sums of n features, in 1/256. The part along the edge of what the last n weights give is added: below 2^39, its
- * product with the inverse has 56 bits, and 53 with the edge in the end. */
+/* Weighted sums of n features, in 1/256. The part along the edge of what the last n weights give is added: below 2^39,
+ * its product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
     int64_t part = 0;
@@ -6241,17 +6290,18 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     b = cqi_tilted(&t, cqi_from(d, a, cq_target(&d->mesh, h)));
     x[0] = cqi_rounded(sum[0] + 128 * (int64_t)b.x);
     x[1] = cqi_rounded(sum[1] + 128 * (int64_t)b.y);
-    sum[2] += t.slope_x * (int64_t)(x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
+    sum[2] +=
+        t.slope_x * (int64_t)(x[0] - cqi_floor_shift(b.x, 1)) + t.slope_y * (int64_t)(x[1] - cqi_floor_shift(b.y, 1));
     x[2] = cqi_rounded(sum[2] + 128 * (int64_t)b.z);
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
 /* -- Regular levels: records --
  *
- * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill. In
- * it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite; the new
- * vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that begin and end
- * where this edge does. */
+ * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
+ * In it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite;
+ * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
+ * begin and end where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -6292,9 +6342,10 @@ static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_
     if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
 }
 
-/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only expected
- * have weights of their own. And the plane of its faces. */
-static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature, cqi_tilt *t)
+/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
+ * expected have weights of their own. And the plane of its faces. */
+static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature,
+                          cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index a = m->origin[h], b = cq_target(m, h), n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
@@ -6315,7 +6366,8 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index 
     feature[2] = cqi_scale(feature[2], 2);
     feature[5] = cqi_scale(feature[5], 2);
     feature[6] = cqi_scale(cqi_plus(feature[6], cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b))), 2);
-    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL), d->regular.axes);
+    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL),
+                 d->regular.axes);
 }
 
 /* -- Regular levels: weights -- */
@@ -6342,9 +6394,9 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 
 /* -- Regular levels: weights of an encoder --
  *
- * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left has
- * short codes. All in integers. Rows of at most CQI_ROWS vertices are kept: what the features are along the edge, across it
- * and above the surface, and what their sum should be.
+ * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left
+ * has short codes. All in integers. Rows of at most CQI_ROWS vertices are kept: what the features are along the edge,
+ * across it and above the surface, and what their sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8 };
@@ -6428,9 +6480,10 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in 1/8
- * bit. */
-static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+/* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
+ * 1/8 bit. */
+static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
+                                int passes)
 {
     cqi_equations fit;
     uint32_t k;
@@ -6468,7 +6521,8 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
         for (k = 0; k < n; k++) {
             x -= weight[k] * row[r].feature[0][k];
             y -= weight[k] * row[r].feature[1][k];
-            part += weight[2 * n + k] * cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
+            part += weight[2 * n + k] *
+                    cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
         }
         x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
         y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
@@ -6477,8 +6531,8 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
     return cost;
 }
 
-/* Fits all weights of n features to the rows, of `count` vertices in all. Those along the edge are others than those across
- * it only if that is worth n bytes. */
+/* Fits all weights of n features to the rows, of `count` vertices in all. Those along the edge are others than those
+ * across it only if that is worth n bytes. */
 static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
@@ -6536,7 +6590,8 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
 /* The k-th new vertex of `rows` that are taken, one from each of as many equal parts. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
-    const cq_index begin = (cq_index)((uint64_t)k * r->count / rows), end = (cq_index)((uint64_t)(k + 1) * r->count / rows);
+    const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
+                   end = (cq_index)((uint64_t)(k + 1) * r->count / rows);
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
@@ -6561,8 +6616,8 @@ static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_all(d->plan->row, rows, r->count, r->fixed, CQI_FIXED, passes);
 }
 
-/* Exchanges the places of new vertices in a record that will be final when v has its turn with those in `place`, or fills
- * that with the final ones first. There are 10 at most. */
+/* Exchanges the places of new vertices in a record that will be final when v has its turn with those in `place`, or
+ * fills that with the final ones first. There are 10 at most. */
 static void cqi_exchange(cq_decoder *d, cq_index v, cq_index record, cq_index n, cqi_vector *place, int back)
 {
     cq_index k;
@@ -6665,7 +6720,10 @@ static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
 static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
 {
     const int of_h = cqi_ones[cqi_marks_of(d, (cq_index)(h / 3))], of_g = cqi_ones[cqi_marks_of(d, (cq_index)(g / 3))];
-    if (of_h + of_g < 3) return of_h + of_g < 2 ? 0 : of_h != of_g ? 1 : 2 + (cqi_has_mark(d, cq_next(h)) != cqi_has_mark(d, cq_next(g)));
+    if (of_h + of_g < 3)
+        return of_h + of_g < 2 ? 0
+               : of_h != of_g  ? 1
+                               : 2 + (cqi_has_mark(d, cq_next(h)) != cqi_has_mark(d, cq_next(g)));
     return of_h + of_g + 1;
 }
 
@@ -6719,8 +6777,8 @@ static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
-/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running mean
- * once. */
+/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
+ * mean once. */
 static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, cq_index n)
 {
     const cq_mesh *m = &d->mesh;
@@ -6767,14 +6825,18 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
     cqi_find_fine(d, v, h, record, feature, &t);
     cqi_weigh(&t, feature, d->regular.fine, CQI_FINE, sum);
     for (c = 0; c < 3; c++) {
-        if (CQI_ENCODING(d)) value[c] = cqi_plan_value(d, (uint32_t)d->located, (uint32_t)t.axis[c], input) - to[t.axis[c]];
+        if (CQI_ENCODING(d))
+            value[c] = cqi_plan_value(d, (uint32_t)d->located, (uint32_t)t.axis[c], input) - to[t.axis[c]];
     }
     x[0] = cqi_code_offset(d, CQI_NEW_ALONG, expected, sum[0], value[0]);
     size[0] = (int32_t)cqi_abs(x[0] - cqi_rounded(sum[0]));
-    x[1] = cqi_code_offset(d, CQI_NEW_ALONG, (3 * expected + 4 * cqi_size_class((uint32_t)size[0] * 3)) / 4, sum[1], value[1]);
+    x[1] = cqi_code_offset(d, CQI_NEW_ALONG, (3 * expected + 4 * cqi_size_class((uint32_t)size[0] * 3)) / 4, sum[1],
+                           value[1]);
     size[1] = (int32_t)cqi_abs(x[1] - cqi_rounded(sum[1]));
     sum[2] += (int64_t)t.slope_x * x[0] + (int64_t)t.slope_y * x[1];
-    x[2] = cqi_code_offset(d, CQI_NEW_ABOVE, (3 * expected + 4 * cqi_size_class((uint32_t)(size[0] + size[1]) * 3 / 2)) / 4, sum[2], value[2]);
+    x[2] = cqi_code_offset(d, CQI_NEW_ABOVE,
+                           (3 * expected + 4 * cqi_size_class((uint32_t)(size[0] + size[1]) * 3 / 2)) / 4, sum[2],
+                           value[2]);
     size[2] = (int32_t)cqi_abs(x[2] - cqi_rounded(sum[2]));
     for (c = 0; c < 3; c++) {
         const int32_t p = to[t.axis[c]] + x[c];
@@ -6789,15 +6851,16 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
 
 /* -- Regular levels: insertions and flips -- */
 
-/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge of
- * its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of its ends.
+/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge
+ * of its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of
+ * its ends.
  *
- *          x                x           The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
+ *          x x The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
  *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
  *       a-----b          a--v--b        later of two insertions is taken back first.
  *
- * Flips keep away from a face before its turn, see there. So of a face, it is only asked while the vertices on its other
- * edges are all that is new in it: these are two steps at most. */
+ * Flips keep away from a face before its turn, see there. So of a face, it is only asked while the vertices on its
+ * other edges are all that is new in it: these are two steps at most. */
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -6808,8 +6871,8 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
     }
 }
 
-/* Inserts the next new vertex into its edge: a split of the edge's start. Not where two faces share all three edges: there
- * it would be joined to their third corner twice. */
+/* Inserts the next new vertex into its edge: a split of the edge's start. Not where two faces share all three edges:
+ * there it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -6847,10 +6910,10 @@ static int cqi_side_here(const cq_decoder *d, cq_index v)
     return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
-/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any of
- * the triangles that the face consists of has the hub as a corner, and at most one other new vertex. Counter-clockwise,
- * the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the new vertex of the side
- * after that, the start of the side. */
+/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any
+ * of the triangles that the face consists of has the hub as a corner, and at most one other new vertex.
+ * Counter-clockwise, the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the
+ * new vertex of the side after that, the start of the side. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -6890,7 +6953,8 @@ static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
 static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index right = cq_clockwise(m, hub), left = cq_counterclockwise(m, hub); /* to the next side, to the one before */
+    const cq_index right = cq_clockwise(m, hub), left = cq_counterclockwise(m, hub); /* to the next side, to the one
+                                                                                        before */
     uint32_t length[3] = { 0, 0, 0 };
     cq_result result;
     int fan = 0, central = 0;
@@ -6914,12 +6978,13 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 }
 
 /* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
- * beyond it; h is the halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h has not one mark.
+ * beyond it; h is the halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h has not one
+ * mark.
  *
  * Of the two triangles of such a face one is in the face's own slot, whose sides are the mark and the edge inside. The
- * other one is in a new slot. So if h is not in the own slot, that is beyond one of the other two sides of its triangle,
- * but not with its marked side: so the face of another mark does not count. And a face that does is as its mark has left
- * it: the side that it has noted is taken back, as it is asked for once, when that is dissolved. */
+ * other one is in a new slot. So if h is not in the own slot, that is beyond one of the other two sides of its
+ * triangle, but not with its marked side: so the face of another mark does not count. And a face that does is as its
+ * mark has left it: the side that it has noted is taken back, as it is asked for once, when that is dissolved. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     static const uint8_t only[8] = { 3, 0, 1, 3, 2, 3, 3, 3 }; /* the marked side, if there is one; or 3 */
@@ -6937,15 +7002,16 @@ static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
     return CQ_NONE;
 }
 
-/* Will the edge h inside of a face be flipped, when an edge of the face has been? Then it joins the vertex beyond that edge
- * and the one beyond h: only if the former is new. */
+/* Will the edge h inside of a face be flipped, when an edge of the face has been? Then it joins the vertex beyond that
+ * edge and the one beyond h: only if the former is new. */
 static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index g = m->twin[h];
     const cq_index spoke = m->origin[h] < d->regular.vertices ? g : h;
     if (beyond < d->regular.vertices) return 0;
-    return cqi_code_bit(d, CQI_SECOND_FLIP + cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], beyond),
+    return cqi_code_bit(d,
+                        CQI_SECOND_FLIP + cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], beyond),
                         CQI_ENCODING(d) && cqi_plan_second(d->plan, m, spoke));
 }
 
@@ -6967,8 +7033,8 @@ static cq_result cqi_step_dissolved(cq_decoder *d)
     return result;
 }
 
-/* The flips inside of a face that has got its new vertices. That of a dissolved edge is the next step: none of these moves
- * it. */
+/* The flips inside of a face that has got its new vertices. That of a dissolved edge is the next step: none of these
+ * moves it. */
 static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
 {
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
@@ -7152,7 +7218,8 @@ static int cqi_code_base_corner(cq_decoder *d)
     cqi_seams *s = d->seams;
     const cq_index h = s->corner, known = (cq_index)(s->num_rows - s->first);
     const cq_index before = h == m->out[s->vertex] ? CQ_NONE : cqi_row_at(d, cq_counterclockwise(m, h));
-    const cq_index others = (cq_index)(known - (before != CQ_NONE)), wedge = CQI_ENCODING(d) ? d->plan->index[cqi_plan_to_input(d->plan, h)] : 0;
+    const cq_index others = (cq_index)(known - (before != CQ_NONE)),
+                   wedge = CQI_ENCODING(d) ? d->plan->index[cqi_plan_to_input(d->plan, h)] : 0;
     const int rows = cqi_at_most((int)(known < 3 ? known : 3), 3) - 1;
     cq_index row = CQI_ENCODING(d) ? d->plan->row_decoded[wedge] : CQ_NONE;
     if (before != CQ_NONE && cqi_code_with(d, &s->model[0][CQI_BASE_SAME + rows], row == before)) {
@@ -7748,7 +7815,8 @@ static cq_result cqi_finish_stream(cq_decoder *d)
     d->error = 0;
     if (CQI_REPORTING(d)) {
         cq_report *r = d->report;
-        r->header = (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
+        r->header =
+            (uint64_t)r->bytes * 8 * 65536 - r->base - r->flags - r->indices - r->positions - r->channels - r->aside;
     }
     return CQ_DONE;
 }
@@ -7933,7 +8001,8 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     if (s->num_rows) {
         more = cqi_prepared_bytes(shape) + cqi_more_bytes(s) + CQ_FACE_BYTES(s->num_faces);
         more += CQ_FACE_BYTES(s->num_aside_faces);
-        more += (uint64_t)s->num_boundary_loops * cqi_all_components(s, CQI_OF_ROW) * sizeof(cq_value); /* if it has no seams */
+        more += (uint64_t)s->num_boundary_loops * cqi_all_components(s, CQI_OF_ROW) *
+                sizeof(cq_value); /* if it has no seams */
         s->num_vertices = s->num_rows;
     }
 #endif
@@ -7960,16 +8029,16 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 /* -- What a collapse loses: the goal balanced --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
- * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes of
- * the triangles around B, times their areas; and from the lines of boundary edges, times
- * their squared lengths. A crease has planes on both sides, and so resists by itself. A collapse that turns a triangle
- * over, or leaves it an eighth of its area as seen along its normal, loses anything.
+ * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes
+ * of the triangles around B, times their areas; and from the lines of boundary edges, times their squared lengths. A
+ * crease has planes on both sides, and so resists by itself. A collapse that turns a triangle over, or leaves it an
+ * eighth of its area as seen along its normal, loses anything.
  *
  * A level refuses collapses that lose more than a limit, and still takes the smallest valence of the others. At first
- * the limit is half of what half of the edges lose, or less. It grows from level to level about as the losses of a smooth
- * surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7 times.
- * What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits. It
- * also grows when a level is not worth its walk; in the end it falls.
+ * the limit is half of what half of the edges lose, or less. It grows from level to level about as the losses of a
+ * smooth surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7
+ * times. What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits.
+ * It also grows when a level is not worth its walk; in the end it falls.
  *
  * Losses are compared as numbers that grow with their logarithm, in 1/256 octave.
  *
@@ -8588,9 +8657,9 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 
 /* -- Encoder: wedges of an edge that is collapsed --
  *
- * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one of
- * A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only be
- * collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
+ * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one
+ * of A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only
+ * be collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
 static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
@@ -8647,7 +8716,8 @@ static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corne
     const cq_mesh *m = &p->mesh;
     const cq_index t = m->twin[h], at_a = cq_next(t), at_b = cq_next(h);
     const cq_index *c = corner;
-    const cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[at_b], from_q = m->twin[at_a], to_q = m->twin[cq_prev(t)];
+    const cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[at_b], from_q = m->twin[at_a],
+                   to_q = m->twin[cq_prev(t)];
     if (c[CQI_LEFT_A] != CQ_NONE) {
         if (c[CQI_LEFT_A] != cqi_wedge_at(p, to_p) && cqi_is_between(p, at_a, h, c[CQI_LEFT_A])) return 0;
         if (c[CQI_LEFT_B] != cqi_wedge_at(p, cq_next(from_p)) && cqi_is_between(p, at_b, t, c[CQI_LEFT_B])) return 0;
@@ -8740,7 +8810,8 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
     if (corner[CQI_LEFT_A] != CQ_NONE)
         cqi_set_face_rows(p->index + 3 * (size_t)c->face[0], corner[CQI_AT_P], corner[CQI_LEFT_A], corner[CQI_LEFT_B]);
     if (corner[CQI_RIGHT_A] != CQ_NONE)
-        cqi_set_face_rows(p->index + 3 * (size_t)c->face[1], corner[CQI_RIGHT_A], corner[CQI_AT_Q], corner[CQI_RIGHT_B]);
+        cqi_set_face_rows(p->index + 3 * (size_t)c->face[1], corner[CQI_RIGHT_A], corner[CQI_AT_Q],
+                          corner[CQI_RIGHT_B]);
     cqi_count_corners_of(p, corner, 1);
 }
 
@@ -8982,12 +9053,12 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
 
 /* -- Encoder: preparation --
  *
- * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs, and
- * the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All is
- * sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
+ * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs,
+ * and the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All
+ * is sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
  *
- * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in the
- * mesh. */
+ * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in
+ * the mesh. */
 
 #ifndef CQ_NO_WEDGES
 
@@ -9108,7 +9179,8 @@ static cq_index cqi_edge_key(const cqi_preparer *p, int by, cq_index h, int larg
 
 static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
 {
-    return cqi_edge_key(p, by, g, 0) == cqi_edge_key(p, by, h, 0) && cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
+    return cqi_edge_key(p, by, g, 0) == cqi_edge_key(p, by, h, 0) &&
+           cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
 }
 
 /* Number of different keys, at most. */
@@ -9138,7 +9210,8 @@ static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_
     for (k = 0; k < n; k++) to[p->count[cqi_edge_key(p, by, from[k], larger)]++] = from[k];
 }
 
-/* Lists halfedges in the order of their edges: all, or those that are open, or one of each edge. Returns their number. */
+/* Lists halfedges in the order of their edges: all, or those that are open, or one of each edge. Returns their
+ * number. */
 enum { CQI_ALL, CQI_OPEN, CQI_ONCE };
 static cq_index cqi_list_edges(const cqi_preparer *p, int by, int which)
 {
@@ -9240,7 +9313,8 @@ static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
 static void cqi_join_patches(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
 {
     cq_index *const parent = p->fan, of_g, of_h;
-    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g), b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
+    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g),
+                   b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
     const cq_index turned = (cq_index)(of_g ^ of_h ^ differ);
     if (a < b) parent[b] = (cq_index)(2 * a + turned);
     if (b < a) parent[a] = (cq_index)(2 * b + turned);
@@ -9256,7 +9330,8 @@ static int cqi_find_patches(cqi_preparer *p)
         for (begin = 0; begin < n; begin = end) {
             const cq_index g = p->list[begin], h = p->list[begin + 1 < n ? begin + 1 : begin];
             end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
-            if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ) continue;
+            if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ)
+                continue;
             cqi_join_patches(p, g, h, differ);
             any |= (int)differ;
         }
@@ -9273,7 +9348,8 @@ static void cqi_turn_faces(cqi_preparer *p)
     memset(balance, 0, p->num_faces * sizeof(cq_index));
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_patch(parent, f, &turned);
-        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do not */
+        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do
+                                                                       not */
     }
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_patch(parent, f, &turned);
@@ -9415,7 +9491,8 @@ static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, in
     const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
     const int loops = p->fan[g] == p->fan[cq_next(g)];
     cq_index k;
-    if (may_glue && n == 2 && !loops && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && p->fan[g] != p->fan[h] && g / 3 != h / 3) {
+    if (may_glue && n == 2 && !loops && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && p->fan[g] != p->fan[h] &&
+        g / 3 != h / 3) {
         cqi_glue(p, g, h);
         return;
     }
@@ -9500,8 +9577,8 @@ static void cqi_count_borders(cqi_preparer *p)
 
 /* -- Locks --
  *
- * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet, whose
- * faces are copies of each other, are none. */
+ * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet,
+ * whose faces are copies of each other, are none. */
 
 /* Joins the fans of faces that are copies of each other: of p->twin, sorted by places. */
 static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
@@ -9583,7 +9660,8 @@ static void cqi_sort_corners(cqi_preparer *p)
 static void cqi_number_wedges(cqi_preparer *p)
 {
     const cq_index n = (cq_index)(3 * p->num_faces);
-    cq_index *const row_of_fan = p->twin, *const row_of_wedge = p->twin + p->num_fans, k, before = CQ_NONE, fan = CQ_NONE;
+    cq_index *const row_of_fan = p->twin, *const row_of_wedge = p->twin + p->num_fans, k, before = CQ_NONE,
+                    fan = CQ_NONE;
     cqi_sort_corners(p);
     for (k = 0; k < n; k++) {
         const cq_index h = p->list[k], row = cqi_key(p, CQI_BY_VALUES, h);
@@ -9745,7 +9823,8 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
  *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
- *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite corners.
+ *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite
+ *   corners.
  *
  * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
  * triangulations these are left: one, with no odd vertex or with one (a mark); two, with two marks; four, with three:
@@ -9786,7 +9865,8 @@ typedef struct cqi_labels {
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
-    int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; unless they are
+    int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; unless they
+                                    are
                                     less than the other, and there are strips */
     int found;                   /* what they have found */
     cq_index *parent[2];         /* of each odd vertex */
@@ -9993,7 +10073,8 @@ static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size 
 static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
 
 /* Turns edge e back if it can be a second flip: it runs from a corner B to an odd vertex, and has on one side the odd
- * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or -1. */
+ * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or
+ * -1. */
 static int cqi_undo_second(cqi_polygon *p, int e)
 {
     int b = p->edge[e][0], odd, c;
@@ -10491,8 +10572,8 @@ static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
     return last;
 }
 
-/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE; since[w] is then its place in the list. If it has been
- * noted before: the odd vertex that is to become even. */
+/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE; since[w] is then its place in the list. If it
+ * has been noted before: the odd vertex that is to become even. */
 static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
 {
     if (l->mesh->mark[w] & CQI_SCRATCH) return odd == CQ_NONE ? l->waiting[l->since[w]] : odd;
@@ -10503,8 +10584,8 @@ static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index
     return CQ_NONE;
 }
 
-/* Puts an odd vertex behind those that are in conflict already, from the end of the queue on. What was noted is even, so both
- * fit. */
+/* Puts an odd vertex behind those that are in conflict already, from the end of the queue on. What was noted is even,
+ * so both fit. */
 static void cqi_list_conflict(cqi_labels *l, cq_index odd, cq_index *conflicts)
 {
     if (odd == CQ_NONE || l->label[odd] & CQI_CONFLICT) return;
@@ -10552,8 +10633,8 @@ static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
 }
 
 /* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
- * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and polygons
- * are not what faces say of them. */
+ * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and
+ * polygons are not what faces say of them. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10753,7 +10834,8 @@ static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
     return n;
 }
 
-/* Makes v odd, if there are parents for it. Another try can only end otherwise when a polygon with the corner v is new. */
+/* Makes v odd, if there are parents for it. Another try can only end otherwise when a polygon with the corner v is
+ * new. */
 static int cqi_fill(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -11025,7 +11107,8 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     cq_result result = CQ_OK;
     uint32_t k;
     for (k = 0; in->shape.num_materials > 1 && k < in->shape.num_faces; k++)
-        if (in->materials[k] >= in->shape.num_materials) return cqi_error(place, CQ_ERROR_VALUE, (cq_index)k, CQ_NONE, CQ_NONE);
+        if (in->materials[k] >= in->shape.num_materials)
+            return cqi_error(place, CQ_ERROR_VALUE, (cq_index)k, CQ_NONE, CQ_NONE);
     for (k = 0; k < in->shape.num_channels && result == CQ_OK; k++) result = cqi_check_channel(in, k, place);
     return result;
 }
@@ -11109,8 +11192,8 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
     return p->measured ? longest : n;
 }
 
-/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has the
- * component's size. */
+/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has
+ * the component's size. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -11176,8 +11259,8 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 
 /* -- How far a regular level is from the exact surface --
  *
- * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or what
- * it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
+ * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or
+ * what it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
 
 /* Tries the faces around a vertex until one is near enough. */
 static void cqi_try_around(const cqi_plan *p, cq_index centre, cq_index v, cqi_nearest *n)
@@ -11211,8 +11294,8 @@ static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
     if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
 }
 
-/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later levels come
- * first, so that those of earlier ones find it. */
+/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later
+ * levels come first, so that those of earlier ones find it. */
 static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 {
     cq_index k = p->num_notes;
@@ -11231,17 +11314,18 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return !p->row_of_vertex && !p->locked && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
-/* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes without
- * sharp edges and of so many vertices; conquest levels alone are then not tried. */
+/* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
+ * without sharp edges and of so many vertices; conquest levels alone are then not tried. */
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* And if the mesh before that level is not too far from the exact one: 3/2 of what the span of n vertices divided by the root of n
- * is, in 1/4096 of the span. */
+/* And if the mesh before that level is not too far from the exact one: 3/2 of what the span of n vertices divided by
+ * the root of n is, in 1/4096 of the span. */
 static int cqi_is_surely_regular(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
-    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 && error * error * live < (uint64_t)6144 * 6144;
+    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 &&
+           error * error * live < (uint64_t)6144 * 6144;
 }
 
 /* Takes regular levels while they are worth it; memory that is idle. */
@@ -11260,7 +11344,9 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
             l.least = 340;
             l.strips = 300;
         }
-        l.step = channel < 0 ? 0 : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
+        l.step = channel < 0
+                     ? 0
+                     : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
         n = cqi_find_labels(&l);
         if (n < live / 12 + 1 || n < 24) return;
         p->num_regular++;
@@ -11490,7 +11576,8 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     if (cqi_is_mesh_error(result) || (result == CQ_OK && in->shape.num_boundary_loops && cqi_has_places(&in->shape))) {
         const int is_manifold = result == CQ_OK;
         result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
-        if (result == CQ_DONE) result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+        if (result == CQ_DONE)
+            result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
         else if (place) place->face = place->vertex = place->other = CQ_NONE;
     }
 #else
@@ -11548,8 +11635,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     return result;
 }
 
-/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that the
- * mesh has half of the vertices, for those of a coarser mesh also take more. */
+/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that
+ * the mesh has half of the vertices, for those of a coarser mesh also take more. */
 static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
 {
     uint32_t live = num_vertices, j;
@@ -11558,35 +11645,39 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as far
- * passes, for most vertices are much nearer; more, as all bytes are fewer; less, if they are hardly fewer, once more for each 24th;
- * and a step. */
+/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as
+ * far passes, for most vertices are much nearer; more, as all bytes are fewer; less, if they are hardly fewer, once
+ * more for each 24th; and a step. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
     const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
     uint32_t level = other->num_levels, error;
     while (level > 1 && other->bytes_at[level - 1] <= p->bytes_at[k]) level--;
     error = cqi_error_of_code(other->level_error[level]);
-    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <= (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
+    return bytes * (uint64_t)cqi_error_of_code(p->level_error[k]) <=
+           (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
 }
 
 /* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
- * finest ones as long as they take not too much; and if the goal is balanced, only if they save a 50th, and as long as what is
- * before them is near enough. */
-static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without, const cq_input *in)
+ * finest ones as long as they take not too much; and if the goal is balanced, only if they save a 50th, and as long as
+ * what is before them is near enough. */
+static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without,
+                                   const cq_input *in)
 {
     const uint32_t num_vertices = in->shape.num_vertices;
     uint32_t k = 1;
     if (without < bytes + (in->goal == CQ_BALANCED && p->measured ? bytes / 50 : 0)) return 0;
     while (k <= p->num_regular &&
-           p->bytes_of[k] * (uint64_t)128 <= (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
+           p->bytes_of[k] * (uint64_t)128 <=
+               (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
            (in->goal != CQ_BALANCED || !p->measured || cqi_is_near(p, k, other, bytes, without)))
         k++;
     return k - 1;
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh before all
- * of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has twice as many. */
+/* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh
+ * before all of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has
+ * twice as many. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;
@@ -11599,14 +11690,16 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     most = (int64_t)((uint64_t)bytes * 128 / rest);
     for (k = 1; k < p->num_regular; k++) {
         live -= p->count_of[k];
-        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) > most - 10 * (cqi_logarithm(live) - cqi_logarithm(rest)))
+        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) >
+            most - 10 * (cqi_logarithm(live) - cqi_logarithm(rest)))
             break;
     }
     return k;
 }
 
-/* With regular levels if there are any; then without, to compare, unless that is not in question: into what is left of the
- * output, so that it only moves if it is chosen. If some of the levels do not pay, or there was no room, once more. */
+/* With regular levels if there are any; then without, to compare, unless that is not in question: into what is left of
+ * the output, so that it only moves if it is chosen. If some of the levels do not pay, or there was no room, once
+ * more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
@@ -11615,7 +11708,8 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     cq_input plain;
     size_t without = 0, room, k;
     uint32_t best;
-    cq_result result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    cq_result result =
+        cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
     cqi_write_all_maps(in, e);
 #ifdef CQ_TRAINING
@@ -11629,7 +11723,8 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     if (plan.surely_regular) {
         best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices);
     } else {
-        cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL, &e->report);
+        cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
+                        &e->report);
         best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);
     }
     if (best == plan.num_regular) return result;
@@ -11654,9 +11749,11 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
 #ifdef CQ_NO_WEDGES
     if (in->shape.metadata_bytes || in->shape.num_materials > 1) return CQ_ERROR_UNSUPPORTED;
 #endif
-    if (in->shape.num_materials > CQ_MAX_MATERIALS || (in->shape.num_materials > 1 && in->shape.num_faces && !in->materials))
+    if (in->shape.num_materials > CQ_MAX_MATERIALS ||
+        (in->shape.num_materials > 1 && in->shape.num_faces && !in->materials))
         return CQ_ERROR_ARGUMENT;
-    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata)) return CQ_ERROR_ARGUMENT;
+    if (in->shape.metadata_bytes > CQ_MAX_METADATA || (in->shape.metadata_bytes && !in->metadata))
+        return CQ_ERROR_ARGUMENT;
     if (place) place->face = place->vertex = place->other = CQ_NONE;
     result = cqi_check_values(in, place);
     if (result != CQ_OK) return result;
