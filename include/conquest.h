@@ -757,8 +757,7 @@ typedef struct cqi_model {
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
-                                                                same
-                                                                place, of the same joint; 16 times the running mean */
+                                                                same place, of the same joint; 16 times the running mean */
 } cqi_model;
 
 /* Running means of the residuals before, by channel and component; and of those where a component of the base
@@ -9866,8 +9865,7 @@ typedef struct cqi_labels {
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
     int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; unless they
-                                    are
-                                    less than the other, and there are strips */
+                                    are less than the other, and there are strips */
     int found;                   /* what they have found */
     cq_index *parent[2];         /* of each odd vertex */
     cq_index *since;             /* when an odd vertex got its label; of an even one, how many have it as a parent */
