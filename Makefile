@@ -1,6 +1,6 @@
 # conquest: a progressive mesh codec in one header. Everything that is built goes to build/.
 #
-# Here: programs, installation, packages that targets need, and the ways to run tests. What a test is and how it runs is
+# Here: programs, installation, packages that targets need, ways to run tests. What a test is and how it runs is
 # said in tests/tests.mk; CONTRIBUTING.md says how to run one and how to add one. Other targets are beside their sources.
 
 CFLAGS ?= -O2
