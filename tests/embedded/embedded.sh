@@ -57,11 +57,12 @@ make_stream() {
         } >>"$out/$name/stream.h"
 }
 
-# regular: has regular levels, and is not for decoders that were built without them. disc: of ref_data, 33
-# vertices; fits the 16 KiB of a micro:bit. grid: of ref_data, larger. random: 1000 vertices. torus: of ref_data, for
-# the display.
+# regular: has regular levels, and is not for decoders that were built without them. disc: of ref_data, 33 vertices; fits the
+# 16 KiB of a micro:bit. small: those of an AVR, which has constants there, too. grid: of ref_data, larger. random: 1000
+# vertices. torus: of ref_data, for the display.
 make_streams() {
     make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
+        build/meshgen disc 6 3 >"$out/small.off" && make_stream small "$out/small.off" --conquest-only &&
         build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off" --conquest-only &&
         make_stream torus ref_data/torus_12x8.off --conquest-only && "$cqm" decode "$out/torus.cqm" "$out/torus.off" &&
         make_stream regular ref_data/grid.off && "$cqm" info "$out/regular.cqm" | grep -q regular
@@ -329,7 +330,7 @@ test_compilers() {
         test_process big-endian-16 "$stream" qemu-s390x s390x-linux-gnu-gcc -O2 -static -DCQ_INDEX_BITS=16
         test_process host-16 "$stream" "" cc -O2 -DCQ_INDEX_BITS=16
     done
-    test_avr disc
+    test_avr small
     test_avr_sizes
 }
 
@@ -391,7 +392,7 @@ measure_all() {
     compilers >"$out/figures.tsv"
     check "streams" make_streams
     check "plugin" cc -O2 -shared -fPIC $here/count.c -o "$out/libcount.so"
-    for stream in disc grid random regular; do test_process host $stream "" cc -O2; done
+    for stream in disc small grid random regular; do test_process host $stream "" cc -O2; done
     test_device cortex-m3 grid random
     test_device cortex-m0 disc
     test_device rv32 grid random
