@@ -11241,7 +11241,8 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 static int cqi_is_surely_regular(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
-    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 && error * error * live < (uint64_t)6144 * 6144;
+    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 &&
+           error * error * live < (uint64_t)6144 * 6144;
 }
 
 /* Takes regular levels while they are worth it; memory that is idle. */
