@@ -57,9 +57,9 @@ make_stream() {
         } >>"$out/$name/stream.h"
 }
 
-# regular: has regular levels, and is not for decoders that were built without them. disc: of ref_data, 33 vertices; fits the
-# 16 KiB of a micro:bit. small: those of an AVR, which has constants there, too. grid: of ref_data, larger. random: 1000
-# vertices. torus: of ref_data, for the display.
+# regular: has regular levels, and is not for decoders that were built without them. disc: of ref_data, 33 vertices;
+# fits the 16 KiB of a micro:bit. small: those of an AVR, which has constants there, too. grid: of ref_data, larger.
+# random: 1000 vertices. torus: of ref_data, for the display.
 make_streams() {
     make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
         build/meshgen disc 6 3 >"$out/small.off" && make_stream small "$out/small.off" --conquest-only &&

@@ -32,7 +32,7 @@ def connect(scheduler: str | None, workers: int | None) -> Any:
     """A client of a scheduler somewhere, or of one with processes on this machine, as many as it has cores."""
     if scheduler is not None:
         return distributed.Client(scheduler)
-    dask.config.set({"distributed.scheduler.no-workers-timeout": "5 minutes"})     # all died while they started: an error
+    dask.config.set({"distributed.scheduler.no-workers-timeout": "5 minutes"})     # all died while they started
     return distributed.Client(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None)
 
 
