@@ -22,6 +22,9 @@ typedef struct web_channel {
     uint32_t moves;             /* do rows that move get other numbers? */
 } web_channel;
 
+/* Faces of a material that lie side by side. */
+typedef struct web_group { uint32_t first, count, material; } web_group;
+
 /* All that the page reads: uint32_t, pointers and floats of 4 bytes; conquest.js has the same order. */
 typedef struct web_state {
     int32_t result;
@@ -29,6 +32,9 @@ typedef struct web_state {
     uint32_t stream_bytes, num_channels, memory_bytes;
     uint32_t ready;             /* rows that the next update will find */
     uint32_t has_looked;
+    uint32_t num_slots;         /* of the index, with those of materials that are free */
+    uint32_t num_materials, num_groups;
+    web_group *group;           /* of each material, whether it has faces or not; then of what is aside */
     cq_index *index;
     uint8_t *face_blocks, *row_blocks;
     uint8_t *metadata;
@@ -130,8 +136,16 @@ static int has_own_index(const cq_shape *s)
     return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned);
 }
 
-static void carve(uint8_t *at, int own_index)
+static uint32_t num_groups(const cq_shape *s)
 {
+    return s->num_materials ? s->num_materials + s->num_aside_faces : 1;
+}
+
+static void carve(uint8_t *at, int own_index, uint32_t groups)
+{
+    state.group = (web_group *)(void *)at;
+    memset(at, 0, groups * sizeof *state.group);
+    at += groups * sizeof *state.group;
     for (uint32_t k = 0; k < state.num_channels; at += array_bytes(k), k++)
         state.channel[k].array = at;
     state.index = NULL;
@@ -153,12 +167,14 @@ EXPORT("begin") int32_t begin(uint32_t size)
     if (result != CQ_OK) return state.result = result;
     const size_t own = cq_decoder_bytes(shape);
     const int own_index = has_own_index(shape);
+    const uint32_t groups = num_groups(shape);
     state.stream_bytes = (uint32_t)stream;
     state.total_rows = mesh_rows(shape) + shape->num_aside_rows;
     state.total_faces = shape->num_faces + shape->num_aside_faces;
     state.num_channels = shape->num_channels;
+    state.num_materials = shape->num_materials;
     state.metadata_bytes = shape->metadata_bytes;
-    uint64_t bytes = (uint64_t)own + blocks_of(state.total_faces) + blocks_of(state.total_rows);
+    uint64_t bytes = (uint64_t)own + groups * (uint64_t)sizeof(web_group) + blocks_of(state.total_faces) + blocks_of(state.total_rows);
     if (own_index)
         bytes += (uint64_t)3 * sizeof(cq_index) * state.total_faces;
     for (uint32_t k = 0; k < shape->num_channels; k++) {
@@ -169,7 +185,7 @@ EXPORT("begin") int32_t begin(uint32_t size)
     uint8_t *at = own ? grow(bytes) : NULL;
     if (!at) return state.result = CQ_ERROR_MEMORY;
     cq_decoder_init(&decoder, at, own);         /* reads the header again: the shape is empty until then */
-    carve(at + own, own_index);
+    carve(at + own, own_index, groups);
     return state.result = CQ_OK;
 }
 
@@ -230,6 +246,15 @@ static void convert_rows(uint32_t k, uint32_t first, uint32_t end)
     }
 }
 
+/* A face aside, with its material: it goes to the last group, or begins one. */
+static void append_face(uint32_t face, uint32_t material)
+{
+    web_group *g = &state.group[state.num_groups - 1];
+    if (g->material != material || g->first + g->count != face)
+        *(g = &state.group[state.num_groups++]) = (web_group){ face, 0, material };
+    g->count++;
+}
+
 /* What is aside follows the mesh. */
 static void append_aside(uint32_t faces, uint32_t rows)
 {
@@ -240,6 +265,11 @@ static void append_aside(uint32_t faces, uint32_t rows)
         else if (aside->channel[k]) convert(k, aside->channel[k], rows, aside->num_rows);
     if (aside->num_faces)
         memcpy(state.index + 3 * (size_t)faces, aside->index, 3 * sizeof(cq_index) * aside->num_faces);
+    for (uint32_t f = 0; f < aside->num_faces; f++) {
+        append_face(faces + f, aside->material ? aside->material[f] : 0);
+        state.face_blocks[(faces + f) >> SHIFT] = 1;
+    }
+    state.num_slots += aside->num_faces;
     state.num_faces += aside->num_faces;
     state.num_rows += aside->num_rows;
 }
@@ -254,41 +284,55 @@ static void copy_triangles(uint32_t faces)
     }
 }
 
-static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_before, uint32_t rows, uint32_t faces)
+static void update_rows(uint32_t k, uint32_t before, uint32_t rows)
 {
-    if (state.channel[k].merge == CQ_PER_FACE) {
-        convert(k, decoder.channel[k] + faces_before, faces_before, faces - faces_before);
-        return;
-    }
-    convert_rows(k, rows_before, rows);
-    for (uint32_t b = 0; MAY_HAVE_ROWS && state.channel[k].moves && b << SHIFT < rows_before; b++)
-        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, least((b + 1) << SHIFT, rows_before));
+    convert_rows(k, before, rows);
+    for (uint32_t b = 0; MAY_HAVE_ROWS && state.channel[k].moves && b << SHIFT < before; b++)
+        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, least((b + 1) << SHIFT, before));
+}
+
+/* The faces of a material, and channels of those that are new. */
+static void update_group(uint32_t m)
+{
+    web_group *g = &state.group[m];
+    cq_index first, count;
+    cq_material(&decoder, m, &first, &count);
+    for (uint32_t k = 0, from = first + g->count; k < state.num_channels; k++)
+        if (state.channel[k].merge == CQ_PER_FACE)
+            convert(k, decoder.channel[k] + from, from, count - g->count);
+    *g = (web_group){ first, count, m };
+    state.num_faces += count;
+}
+
+static void update_groups(void)
+{
+    state.num_faces = 0;
+    state.num_groups = state.num_materials ? state.num_materials : 1;
+    for (uint32_t m = 0; m < state.num_groups; m++)
+        update_group(m);
 }
 
 /* Brings arrays and counts up to date, and marks the blocks of faces that have changed and of rows that have moved. */
 EXPORT("update") void update(void)
 {
-    const uint32_t rows = count_rows(), faces = decoder.mesh.num_faces;
+    const uint32_t rows = count_rows(), slots = decoder.mesh.num_faces;
     begin_marks();
     state.level = decoder.level;
     state.error = decoder.error;
     state.metadata = decoder.metadata;
     if (!rows && state.result != CQ_DONE) return;
     state.has_looked = 1;
-    if (state.num_faces > faces) return;                 /* what is aside is there already */
+    if (state.num_rows > rows || state.num_slots > slots) return;      /* what is aside is there already */
     cq_mesh_changes(&decoder.mesh, state.num_vertices, SHIFT, state.face_blocks);
     if (MAY_HAVE_ROWS)
         cq_moved_rows(&decoder, state.num_vertices, state.num_rows, SHIFT, state.row_blocks);
     for (uint32_t k = 0; k < state.num_channels; k++)
-        update_channel(k, state.num_rows, state.num_faces, rows, faces);
-    if (has_own_index(&decoder.shape)) copy_triangles(faces);
+        if (state.channel[k].merge != CQ_PER_FACE) update_rows(k, state.num_rows, rows);
+    update_groups();
+    if (has_own_index(&decoder.shape)) copy_triangles(slots);
     else state.index = decoder.index;
     state.num_vertices = decoder.mesh.num_vertices;
     state.num_rows = rows;
-    state.num_faces = faces;
-    if (MAY_HAVE_ROWS && state.result == CQ_DONE) {
-        append_aside(faces, rows);
-        for (uint32_t f = faces; f < state.num_faces; f++)
-            state.face_blocks[f >> SHIFT] = 1;
-    }
+    state.num_slots = slots;
+    if (MAY_HAVE_ROWS && state.result == CQ_DONE) append_aside(slots, rows);
 }

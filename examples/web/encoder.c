@@ -39,6 +39,12 @@ EXPORT("mesh") void set_mesh(uint32_t vertices, uint32_t faces, const cq_index *
     in.goal = (cq_goal)goal;
 }
 
+EXPORT("materials") void set_materials(uint32_t count, const cq_index *of_faces)
+{
+    in.shape.num_materials = count;
+    in.materials = of_faces;
+}
+
 EXPORT("metadata") void set_metadata(const uint8_t *bytes, uint32_t size)
 {
     in.metadata = bytes;
