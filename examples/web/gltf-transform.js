@@ -9,7 +9,8 @@ import { BufferUtils, Extension, GLB_BUFFER, PropertyType } from "@gltf-transfor
 
 export const NAME = "CONQUEST_mesh_progressive";
 const TRIANGLES = 4,
-    MAX_CHANNELS = 8,
+    MAX_CHANNELS = 16,
+    MAX_GROUPS = 1024,
     EXACT = 32;
 
 /** What an attribute of glTF is in a stream. Tangents are four numbers that belong to a corner, as colors are. */
@@ -30,7 +31,8 @@ const KINDS = /** @type {Record<string, string>} */ ({
 /** @typedef {import("@gltf-transform/core").Accessor} Accessor */
 /** @typedef {{ key: string, accessor: Accessor, name: string, bits: number | undefined }} Channel */
 
-/** Accessors of a primitive: attributes, then those of morph targets with the number of the target, "POSITION:0".
+/** Accessors of a primitive: attributes, then those of morph targets with the number of the target, "POSITION:0";
+ *  in one order.
  *  @param {Primitive} primitive @returns {[string, Accessor][]} */
 function listAccessors(primitive) {
     const all = primitive.listSemantics().map(key => [key, primitive.getAttribute(key)]);
@@ -39,7 +41,7 @@ function listAccessors(primitive) {
         .forEach((target, t) =>
             target.listSemantics().forEach(key => all.push([`${key}:${t}`, target.getAttribute(key)])),
         );
-    return /** @type {[string, Accessor][]} */ (all);
+    return /** @type {[string, Accessor][]} */ (all).sort(([a], [b]) => (a < b ? -1 : 1));
 }
 
 /** @param {Primitive} primitive @param {number} bits @returns {Channel[]} */
@@ -65,12 +67,29 @@ function isFit(primitive) {
     return (
         primitive.getMode() === TRIANGLES &&
         primitive.getAttribute("POSITION") !== null &&
-        accessors.length <= MAX_CHANNELS &&
+        accessors.length < MAX_CHANNELS && // one is for faces that are turned over
+        (primitive.getIndices() ?? accessors[0][1]).getCount() >= 3 &&
         accessors.every(
             ([key, a]) =>
                 a.getElementSize() <= 4 &&
                 (!KINDS[key] || a.getElementSize() === { NORMAL: 3, TANGENT: 4, POSITION: 3 }[key]),
         )
+    );
+}
+
+/** Primitives that share a stream: those of a mesh that have attributes of the same kinds.
+ *  @param {import("@gltf-transform/core").Mesh} mesh @returns {Primitive[][]} */
+function listStreams(mesh) {
+    const streams = /** @type {Map<string, Primitive[]>} */ (new Map());
+    for (const primitive of mesh.listPrimitives().filter(isFit)) {
+        const kinds = listAccessors(primitive).map(([key, a]) => [key, a.getType(), a.getComponentType(), a.getNormalized()]),
+            name = JSON.stringify(kinds);
+        streams.set(name, [...(streams.get(name) ?? []), primitive]);
+    }
+    return [...streams.values()].flatMap(all =>
+        Array.from({ length: Math.ceil(all.length / MAX_GROUPS) }, (_, k) =>
+            all.slice(k * MAX_GROUPS, (k + 1) * MAX_GROUPS),
+        ),
     );
 }
 
@@ -86,33 +105,35 @@ export function progressive({ bits = 14 } = {}) {
         );
         extension.bits = bits;
         const used = new Set();
-        const own = (/** @type {Accessor} */ accessor) => {
-            // a stream fills accessors of one primitive
-            const mine = used.has(accessor) ? accessor.clone() : accessor;
-            used.add(mine);
-            return mine;
-        };
-        for (const primitive of document
-            .getRoot()
-            .listMeshes()
-            .flatMap(mesh => mesh.listPrimitives())
-            .filter(isFit)) {
-            const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount(),
-                index = primitive.getIndices();
-            primitive.setIndices(
-                index
-                    ? own(index)
-                    : document
-                          .createAccessor()
-                          .setType("SCALAR")
-                          .setBuffer(document.getRoot().listBuffers()[0])
-                          .setArray(Uint32Array.from({ length: count }, (_, k) => k)),
-            );
-            for (const holder of [primitive, ...primitive.listTargets()])
-                for (const key of holder.listSemantics())
-                    holder.setAttribute(key, own(/** @type {Accessor} */ (holder.getAttribute(key))));
+        for (const primitives of document.getRoot().listMeshes().flatMap(listStreams)) {
+            const clones = new Map(), // a stream fills accessors of its own
+                indices = new Set();
+            const own = (/** @type {Accessor} */ accessor) => {
+                if (!clones.has(accessor)) clones.set(accessor, used.has(accessor) ? accessor.clone() : accessor);
+                return clones.get(accessor);
+            };
+            for (const primitive of primitives) {
+                const index = primitive.getIndices() ?? countUp(document, primitive);
+                primitive.setIndices(used.has(index) || indices.has(index) ? index.clone() : index);
+                indices.add(primitive.getIndices());
+                for (const holder of [primitive, ...primitive.listTargets()])
+                    for (const key of holder.listSemantics())
+                        holder.setAttribute(key, own(/** @type {Accessor} */ (holder.getAttribute(key))));
+            }
+            [...clones.values(), ...indices].forEach(accessor => used.add(accessor));
         }
     };
+}
+
+/** An index for a primitive that has none. @param {import("@gltf-transform/core").Document} document
+ *  @param {Primitive} primitive */
+function countUp(document, primitive) {
+    const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount();
+    return document
+        .createAccessor()
+        .setType("SCALAR")
+        .setBuffer(document.getRoot().listBuffers()[0])
+        .setArray(Uint32Array.from({ length: count }, (_, k) => k));
 }
 
 /** Numbers of an accessor's own type. @param {ArrayLike<number>} from @param {any} Type */
@@ -126,6 +147,50 @@ const ARRAYS = /** @type {Record<number, any>} */ ({
     5125: Uint32Array,
     5126: Float32Array,
 });
+
+/** The triangles of a group. @param {State} state @param {number} group */
+function takeGroup({ index, groups }, group) {
+    return Uint32Array.from(
+        groups.filter(g => g.material === group).flatMap(g => Array.from(index.subarray(g.start, g.start + g.count))),
+    );
+}
+
+/** @typedef {Omit<Channel, "accessor"> & { accessors: Accessor[], array: any }} Joined  Of all primitives. */
+
+/** Primitives as one mesh, each a material of it. Vertices that they share are there once.
+ *  @param {Primitive[]} primitives @param {number} bits */
+function joinPrimitives(primitives, bits) {
+    const lists = primitives.map(p => listChannels(p, bits)),
+        tables = /** @type {Channel[][]} */ ([]), // lists with different accessors
+        index = /** @type {number[]} */ ([]),
+        materials = /** @type {number[]} */ ([]);
+    const isSame = (/** @type {Channel[]} */ a, /** @type {Channel[]} */ b) => a.every((c, k) => c.accessor === b[k].accessor);
+    const count = (/** @type {Channel[]} */ list) => list[0].accessor.getCount();
+    primitives.forEach((primitive, k) => {
+        let table = tables.findIndex(t => isSame(t, lists[k]));
+        if (table < 0) table = tables.push(lists[k]) - 1;
+        const first = tables.slice(0, table).reduce((sum, t) => sum + count(t), 0);
+        for (const v of /** @type {any} */ (primitive.getIndices()).getArray()) index.push(first + v);
+        while (materials.length < index.length / 3) materials.push(k);
+    });
+    const channels = tables[0].map(({ accessor, ...rest }, k) => {
+        const arrays = tables.map(t => /** @type {any} */ (t[k].accessor.getArray())),
+            array = new arrays[0].constructor(arrays.reduce((sum, a) => sum + a.length, 0));
+        arrays.reduce((at, a) => (array.set(a, at), at + a.length), 0);
+        return { ...rest, array, accessors: tables.map(t => t[k].accessor) };
+    });
+    return { channels, index, materials };
+}
+
+/** What all of some accessors lie between. @param {Accessor[]} accessors */
+function findBounds(accessors) {
+    const low = accessors.map(a => a.getMin([])),
+        high = accessors.map(a => a.getMax([]));
+    return {
+        min: low[0].map((_, k) => Math.min(...low.map(x => x[k]))),
+        max: high[0].map((_, k) => Math.max(...high.map(x => x[k]))),
+    };
+}
 
 /** The extension: reads and writes streams. Needs the dependency `conquest`, which openCodec() gives. */
 export class ConquestMeshProgressive extends Extension {
@@ -147,30 +212,35 @@ export class ConquestMeshProgressive extends Extension {
 
     /** @param {import("@gltf-transform/core").ReaderContext} context */
     preread(context) {
-        const { json, resources } = context.jsonDoc;
+        const { json, resources } = context.jsonDoc,
+            states = /** @type {Map<number, State>} */ (new Map()),
+            accessors = /** @type {any[]} */ (json.accessors),
+            filled = new Set();
+        const decode = (/** @type {number} */ k) => {
+            const view = /** @type {any} */ (json.bufferViews)[k],
+                uri = /** @type {any} */ (json.buffers)[view.buffer].uri ?? GLB_BUFFER;
+            return /** @type {Codec} */ (this.#codec).decode(
+                BufferUtils.toView(resources[uri], view.byteOffset ?? 0, view.byteLength),
+            );
+        };
+        const fill = (/** @type {number} */ k, /** @type {ArrayLike<number>} */ array) => {
+            if (!filled.has(k))
+                context.accessors[k].setArray(convert(array, ARRAYS[accessors[k].componentType]).slice());
+            filled.add(k);
+        };
         for (const primitive of (json.meshes ?? []).flatMap(mesh => mesh.primitives)) {
             const found = /** @type {any} */ (primitive.extensions?.[NAME]);
             if (!found) continue;
-            const view = /** @type {any} */ (json.bufferViews)[found.bufferView],
-                buffer = /** @type {any} */ (json.buffers)[view.buffer];
-            const bytes = BufferUtils.toView(
-                resources[buffer.uri ?? GLB_BUFFER],
-                view.byteOffset ?? 0,
-                view.byteLength,
-            );
-            const state = /** @type {Codec} */ (this.#codec).decode(bytes),
+            if (!states.has(found.bufferView)) states.set(found.bufferView, decode(found.bufferView));
+            const state = /** @type {State} */ (states.get(found.bufferView)),
                 channels = Object.values(state.attributes);
-            const fill = (/** @type {number} */ accessor, /** @type {ArrayLike<number>} */ array) =>
-                context.accessors[accessor].setArray(
-                    convert(array, ARRAYS[/** @type {any} */ (json.accessors)[accessor].componentType]).slice(),
-                );
             for (const [key, channel] of Object.entries(found.attributes)) {
                 const [name, target] = key.split(":");
                 const of =
                     target === undefined ? primitive.attributes : /** @type {any} */ (primitive.targets)[target];
                 fill(of[name], channels[/** @type {number} */ (channel)].array);
             }
-            fill(/** @type {number} */ (primitive.indices), state.index);
+            fill(/** @type {number} */ (primitive.indices), takeGroup(state, found.group ?? 0));
         }
         return this;
     }
@@ -181,46 +251,48 @@ export class ConquestMeshProgressive extends Extension {
 
     /** @param {import("@gltf-transform/core").WriterContext} context */
     prewrite(context) {
-        const streams = (context.extensionData[NAME] = new Map());
-        const accessorDefs = /** @type {any[]} */ (context.jsonDoc.json.accessors);
-        const define = (/** @type {Accessor} */ accessor, /** @type {number} */ count) => {
-            const definition = context.createAccessorDef(accessor);
-            definition.count = count;
-            context.accessorIndexMap.set(accessor, accessorDefs.push(definition) - 1);
-            return definition;
-        };
-        for (const primitive of this.document
-            .getRoot()
-            .listMeshes()
-            .flatMap(mesh => mesh.listPrimitives())
-            .filter(isFit)) {
-            const channels = listChannels(primitive, this.bits),
-                index = /** @type {Accessor} */ (primitive.getIndices());
-            const { data, order, count } = this.#encode(channels, /** @type {any} */ (index.getArray()));
-            const definition = define(index, /** @type {any} */ (index.getArray()).length);
-            definition.componentType = count > 65535 ? 5125 : 5123;
-            channels.forEach(({ accessor }) => define(accessor, count));
-            const buffer = /** @type {any} */ (
-                channels[0].accessor.getBuffer() ?? this.document.getRoot().listBuffers()[0]
-            );
-            context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), data]);
-            streams.set(primitive, {
-                data,
-                attributes: Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)])),
-            });
-        }
+        context.extensionData[NAME] = new Map();
+        for (const primitives of this.document.getRoot().listMeshes().flatMap(listStreams))
+            this.#writeStream(context, primitives);
         return this;
     }
 
-    /** @param {Channel[]} channels @param {ArrayLike<number>} index */
-    #encode(channels, index) {
+    /** @param {import("@gltf-transform/core").WriterContext} context @param {Primitive[]} primitives */
+    #writeStream(context, primitives) {
+        const definitions = /** @type {any[]} */ (context.jsonDoc.json.accessors),
+            streams = /** @type {Map<Primitive, any>} */ (context.extensionData[NAME]);
+        const { channels, index, materials } = joinPrimitives(primitives, this.bits),
+            { data, order, count } = this.#encode(channels, index, primitives.length > 1 ? materials : undefined);
+        /** One accessor of the file for all of these. @param {Accessor[]} accessors @param {any} more */
+        const define = ([first, ...others], more) => {
+            const definition = { ...context.createAccessorDef(first), ...more },
+                at = definitions.push(definition) - 1;
+            if (others.length && definition.min) Object.assign(definition, findBounds([first, ...others]));
+            for (const accessor of [first, ...others]) context.accessorIndexMap.set(accessor, at);
+        };
+        for (const primitive of primitives) {
+            const indices = /** @type {Accessor} */ (primitive.getIndices());
+            define([indices], { count: indices.getCount(), componentType: count > 65535 ? 5125 : 5123 });
+        }
+        for (const { accessors } of channels) define(accessors, { count });
+        const buffer = /** @type {any} */ (
+            channels[0].accessors[0].getBuffer() ?? this.document.getRoot().listBuffers()[0]
+        );
+        context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), data]);
+        const attributes = Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)]));
+        primitives.forEach((primitive, group) =>
+            streams.set(primitive, { data, attributes, ...(group && { group }) }),
+        );
+    }
+
+    /** @param {Joined[]} channels @param {number[]} index @param {number[]} [materials] */
+    #encode(channels, index, materials) {
         const codec = /** @type {Codec} */ (this.#codec),
             bits = /** @type {Record<string, number>} */ ({});
-        const mesh = /** @type {any} */ ({ index });
+        const mesh = /** @type {any} */ ({ index, materials });
         for (const c of channels) {
-            const array = /** @type {any} */ (c.accessor.getArray());
             mesh[c.name] =
-                c.name.startsWith("joints") || array instanceof Float32Array ? array : Float32Array.from(array);
+                c.name.startsWith("joints") || c.array instanceof Float32Array ? c.array : Float32Array.from(c.array);
             if (c.bits) bits[c.name] = c.bits;
         }
         const { data } = codec.encode(mesh, { bits }),
@@ -236,11 +308,12 @@ export class ConquestMeshProgressive extends Extension {
             ];
             mesh.listPrimitives().forEach((primitive, k) => {
                 const stream = /** @type {Map<Primitive, any>} */ (context.extensionData[NAME]).get(primitive);
-                if (stream)
-                    (definition.primitives[k].extensions ??= {})[NAME] = {
-                        bufferView: context.otherBufferViewsIndexMap.get(stream.data),
-                        attributes: stream.attributes,
-                    };
+                if (!stream) return;
+                const { data, ...rest } = stream;
+                (definition.primitives[k].extensions ??= {})[NAME] = {
+                    bufferView: context.otherBufferViewsIndexMap.get(data),
+                    ...rest,
+                };
             });
         }
         return this;
