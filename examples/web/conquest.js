@@ -40,8 +40,8 @@ import decoderCode from "./decoder.wasm.js";
  * @property {Group[]} groups           which elements of `index` are to be drawn; without materials the first 3 * numFaces
  * @property {number} numMaterials      0: there are none
  * @property {Range[]} ranges           elements of `index` that are new since the last state
- * @property {Record<string, Attribute>} attributes  positions, normals, texcoords, colors, joints, weights, numbers,
- *                                      groups, facegroups, generic; a second one is called normals_1
+ * @property {Record<string, Attribute>} attributes  positions, normals, tangents, texcoords, colors, joints, weights,
+ *                                      numbers, groups, facegroups, generic; a second one is called normals_1
  * @property {number} level             levels begun
  * @property {number} error             no vertex of the whole mesh is further away, in the unit of the positions; NaN:
  *                                      not known
@@ -94,6 +94,7 @@ const KINDS = [
     { name: "positions", kind: 0, merge: 0, components: [3], bits: 12 },
     { name: "generic", kind: 1, merge: 0, components: [1, 2, 3, 4], bits: 12 },
     { name: "normals", kind: 2, merge: 0, components: [3], bits: 10 },
+    { name: "tangents", kind: 10, merge: 0, components: [4], bits: 12 },
     { name: "texcoords", kind: 3, merge: 0, components: [2], bits: 12 },
     { name: "colors", kind: 4, merge: 0, components: [3, 4], bits: 8, unit: true },
     { name: "joints", kind: 5, merge: COPY, components: [1, 2, 3, 4], bits: 0 },

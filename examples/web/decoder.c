@@ -99,9 +99,9 @@ static void describe(uint32_t k)
         w->origin[i] = float_of(c->origin[i]);
     w->is_integer = (uint32_t)is_integer(c);
     w->is_relative = (uint32_t)is_relative(c);
-    w->width = c->kind == CQ_NORMAL ? 3 : c->components;
+    w->width = c->kind == CQ_NORMAL ? 3 : c->kind == CQ_TANGENT ? 4 : c->components;
     w->moves = decoder.shape.num_rows && c->merge != CQ_PER_FACE
-        && c->kind != CQ_NORMAL && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR;
+        && c->kind != CQ_NORMAL && c->kind != CQ_TANGENT && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR;
     grid[k] = *c;
     if (w->is_relative)
         memset(grid[k].origin, 0, sizeof grid[k].origin);
@@ -222,6 +222,15 @@ EXPORT("decode") int32_t decode(uint32_t budget)
 /* No more input will come. */
 EXPORT("finish") int32_t finish(void) { return run(NULL, CQ_NO_LIMIT); }
 
+/* Pairs, and for tangents the sign of the bitangent: 1 is negative. */
+static void convert_pairs(const web_channel *w, const cq_value *from, uint32_t count, float *to)
+{
+    for (uint32_t i = 0; i < count; i++, from += w->components, to += w->width) {
+        cq_reconstruct_normals((int)w->bits, from, 1, to);
+        if (w->width == 4) to[3] = w->components == 3 && from[2] ? -1 : 1;
+    }
+}
+
 /* Values to what the array has. */
 static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t count)
 {
@@ -229,8 +238,8 @@ static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t c
     float *to = (float *)w->array + (size_t)first * w->width;
     if (w->is_integer)
         memcpy(to, from, sizeof(cq_value) * count * w->width);
-    else if (w->kind == CQ_NORMAL && w->components == 2)
-        cq_reconstruct_normals((int)w->bits, from, count, to);
+    else if (w->components < w->width)
+        convert_pairs(w, from, count, to);
     else
         cq_reconstruct(&grid[k], from, count, to);
 }

@@ -13,11 +13,11 @@ const TRIANGLES = 4,
     MAX_GROUPS = 1024,
     EXACT = 32;
 
-/** What an attribute of glTF is in a stream. Tangents are four numbers that belong to a corner, as colors are. */
+/** What an attribute of glTF is in a stream. */
 const KINDS = /** @type {Record<string, string>} */ ({
     POSITION: "positions",
     NORMAL: "normals",
-    TANGENT: "colors",
+    TANGENT: "tangents",
     TEXCOORD: "texcoords",
     COLOR: "colors",
     JOINTS: "joints",
@@ -44,6 +44,17 @@ function listAccessors(primitive) {
     return /** @type {[string, Accessor][]} */ (all).sort(([a], [b]) => (a < b ? -1 : 1));
 }
 
+/** Is there a normal or tangent without length, or one that is no number? @param {string} key
+ *  @param {Accessor} accessor */
+function hasNoDirection(key, accessor) {
+    const array = /** @type {any} */ (accessor.getArray()),
+        size = accessor.getElementSize();
+    if (key !== "NORMAL" && key !== "TANGENT") return false;
+    for (let i = 0; i < array.length; i += size)
+        if (!(Math.hypot(array[i], array[i + 1], array[i + 2]) > 0)) return true;
+    return false;
+}
+
 /** @param {Primitive} primitive @param {number} bits @returns {Channel[]} */
 function listChannels(primitive, bits) {
     const counts = /** @type {Record<string, number>} */ ({}),
@@ -51,7 +62,7 @@ function listChannels(primitive, bits) {
     return listAccessors(primitive).map(([key, accessor]) => {
         const kind = key.includes(":") ? "generic" : (KINDS[key.replace(/_\d+$/, "")] ?? "generic");
         const number = (counts[kind] = (counts[kind] ?? -1) + 1);
-        const isExact = bits === EXACT || key === "TANGENT" || !(accessor.getArray() instanceof Float32Array);
+        const isExact = bits === EXACT || !(accessor.getArray() instanceof Float32Array) || hasNoDirection(key, accessor);
         return {
             key,
             accessor,

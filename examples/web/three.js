@@ -30,6 +30,7 @@ import { decode, startWorker } from "./conquest.js";
 const NAMES = /** @type {Record<string, string>} */ ({
     positions: "position",
     normals: "normal",
+    tangents: "tangent",
     texcoords: "uv",
     colors: "color",
     joints: "skinIndex",

@@ -242,7 +242,7 @@ test("all attributes come to the GPU; a draw call for each material", async () =
             calls,
         };
     });
-    assert.deepEqual(got.names, ["color", "normal", "position", "skinIndex", "skinWeight", "uv"]);
+    assert.deepEqual(got.names, ["color", "normal", "position", "skinIndex", "skinWeight", "tangent", "uv"]);
     assert.equal(got.calls, 3);
     assert.deepEqual(
         got.groups.map(g => g.materialIndex),

@@ -177,5 +177,6 @@ if (process.env.GLTF) {
     for (const name of names)
         test(`there and back: ${name}`, async () => {
             await check(await io.read(join(folder, name)));
+            await goThereAndBack(await io.read(join(folder, name)), 14);
         });
 }

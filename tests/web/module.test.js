@@ -51,6 +51,7 @@ function compare(state, original, { map, faceMap }, tolerance) {
 const tolerances = {
     positions: 1e-4,
     normals: 5e-3,
+    tangents: 2e-3,
     texcoords: 2e-4,
     colors: 1e-6,
     joints: 0,
@@ -224,7 +225,7 @@ async function* slowly(data) {
 
 test("the small decoder hands over to the full one: never if a stream is short, when it is long, at a regular level", async () => {
     const regular = makeSphere(64, 32),
-        without = ({ materials, ...rest }) => rest,
+        without = ({ materials, tangents, joints, ...rest }) => rest,
         results = [];
     for (const [original, bits] of [
         [without(mesh), { positions: 14 }],
@@ -317,7 +318,7 @@ test("a loop that is left cancels the stream; so does a signal", async () => {
     const source = () =>
         new ReadableStream({
             pull(c) {
-                c.enqueue(data.slice(0, 600));
+                c.enqueue(data.slice(0, 2000));
             },
             cancel() {
                 cancelled++;
