@@ -184,6 +184,7 @@ EXPORT("begin") int32_t begin(uint32_t size)
     state.memory_bytes = bytes > UINT32_MAX ? UINT32_MAX : (uint32_t)bytes;
     uint8_t *at = own ? grow(bytes) : NULL;
     if (!at) return state.result = CQ_ERROR_MEMORY;
+    if (shape->num_materials) memset(at, 0, own);   /* slots that are free are no triangles, whoever draws them */
     cq_decoder_init(&decoder, at, own);         /* reads the header again: the shape is empty until then */
     carve(at + own, own_index, groups);
     return state.result = CQ_OK;
