@@ -10,8 +10,8 @@ COUNT_WORK = -DFUZZ_COUNTS_WORK -fsanitize-coverage=trace-pc
 SECONDS ?= 120
 
 .PHONY: fuzz
-fuzz: deps ## runs all fuzz targets for SECONDS=n in all, and reports executions and coverage of each
-	@$(call KEEP,CLANG=$(CLANG) fuzz/fuzz.sh $(SECONDS))
+fuzz: deps ## runs all fuzz targets, or TARGETS, for SECONDS=n in all, and reports executions and coverage of each
+	@$(call KEEP,CLANG=$(CLANG) fuzz/fuzz.sh $(SECONDS) $(TARGETS))
 
 .PHONY: fuzz-coverage
 fuzz-coverage: verify-deps ## what the inputs of each target reach in the header

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # fuzz.sh SECONDS: builds every target with libFuzzer, runs all of them for SECONDS in all, one after the other, and
-# prints executions and coverage of each. build/fuzz/executions.tsv keeps the executions of all runs; those of this
-# commit are added up. What the fuzzer keeps goes to build/fuzz/corpus/TARGET and is the start of the next run; what breaks a
+# prints executions and coverage of each. build/fuzz/executions.tsv keeps the executions of all runs; those of the header
+# as it is are added up, and the commits told. What the fuzzer keeps goes to build/fuzz/corpus/TARGET and is the start of the next run; what breaks a
 # promise goes to build/fuzz/findings, and its replay is printed. The last line is `N passed, N failed`: targets without
 # and with findings.
 #
@@ -57,13 +57,13 @@ run() {
     "build/fuzz/bin/$variant" -max_total_time="$seconds" -max_len=$most_bytes -timeout=20 -rss_limit_mb=2000 \
         -dict=fuzz/dictionary.txt \
         -artifact_prefix="build/fuzz/findings/$variant-" $(inputs "$name") >"$log" 2>&1 || status=$?
-    awk -v variant="$variant" -v status=$status -v commit="$commit" '
+    awk -v variant="$variant" -v status=$status -v commit="$commit" -v header="$header" '
         /^INFO: Loaded .* inline 8-bit counters/ { match($0, /\([0-9]+ inline/); blocks = substr($0, RSTART + 1) + 0 }
         / cov: [0-9]/ {
             for (i = 1; i < NF; i++) if ($i == "cov:") reached = $(i + 1); else if ($i == "ft:") features = $(i + 1)
         }
         /^#[0-9]+/ { executions = substr($1, 2) }
-        END { print variant "\t" executions "\t" commit >>"build/fuzz/executions.tsv"
+        END { print variant "\t" executions "\t" commit "\t" header >>"build/fuzz/executions.tsv"
               printf "%-14s %11d executions %7d of %5d blocks %8d features  %s\n", variant, executions, reached, blocks,
                      features, status == 0 ? "ok" : "FINDING, status " status }' "$log"
     if [ $status != 0 ]; then
@@ -133,6 +133,7 @@ shift
 targets=("$@")
 [ $# -gt 0 ] || targets=("${all[@]}")
 commit=$(git describe --always --dirty 2>/dev/null || echo unknown)
+header=$(git hash-object "$header_dir/conquest.h")
 passed=0 failed=0
 for variant in "${targets[@]}"; do
     if build "$variant" && run "$variant" $(((seconds + ${#targets[@]} - 1) / ${#targets[@]})); then
@@ -141,9 +142,9 @@ for variant in "${targets[@]}"; do
         failed=$((failed + 1))
     fi
 done
-echo "all runs of commit $commit:"
-awk -F '\t' -v commit="$commit" '$3 == commit { sum[$1] += $2; all += $2 }
-    END { for (v in sum) printf "%-14s %11d executions\n", v, sum[v]; printf "%-14s %11d executions\n", "all", all }' \
-    build/fuzz/executions.tsv
+echo "all runs of this header:"
+awk -F '\t' -v header="$header" '$4 == header { sum[$1] += $2; all += $2; commits[$3] = 1 }
+    END { for (v in sum) printf "%-14s %11d executions\n", v, sum[v]; printf "%-14s %11d executions\n", "all", all
+          printf "commits"; for (c in commits) printf " %s", c; print "" }' build/fuzz/executions.tsv
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]

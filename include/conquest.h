@@ -52,10 +52,10 @@
 #error "CQ_INDEX_BITS must be 16 or 32"
 #endif
 
-/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, which spares a
- * device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
-#if defined(CQ_NO_REGULAR) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
-#error "CQ_NO_REGULAR needs CQ_NO_ENCODER"
+/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, as their header
+ * tells at once, which spares a device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
+#if (defined(CQ_NO_REGULAR) || defined(CQ_NO_ATTRIBUTES)) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
+#error "CQ_NO_REGULAR and CQ_NO_ATTRIBUTES need CQ_NO_ENCODER"
 #endif
 
 /* Linkage of the functions: extern by default; `#define CQ_API static inline` keeps them private to one file. */
@@ -115,7 +115,8 @@
 /* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
  * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
  * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
- * cq_encode takes oriented manifolds only. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
+ * cq_encode takes oriented manifolds only. CQ_NO_ATTRIBUTES, with CQ_NO_ENCODER, leaves out all channels but one of positions
+ * that is not exact: the smallest decoder. CQ_ASSERT(condition) may be defined there too, as assert for example: it checks each
  * precondition below that no result reports, and never what a stream contains. */
 
 #include <stddef.h>
@@ -616,6 +617,12 @@ enum {
 /* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
 #define CQI_EXPECTED 12
 
+#ifdef CQ_NO_ATTRIBUTES
+#define CQI_HAS_ATTRIBUTES 0
+#else
+#define CQI_HAS_ATTRIBUTES 1
+#endif
+
 #ifdef CQ_NO_REGULAR
 #define CQI_HAS_REGULAR 0
 #else
@@ -742,6 +749,8 @@ typedef struct cqi_model {
     cq_bit_model yes[CQI_QUESTIONS];
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
+    int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the same
+                                                                place, of the same joint; 16 times the running mean */
 } cqi_model;
 
 /* Running means of the residuals before, by channel and component; and of those where a component of the base begins. */
@@ -2232,6 +2241,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
         cqi_read_channel(r, &s->channel[k]);
         if (r->result == CQ_OK && !cqi_channel_is_valid(&s->channel[k])) return CQ_ERROR_UNSUPPORTED;
     }
+    if (!CQI_HAS_ATTRIBUTES && s->num_channels && (s->num_channels > 1 || cqi_context_channel(s) < 0)) return CQ_ERROR_UNSUPPORTED;
     if (extended) result = cqi_read_extension(r, s);
     if (result != CQ_OK) return result;
     if (s->regular && !cqi_allows_regular(s)) return CQ_ERROR_UNSUPPORTED;
@@ -2882,6 +2892,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
     m->worth_rivals = m->worth_same = 16 * 64 * 4;
+    m->skin[0] = m->skin[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
         m->gain[k] = (int16_t)(cqi_prior_gain[k] * 16);
@@ -3359,7 +3370,10 @@ static cq_result cqi_finish_component(const cq_decoder *d)
 
 /* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
  * predictions the upper 24 bits take part. */
-static int cqi_is_exact(const cq_channel *c) { return CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS; }
+static int cqi_is_exact(const cq_channel *c)
+{
+    return CQI_HAS_ATTRIBUTES && CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS;
+}
 static int32_t cqi_number(const cq_channel *c, int32_t x) { return cqi_is_exact(c) && x < 0 ? x ^ 0x7fffffff : x; }
 
 static int32_t cqi_rough(const cq_channel *c, int32_t x)
@@ -4212,7 +4226,7 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 /* -- Other channels --
  *
  * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it stands
- * there; and the last one makes the sum of all what it is at A. */
+ * there, as long as that is nearer than what is in the same place; and the last one makes the sum of all what it is at A. */
 
 /* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before; or
  * -1. */
@@ -4276,7 +4290,7 @@ static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t 
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
-    const int joints = cqi_joints_of(&d->shape, k);
+    const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
     const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
     int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
     int n, beyond = 0;
@@ -4296,6 +4310,22 @@ static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t 
     feature[1] = -mean;
     feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
     return a + mean;
+}
+
+/* Which mean of the fan was nearer to this weight of B? Numbers have 25 bits, sums and running means 30. */
+static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int joints = cqi_joints_of(&d->shape, k);
+    int i;
+    for (i = 0; i < 2 && joints >= 0; i++) {
+        const cqi_fan *f = &d->now.fan;
+        int32_t sum = 0;
+        int n;
+        for (n = 0; n < f->size; n++)
+            sum += cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], i ? joints : -1));
+        d->model.skin[i] += (int32_t)cqi_abs(cqi_rough(channel, value) - sum / f->size) - d->model.skin[i] / 16;
+    }
 }
 
 /* One component of B by the linear prediction. */
@@ -4322,6 +4352,7 @@ static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     x = cqi_number(channel, cqi_sum(p, x));
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
+    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, x);
     return 1;
 }
 
@@ -4391,7 +4422,7 @@ static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index in
     const cq_channel *channel = &d->shape.channel[k];
     cq_value *to = d->channel[k] + (size_t)b * channel->components;
     uint32_t c;
-    if ((int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
+    if (!CQI_HAS_ATTRIBUTES || (int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
         const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
@@ -4410,7 +4441,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     if (d->materials && !cqi_code_new_materials(d, p, q)) return 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const int of = cqi_class(&d->shape, k);
-        if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
+        if (CQI_HAS_ATTRIBUTES && of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
         else if (of == CQI_OF_VERTEX && !cqi_code_channel(d, k, p, q, input, b)) return 0;
         cqi_charge_channel(d, k);
     }

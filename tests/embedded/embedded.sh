@@ -101,7 +101,7 @@ device() {
     if [ -n "$build" ]; then
         suffix=_16 imports="$imports __aeabi_u?ldivmod"
     else
-        suffix=_16_nr bare="$bare -DCQ_NO_REGULAR -DCQ_NO_WEDGES"
+        suffix=_16_nr bare="$bare -DCQ_NO_REGULAR -DCQ_NO_WEDGES -DCQ_NO_ATTRIBUTES"
     fi
 }
 
@@ -300,7 +300,7 @@ compile_avr() { # name source...
     name=$1
     shift
     mkdir -p "$out/avr" &&
-        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -DCQ_NO_WEDGES \
+        avr-gcc $flags -Wno-conversion -Wno-main -mmcu=atmega1284p -Os -DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR -DCQ_NO_WEDGES -DCQ_NO_ATTRIBUTES \
             -ffunction-sections -fdata-sections -Wl,--gc-sections -I"$out/$name" -I$example "$@" $example/avr.c -o "$out/avr/$name.elf"
 }
 

@@ -15,9 +15,9 @@ WIDTHS = [("32-bit", "32-bit indices"), ("16-bit", "16-bit indices")]
 CODE_DEVICES = DEVICES + [("avr", "AVR")]
 CODE_ROWS = [
     ("code-all", "code, bytes: all that streams may have"),
-    ("code", "code, bytes: without regular levels and seams"),
+    ("code", "code, bytes: positions alone, no regular levels, no seams"),
     ("tables-all", "constant tables, bytes: all that streams may have"),
-    ("tables", "constant tables, bytes: without regular levels and seams"),
+    ("tables", "constant tables, bytes: positions alone, no regular levels, no seams"),
 ]
 DEVICE_ROWS = [
     ("writable", "decoder, .data and .bss, bytes"),
@@ -54,6 +54,12 @@ def table(heading, columns, rows, figures, budgets):
     return lines
 
 
+def tables(figures, budgets):
+    lines = table("", WIDTHS, WIDTH_ROWS, figures, budgets) + [""]
+    lines += table("decoder", CODE_DEVICES, CODE_ROWS, figures, budgets) + [""]
+    return lines + table("without regular levels and seams", DEVICES, DEVICE_ROWS, figures, budgets)
+
+
 def bench_table(path):
     """A line for each mesh, a number for each of CODECS."""
     with open(path, encoding="utf-8", newline="") as file:
@@ -81,11 +87,8 @@ def replace(text, name, lines):
 
 def main():
     readme, figures, budgets = sys.argv[1], read(sys.argv[2]), read(sys.argv[3])
-    lines = table("", WIDTHS, WIDTH_ROWS, figures, budgets) + [""]
-    lines += table("decoder", CODE_DEVICES, CODE_ROWS, figures, budgets) + [""]
-    lines += table("without regular levels and seams", DEVICES, DEVICE_ROWS, figures, budgets)
     with open(readme, encoding="utf-8") as file:
-        text = replace(file.read(), "figures", lines)
+        text = replace(file.read(), "figures", tables(figures, budgets))
     if len(sys.argv) > 4:
         text = replace(text, "bench", bench_table(sys.argv[4]))
     with open(readme, "w", encoding="utf-8") as file:

@@ -1,6 +1,7 @@
 /* sizes.c - on a machine whose size_t and int have 16 bits: what does not fit is refused, 16 raw bits are coded.
  * SPDX-License-Identifier: MIT */
 #undef CQ_NO_REGULAR /* an encoder has them */
+#undef CQ_NO_ATTRIBUTES
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include "board.h"

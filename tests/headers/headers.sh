@@ -78,9 +78,11 @@ for reports in "" -DCQ_NO_REPORTS; do
     for quantiser in "" -DCQ_NO_QUANTISER; do
         for wedges in "" -DCQ_NO_WEDGES; do
             for regular in "" -DCQ_NO_REGULAR; do
-                # shellcheck disable=SC2086 # none if it is empty
-                check gcc -x c -std=c99 "${warnings[@]}" -I"$include" -DCQ_NO_ENCODER $reports $quantiser $wedges $regular \
-                    -fsyntax-only first
+                for attributes in "" -DCQ_NO_ATTRIBUTES; do
+                    # shellcheck disable=SC2086 # none if it is empty
+                    check gcc -x c -std=c99 "${warnings[@]}" -I"$include" -DCQ_NO_ENCODER $reports $quantiser $wedges \
+                        $regular $attributes -fsyntax-only first
+                done
             done
         done
     done

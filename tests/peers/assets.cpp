@@ -2,13 +2,15 @@
 //
 //     assets MESH_FILE...
 //
-// Both code positions of 14 bits, octahedral normals of 10, texture coordinates of 12 and colors of 8 bits, as far as the
-// file has them, on the same grids: we with the defaults of cq_input, libdraco at compression level 10 by EncodeMesh. Ours
-// must give all triangles back with all attributes, Draco the positions of its triangles (it drops degenerate ones). Prints
-// a line for each mesh, with tabs: name, rows that went in, faces, vertices and rows of the mesh, vertices of the base; our
-// bytes, Draco's, and of how many of ours something is drawn; then ours by part: header, connectivity of the base, its
-// positions, its other values, flags, indices and rows of splits, their positions, their other values, and what is aside. A
-// mesh that cannot be compared is named on standard error, with the reason.
+// Both code positions of 14 bits, octahedral normals of 10, texture coordinates of 12 and colors of 8 bits, as far
+// as the file has them, on the same grids: we with the defaults of cq_input, libdraco at compression level 10 by
+// EncodeMesh. Ours must give all triangles back with all attributes, Draco the positions of its triangles (it drops
+// degenerate ones).
+//
+// Prints a line for each mesh, with tabs: name, rows that went in, faces, vertices and rows of the mesh, vertices of
+// the base; our bytes, Draco's, and of how many of ours something is drawn; then ours by part: header, connectivity
+// of the base, its positions, its other values, flags, indices and rows of splits, their positions, their other
+// values, and what is aside. A mesh that cannot be compared is named on standard error, with the reason.
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 
@@ -158,8 +160,10 @@ std::vector<Triangle> triangles(const Asset &asset)
 {
     return triangles(asset.indices, [&](size_t v) {
         Corner c;
-        for (const Attribute &a : asset.attributes)
-            c.insert(c.end(), &a.values[a.channel.components * v], &a.values[a.channel.components * v] + a.channel.components);
+        for (const Attribute &a : asset.attributes) {
+            const cq_value *row = &a.values[a.channel.components * v];
+            c.insert(c.end(), row, row + a.channel.components);
+        }
         return c;
     });
 }
@@ -199,7 +203,8 @@ public:
     explicit Decoder(const Bytes &bytes) : in_{ bytes.data(), bytes.size() }
     {
         cq_shape shape;
-        if (cq_peek(bytes.data(), bytes.size(), &shape, nullptr, nullptr) != CQ_OK) throw std::runtime_error("no header");
+        if (cq_peek(bytes.data(), bytes.size(), &shape, nullptr, nullptr) != CQ_OK)
+            throw std::runtime_error("no header");
         memory_.resize(cq_decoder_bytes(&shape) / 8 + 1);
         cq_decoder_init(d.get(), memory_.data(), 8 * memory_.size());
         d->report = report.get();
@@ -272,10 +277,11 @@ Ours measure_ours(const Asset &asset)
     if (result != CQ_DONE) throw std::runtime_error(std::string("decoding: ") + cq_result_string(result));
     if (triangles(asset) != triangles(*decoder.d)) throw std::runtime_error("other triangles came back");
     const cq_report &all = *decoder.report;
-    Ours out{ all.shape.num_vertices, std::max(all.shape.num_rows, all.shape.num_vertices), all.base_vertices, bytes.size(),
-              drawn_from(bytes), {} };
+    const uint32_t rows = std::max(all.shape.num_rows, all.shape.num_vertices);
+    Ours out{ all.shape.num_vertices, rows, all.base_vertices, bytes.size(), drawn_from(bytes), {} };
     const uint64_t part[9] = { all.header, base.base, base.positions, base.channels, all.flags, all.indices,
-                               all.positions - base.positions, all.channels - base.channels, all.aside + all.base - base.base };
+                               all.positions - base.positions, all.channels - base.channels,
+                               all.aside + all.base - base.base };
     std::transform(part, part + 9, out.part, [](uint64_t cost) { return static_cast<double>(cost) / (8 * 65536); });
     return out;
 }
@@ -301,7 +307,8 @@ draco::GeometryAttribute::Type draco_type(uint8_t kind)
     }
 }
 
-template <class T> void add_attribute(draco::Mesh &mesh, const Attribute &from, const std::vector<T> &values, draco::DataType type)
+template <class T>
+void add_attribute(draco::Mesh &mesh, const Attribute &from, const std::vector<T> &values, draco::DataType type)
 {
     const auto count = static_cast<uint32_t>(mesh.num_points());
     const size_t n = values.size() / count;
@@ -318,7 +325,8 @@ std::unique_ptr<draco::Mesh> draco_mesh(const Asset &asset)
     auto mesh = std::make_unique<draco::Mesh>();
     mesh->set_num_points(static_cast<uint32_t>(asset.rows));
     for (const Attribute &a : asset.attributes) {
-        if (a.channel.kind == CQ_COLOR) add_attribute(*mesh, a, Bytes(a.values.begin(), a.values.end()), draco::DT_UINT8);
+        if (a.channel.kind == CQ_COLOR)
+            add_attribute(*mesh, a, Bytes(a.values.begin(), a.values.end()), draco::DT_UINT8);
         else add_attribute(*mesh, a, floats(a), draco::DT_FLOAT32);
     }
     mesh->SetNumFaces(asset.indices.size() / 3);
@@ -372,7 +380,8 @@ size_t measure_draco(const Asset &asset)
     if (!result.ok()) throw std::runtime_error("Draco does not decode what it encoded");
     Asset positions = asset;
     positions.attributes.resize(1);
-    if (without_degenerate(triangles(positions)) != without_degenerate(triangles(*result.value(), asset.attributes[0].channel)))
+    const std::vector<Triangle> back = triangles(*result.value(), asset.attributes[0].channel);
+    if (without_degenerate(triangles(positions)) != without_degenerate(back))
         throw std::runtime_error("other positions came back from Draco");
     return buffer.size();
 }

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Compares meshes with attributes: assets.sh SET=FOLDER..., of which OBJ files, or if it is a folder of assimp's all formats.
+# Compares meshes with attributes: assets.sh SET=FOLDER..., the OBJ files of these; of assimp's those of all formats.
 #
 #     build/peers/inputs         small files that inputs.py makes, compared too
 #     build/peers/assets.tsv     a line for each mesh, see assets.cpp

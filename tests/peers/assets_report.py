@@ -49,8 +49,8 @@ def report(assets):
     yield f"median {statistics.median(map(Asset.ratio, assets)):.3f}, " \
           f"pooled {sum(a.ours for a in assets) / sum(a.draco for a in assets):.3f}"
     yield f"vertices in the base, median: {100 * statistics.median(a.base / a.vertices for a in assets):.1f} %"
-    yield f"drawn with {EARLY} % of the bytes: {sum(map(Asset.is_drawn_early, large))} of {len(large)} meshes with more " \
-          f"than {MANY_VERTICES} vertices"
+    early = sum(map(Asset.is_drawn_early, large))
+    yield f"drawn with {EARLY} % of the bytes: {early} of {len(large)} meshes with more than {MANY_VERTICES} vertices"
     yield ""
     yield "| worst | vertices | rows | base | ratio | " + " | ".join(PARTS) + " |"
     yield "| --- " + "| ---: " * (4 + len(PARTS)) + "|"

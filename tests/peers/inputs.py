@@ -1,7 +1,8 @@
 """Writes small files as published ones are, with what makes trouble: inputs.py FOLDER
 
-Hard edges, seams of texture coordinates, creases, fans that share a vertex, edges of three and four faces, a Moebius strip,
-faces turned over, double-sided cards, faces that are no surface, two materials, a limb, flat facets without indices.
+Hard edges, seams of texture coordinates, creases, fans that share a vertex, edges of three and four faces, a Moebius
+strip, faces turned over, double-sided cards, faces that are no surface, two materials, a limb, flat facets without
+indices.
 SPDX-License-Identifier: MIT"""
 
 import math
@@ -34,7 +35,8 @@ class Obj:
         for k, face in enumerate(self.faces):
             if k in self.material:
                 yield f"usemtl {self.material[k]}"
-            yield "f " + " ".join("/".join("" if n is None else str(n + 1) for n in corner).rstrip("/") for corner in face)
+            words = ("/".join("" if n is None else str(n + 1) for n in corner).rstrip("/") for corner in face)
+            yield "f " + " ".join(words)
 
 
 def quad(a, b, c, d):
@@ -71,8 +73,11 @@ def cube_with_hard_edges():
             normal = [side * (k == axis) for k in range(3)]
             u = [int(k == (axis + 1) % 3) for k in range(3)]
             w = cross(normal, u)
-            out.faces += quad(*(out.vertex([n + x * a + y * b for n, a, b in zip(normal, u, w)], ((x + 1) / 2, (y + 1) / 2), normal)
-                                for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))))
+            corners = []
+            for x, y in (-1, -1), (1, -1), (1, 1), (-1, 1):
+                position = [n + x * a + y * b for n, a, b in zip(normal, u, w)]
+                corners.append(out.vertex(position, ((x + 1) / 2, (y + 1) / 2), normal))
+            out.faces += quad(*corners)
     return out
 
 
@@ -80,7 +85,7 @@ SECTORS, RINGS = 32, 20
 
 
 def sphere():
-    """Positions, and faces as lists of (sector, ring), which runs up to SECTORS at the seam; at a pole the sector is halved."""
+    """Positions, and faces as lists of (sector, ring). Sectors go up to SECTORS at the seam, and in halves at poles."""
     def place(i, j):
         a, b = 2 * pi * i / SECTORS, pi * j / RINGS
         x, y, z = sin(b) * cos(a), sin(b) * sin(a), cos(b)
@@ -185,7 +190,8 @@ def double_sided_cards():
         for side in (1, -1):
             positions, faces = grid(4, 6, lambda x, y: ((x - 0.5) * cos(a) + 0.05 * sin(3 * y) * sin(a),
                                                         (x - 0.5) * sin(a) - 0.05 * sin(3 * y) * cos(a), y))
-            corners = [out.vertex(p, (v % 5 / 4, v // 5 / 6), (side * sin(a), -side * cos(a), 0)) for v, p in enumerate(positions)]
+            normal = side * sin(a), -side * cos(a), 0
+            corners = [out.vertex(p, (v % 5 / 4, v // 5 / 6), normal) for v, p in enumerate(positions)]
             out.faces += [[corners[v] for v in face[::side]] for face in faces]
     return out
 

@@ -3,8 +3,8 @@
 //     peers MESH_FILE...
 //
 // Both code the same 12-bit whole numbers: we with the defaults of cq_input, libdraco at compression level 10. Both must
-// give all triangles back. Prints a line for each mesh, with tabs: name, vertices, faces; percentages of vertices of valence
-// 6, of edges that are flat (less than 1 degree between their faces), and sharp (over 30); then for each codec the bits
+// give all triangles back. Prints a line for each mesh, with tabs: name, vertices, faces; percentages of vertices of
+// valence 6, of edges that are flat (less than 1 degree between their faces), and sharp (over 30); then for each codec the bits
 // in all and those of positions. Draco's positions are what its file is longer than that of the mesh with all positions
 // 0. A mesh that cannot be compared is named on standard error, with the reason.
 #define CONQUEST_IMPLEMENTATION
@@ -43,8 +43,8 @@ Decoded decode_ours(const Bytes &bytes)
     cq_read_triangles(d.get(), 0, d->mesh.num_faces, out.indices.data());
     out.indices.insert(out.indices.end(), d->aside.index, d->aside.index + 3 * size_t{ d->aside.num_faces });
     out.positions.assign(d->channel[0], d->channel[0] + 3 * size_t{ d->mesh.num_vertices });
-    if (d->aside.num_rows)
-        out.positions.insert(out.positions.end(), d->aside.channel[0], d->aside.channel[0] + 3 * size_t{ d->aside.num_rows });
+    const cq_value *aside = d->aside.channel[0];
+    if (d->aside.num_rows) out.positions.insert(out.positions.end(), aside, aside + 3 * size_t{ d->aside.num_rows });
     return inspect(out);
 }
 

@@ -197,9 +197,7 @@ class Check:
         spec.loader.exec_module(readme)
         text = (ROOT / "README.md").read_text("utf-8")
         figures, budgets = (readme.read(ROOT / f"tests/embedded/{name}.tsv") for name in ("figures", "budgets"))
-        lines = readme.table("", readme.WIDTHS, readme.WIDTH_ROWS, figures, budgets) + [""]
-        lines += readme.table("", readme.DEVICES, readme.DEVICE_ROWS, figures, budgets)
-        same = readme.replace(text, "figures", lines) == text
+        same = readme.replace(text, "figures", readme.tables(figures, budgets)) == text
         self.result(same, "README.md", "table of figures, as make figures has it")
         results = ROOT / "build/bench/results.csv"
         if self.gate:

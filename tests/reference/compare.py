@@ -156,9 +156,9 @@ def parts(data):
     chi = (2 * (h.vertices + h.loops) - h.faces - h.edges) // 4
     counts = varint(h.vertices) + varint(h.loops) + (varint(h.edges) if h.loops else b"")
     first = 3 + len(counts) + len(varint(2 * chi if chi >= 0 else -2 * chi - 1))
-    extended, count = data[first] // 128, data[first] % 64
+    extended = data[first] // 128
     at = first + 1
-    for _ in range(count):
+    for _ in h.channels:
         at += 3 if data[at] & 64 else 7 + 4 * data[at + 1]
     for _ in range(5 * extended):
         while data[at] > 127:
@@ -270,6 +270,10 @@ def compare_edges_of_the_format():
             ("rows without vertices", b"CQ\0\0\0\0\x80\1\0\0\0\0", "corrupt"),
             ("one material", b"CQ\0\0\0\0\x80\0\0\0\0\1", "corrupt"),
             ("1025 materials", b"CQ\0\0\0\0\x80\0\0\0\0\x81\x08", "corrupt"),
+            ("regular levels of an empty mesh", frame(0, 0, 0, 0, b"\x40", b""), "done"),
+            ("regular levels with rows", b"CQ\0\4\0\2\xc0\5\0\0\0\0", "unsupported"),
+            ("regular levels with materials", b"CQ\0\4\0\2\xc0\0\0\0\0\2", "unsupported"),
+            ("regular levels with a number", b"CQ\0\4\0\2\x41\7\1\1\0\0\0\0\0\0\0\0", "unsupported"),
             ("version 1", b"CQ\1", "version"),
             ("other magic", b"CR", "format")):
         tally.require(f"{name}: is {tally.check(name, data).kind}", decoder.Decoder(data).kind == kind)

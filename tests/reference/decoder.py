@@ -1627,6 +1627,7 @@ class Decoder:
         self.questions, self.linear = Questions(), Linear()
         self.plain = [[0, 0, 0, 65536] if c.of_row else self.linear.along[5][:3] for c in self.header.channels]  # 15.5
         self.code, self.active = 0, 0
+        self.skin = [0, 0]     # 9.9
         self.regular = False
 
     # -- 6. Base values
@@ -1917,8 +1918,8 @@ class Decoder:
                 return self.value(channel, rest)
         joints = self.weight_joints(channel)
 
-        def near(v):
-            if not joints:
+        def near(v, aligned=self.skin[1] <= self.skin[0]):
+            if not joints or not aligned:
                 return values[v][c]
             here = values[v][joints.first:joints.first + joints.components]
             wanted = made[joints.first + c - channel.first]
@@ -1941,7 +1942,12 @@ class Decoder:
         residual = rows.residual(2, e, channel.most_bits) if rows else self.difference("PLAIN", e, channel.most_bits)
         for k, feature in enumerate(g):
             follow(weights, k, residual * feature)
-        return self.value(channel, prediction + residual)
+        result = self.value(channel, prediction + residual)
+        if joints:
+            for i in range(2):
+                off = abs(channel.rough(result) - quotient(sum(channel.rough(near(v, i == 1)) for v in fan.v), fan.size))
+                self.skin[i] += off - self.skin[i] // 16
+        return result
 
     def new_face_values(self, k, channel, ring, fan):  # 9.12
         """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""

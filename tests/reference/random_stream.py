@@ -100,7 +100,7 @@ class Header(decoder.Header):
 
     size, payload = 0, b""
     faces = edges = 1 << 20
-    rows = aside_rows = aside_faces = metadata = 0
+    rows = aside_rows = aside_faces = metadata = regular = 0
 
     def __init__(self, draw):
         self.loops = draw.choice((0, 0, 1, 1, 2, 3))
@@ -119,7 +119,8 @@ class Header(decoder.Header):
     def put_channel(self, channel, draw):
         self.add_channel(channel)
         has_grid = draw.random() < 0.7
-        self.raw_channels += bytes((channel.kind + 16 * channel.merge + 64 * (not has_grid), channel.components, channel.bits))
+        form = channel.kind + 16 * channel.merge + 64 * (not has_grid)
+        self.raw_channels += bytes((form, channel.components, channel.bits))
         self.raw_channels += draw.randbytes(has_grid * (4 + 4 * channel.components))
 
     def all_faces(self):  # known when the base is there

@@ -8,6 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator
 
+import dask  # type: ignore[import-untyped, import-not-found, unused-ignore]
 import distributed as untyped  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 from . import page, read
@@ -31,6 +32,7 @@ def connect(scheduler: str | None, workers: int | None) -> Any:
     """A client of a scheduler somewhere, or of one with processes on this machine, as many as it has cores."""
     if scheduler is not None:
         return distributed.Client(scheduler)
+    dask.config.set({"distributed.scheduler.no-workers-timeout": "5 minutes"})     # all died while they started: an error
     return distributed.Client(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None)
 
 
