@@ -16,6 +16,8 @@ import decoderCode from "./decoder.wasm.js";
  * | Iterable<Uint8Array> | string | URL} Source
  *  A stream, all of its bytes, or where it is. */
 
+/** @typedef {{ start: number, count: number, material: number }} Group  Elements of the index for one draw call. */
+
 /**
  * One attribute of a mesh.
  * @typedef {object} Attribute
@@ -35,12 +37,11 @@ import decoderCode from "./decoder.wasm.js";
  * @property {number} totalVertices     of the whole mesh
  * @property {number} totalFaces
  * @property {Uint32Array} index        three vertices for each face, with room for all faces
+ * @property {Group[]} groups           which elements of `index` are to be drawn; without materials the first 3 * numFaces
+ * @property {number} numMaterials      0: there are none
  * @property {Range[]} ranges           elements of `index` that are new since the last state
- * @property {Range[]} materials       elements of `index` that each material has by now: one draw call for each. Those of
- *                                      faces that are not there yet are zeros. [] without materials
- * @property {Uint32Array} asideMaterials  of a complete mesh: materials of the faces behind those of all ranges
- * @property {Record<string, Attribute>} attributes  positions, normals, texcoords, colors, joints, weights, numbers,
- *                                      groups, materials, generic; a second one is called normals_1
+ * @property {Record<string, Attribute>} attributes  positions, normals, tangents, texcoords, colors, joints, weights,
+ *                                      numbers, groups, facegroups, generic; a second one is called normals_1
  * @property {number} level             levels begun
  * @property {number} error             no vertex of the whole mesh is further away, in the unit of the positions; NaN:
  *                                      not known
@@ -73,8 +74,7 @@ const COPY = 1,
     EXACT_BITS = 32,
     MAX_BITS = 24,
     MAX_HEADER_BYTES = 512,
-    MAX_CHANNELS = 16,
-    MAX_MATERIALS = 1024;
+    MAX_CHANNELS = 16;
 const PAGE = 65536,
     OWN_PAGES = 3,
     INPUT_BYTES = 65536,
@@ -94,13 +94,14 @@ const KINDS = [
     { name: "positions", kind: 0, merge: 0, components: [3], bits: 12 },
     { name: "generic", kind: 1, merge: 0, components: [1, 2, 3, 4], bits: 12 },
     { name: "normals", kind: 2, merge: 0, components: [3], bits: 10 },
+    { name: "tangents", kind: 10, merge: 0, components: [4], bits: 12 },
     { name: "texcoords", kind: 3, merge: 0, components: [2], bits: 12 },
     { name: "colors", kind: 4, merge: 0, components: [3, 4], bits: 8, unit: true },
     { name: "joints", kind: 5, merge: COPY, components: [1, 2, 3, 4], bits: 0 },
     { name: "weights", kind: 6, merge: 0, components: [1, 2, 3, 4], bits: 12, unit: true },
     { name: "numbers", kind: 7, merge: COPY, components: [1], bits: 0 },
     { name: "groups", kind: 8, merge: COPY, components: [1], bits: 0 },
-    { name: "materials", kind: 8, merge: PER_FACE, components: [1], bits: 0 },
+    { name: "facegroups", kind: 8, merge: PER_FACE, components: [1], bits: 0 },
     { name: "turned", kind: 9, merge: PER_FACE, components: [], bits: 0 },
 ];
 
@@ -205,15 +206,15 @@ const [
     MEMORY,
     READY,
     ,
+    SLOTS,
+    MATERIALS,
+    GROUPS,
+    GROUP,
     INDEX,
     FACE_BLOCKS,
     ROW_BLOCKS,
     METADATA,
     METADATA_BYTES,
-    NUM_MATERIALS,
-    MATERIALS,
-    NUM_ASIDE,
-    ASIDE_MATERIAL,
     STATE_WORDS,
 ] = Array(24).keys();
 const [KIND, , BITS, MERGE, STEP, ORIGIN, , , , ARRAY, WIDTH, IS_INTEGER, IS_RELATIVE, MOVES, CHANNEL_WORDS] =
@@ -353,7 +354,7 @@ export class Decoder {
         this.#wasm.update();
         const [numVertices, numFaces] = [s[ROWS], s[FACES]];
         for (const [k, a] of this.#attributes.entries()) a.ranges = this.#news(a, this.#channel(k)[MOVES]);
-        const ranges = this.#blocks(s[FACE_BLOCKS], numFaces, 3);
+        const ranges = this.#blocks(s[FACE_BLOCKS], s[SLOTS], 3);
         [this.#rows, this.#faces] = [numVertices, numFaces];
         return {
             numVertices,
@@ -362,7 +363,8 @@ export class Decoder {
             totalFaces: s[TOTAL_FACES],
             index: new Uint32Array(this.#memory.buffer, s[INDEX], 3 * s[TOTAL_FACES]),
             ranges,
-            ...this.#materials(),
+            groups: this.#groups(),
+            numMaterials: s[MATERIALS],
             attributes: Object.fromEntries(
                 this.#attributes.filter(a => a.name !== "turned").map(({ name, ...a }) => [name, a]),
             ),
@@ -485,26 +487,19 @@ export class Decoder {
     /** What is new of an attribute: vertices or faces at the end, and those that have moved. @param {Attribute} a
      *  @param {number} moves @returns {Range[]} */
     #news({ itemSize, perFace }, moves) {
-        if (perFace && this.#words[NUM_MATERIALS])
-            return this.#blocks(this.#words[FACE_BLOCKS], this.#words[FACES], itemSize);
+        if (perFace && this.#words[MATERIALS]) return [{ start: 0, count: this.#words[SLOTS] * itemSize }];
         const [since, now] = perFace ? [this.#faces, this.#words[FACES]] : [this.#rows, this.#words[ROWS]];
         const moved = moves ? this.#blocks(this.#words[ROW_BLOCKS], since, itemSize) : [];
         return now > since ? [...moved, { start: since * itemSize, count: (now - since) * itemSize }] : moved;
     }
 
-    #materials() {
-        const s = this.#words,
-            words = new Uint32Array(this.#memory.buffer, s[MATERIALS], 2 * s[NUM_MATERIALS]);
-        const aside = this.complete && s[NUM_MATERIALS] ? s[NUM_ASIDE] : 0;
-        return {
-            materials: Array.from({ length: s[NUM_MATERIALS] }, (_, m) => ({
-                start: 3 * words[2 * m],
-                count: 3 * words[2 * m + 1],
-            })),
-            asideMaterials: aside
-                ? new Uint32Array(this.#memory.buffer, s[ASIDE_MATERIAL], aside).slice()
-                : new Uint32Array(0),
-        };
+    #groups() {
+        const words = new Uint32Array(this.#memory.buffer, this.#words[GROUP], 3 * this.#words[GROUPS]);
+        /** @type {Group[]} */
+        const groups = [];
+        for (let k = 0; k < words.length; k += 3)
+            if (words[k + 1]) groups.push({ start: 3 * words[k], count: 3 * words[k + 1], material: words[k + 2] });
+        return groups;
     }
 
     /** Runs of blocks that are marked. @param {number} at @param {number} end @param {number} itemSize */
@@ -825,9 +820,10 @@ function rebuild({ message, result, byte = 0 }) {
 
 /**
  * A mesh to encode: triangles over vertices, and attributes by name, as in a State. Floats are rounded to a grid, whole
- * numbers stay as they are. Colors and weights are floats of 0 .. 1, or bytes.
- * @typedef {{ index: ArrayLike<number>, positions?: ArrayLike<number> } & Record<string, ArrayLike<number> |
- * undefined>} Mesh
+ * numbers stay as they are. Colors and weights are floats of 0 .. 1, or bytes. Faces of one of the `materials`, whose
+ * numbers begin at 0, come back as a group.
+ * @typedef {{ index: ArrayLike<number>, positions?: ArrayLike<number>, materials?: ArrayLike<number> } & Record<string,
+ * ArrayLike<number> | undefined>} Mesh
  */
 
 /**
@@ -836,7 +832,6 @@ function rebuild({ message, result, byte = 0 }) {
  * @property {"balanced" | "least-connectivity"} [goal]
  * @property {(done: number, total: number) => void} [progress]
  * @property {Uint8Array} [metadata]  bytes that travel with the mesh
- * @property {ArrayLike<number>} [materials]  of each face, below 1024: its faces are then a range of the index
  */
 
 /** @typedef {{ data: Uint8Array, map: Uint32Array, faceMap: Uint32Array }} Encoded
@@ -894,8 +889,8 @@ function prepare(mesh, options) {
  * @param {EncodeOptions} options
  * @returns {Encoded}
  */
-function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata, materials }) {
-    const { index, ...attributes } = mesh;
+function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }) {
+    const { index, materials, ...attributes } = mesh;
     const names = Object.keys(attributes)
         .filter(name => attributes[name])
         .sort(byKind);
@@ -918,10 +913,8 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata, 
     };
     wasm.mesh(vertices, faces, copy(index, Uint32Array), goal === "balanced" ? 0 : 1);
     if (materials) {
-        const count = Array.from(materials).reduce((most, m) => Math.max(most, m + 1), 0);
-        if (materials.length !== faces || count > MAX_MATERIALS)
-            throw new RangeError(`materials: ${materials.length} numbers up to ${count - 1} for ${faces} faces`);
-        wasm.materials(count, copy(materials, Uint32Array));
+        if (materials.length !== faces) throw new RangeError(`materials: ${materials.length}, of ${faces} faces`);
+        wasm.materials(Array.from(materials).reduce((a, b) => Math.max(a, b), 0) + 1, copy(materials, Uint32Array));
     }
     if (metadata?.length) {
         const at = wasm.take(metadata.length);
@@ -937,7 +930,7 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata, 
                 copy,
                 name,
                 array,
-                array.length / (name.startsWith("materials") ? faces : vertices),
+                array.length / (findKind(name).merge === PER_FACE ? faces : vertices),
                 wanted,
             ),
             name,

@@ -22,6 +22,9 @@ typedef struct web_channel {
     uint32_t moves;             /* do rows that move get other numbers? */
 } web_channel;
 
+/* Faces of a material that lie side by side. */
+typedef struct web_group { uint32_t first, count, material; } web_group;
+
 /* All that the page reads: uint32_t, pointers and floats of 4 bytes; conquest.js has the same order. */
 typedef struct web_state {
     int32_t result;
@@ -29,14 +32,13 @@ typedef struct web_state {
     uint32_t stream_bytes, num_channels, memory_bytes;
     uint32_t ready;             /* rows that the next update will find */
     uint32_t has_looked;
+    uint32_t num_slots;         /* of the index, with those of materials that are free */
+    uint32_t num_materials, num_groups;
+    web_group *group;           /* of each material, whether it has faces or not; then of what is aside */
     cq_index *index;
     uint8_t *face_blocks, *row_blocks;
     uint8_t *metadata;
     uint32_t metadata_bytes;
-    uint32_t num_materials;
-    cq_index *materials;        /* of each: its first face, and how many are there */
-    uint32_t num_aside;         /* faces aside that are there, behind the others; */
-    cq_index *aside_material;   /* and their materials */
     web_channel channel[CQ_MAX_CHANNELS];
 } web_state;
 
@@ -97,9 +99,9 @@ static void describe(uint32_t k)
         w->origin[i] = float_of(c->origin[i]);
     w->is_integer = (uint32_t)is_integer(c);
     w->is_relative = (uint32_t)is_relative(c);
-    w->width = c->kind == CQ_NORMAL ? 3 : c->components;
+    w->width = c->kind == CQ_NORMAL ? 3 : c->kind == CQ_TANGENT ? 4 : c->components;
     w->moves = decoder.shape.num_rows && c->merge != CQ_PER_FACE
-        && c->kind != CQ_NORMAL && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR && c->kind != CQ_TANGENT;
+        && c->kind != CQ_NORMAL && c->kind != CQ_TANGENT && c->kind != CQ_TEXCOORD && c->kind != CQ_COLOR;
     grid[k] = *c;
     if (w->is_relative)
         memset(grid[k].origin, 0, sizeof grid[k].origin);
@@ -131,21 +133,26 @@ static uint8_t *grow(uint64_t bytes)
 static int has_own_index(const cq_shape *s)
 {
     const int is_turned = s->num_channels && s->channel[s->num_channels - 1].kind == CQ_TURNED;
-    return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned || s->num_materials);
+    return MAY_HAVE_ROWS && (s->num_aside_faces || is_turned);
 }
 
-static void carve(uint8_t *at, int own_index)
+static uint32_t num_groups(const cq_shape *s)
 {
+    return s->num_materials ? s->num_materials + s->num_aside_faces : 1;
+}
+
+static void carve(uint8_t *at, int own_index, uint32_t groups)
+{
+    state.group = (web_group *)(void *)at;
+    memset(at, 0, groups * sizeof *state.group);
+    at += groups * sizeof *state.group;
     for (uint32_t k = 0; k < state.num_channels; at += array_bytes(k), k++)
         state.channel[k].array = at;
     state.index = NULL;
     if (own_index) {
         state.index = (cq_index *)(void *)at;
-        memset(state.index, 0, 3 * sizeof(cq_index) * state.total_faces);
         at += 3 * sizeof(cq_index) * state.total_faces;
     }
-    state.materials = (cq_index *)(void *)at;
-    at += 2 * sizeof(cq_index) * state.num_materials;
     state.face_blocks = at;
     state.row_blocks = at + blocks_of(state.total_faces);
     state.has_looked = 1;                                /* there may be anything in them */
@@ -160,14 +167,14 @@ EXPORT("begin") int32_t begin(uint32_t size)
     if (result != CQ_OK) return state.result = result;
     const size_t own = cq_decoder_bytes(shape);
     const int own_index = has_own_index(shape);
+    const uint32_t groups = num_groups(shape);
     state.stream_bytes = (uint32_t)stream;
     state.total_rows = mesh_rows(shape) + shape->num_aside_rows;
     state.total_faces = shape->num_faces + shape->num_aside_faces;
     state.num_channels = shape->num_channels;
-    state.metadata_bytes = shape->metadata_bytes;
     state.num_materials = shape->num_materials;
-    uint64_t bytes = (uint64_t)own + blocks_of(state.total_faces) + blocks_of(state.total_rows);
-    bytes += (uint64_t)2 * sizeof(cq_index) * state.num_materials;
+    state.metadata_bytes = shape->metadata_bytes;
+    uint64_t bytes = (uint64_t)own + groups * (uint64_t)sizeof(web_group) + blocks_of(state.total_faces) + blocks_of(state.total_rows);
     if (own_index)
         bytes += (uint64_t)3 * sizeof(cq_index) * state.total_faces;
     for (uint32_t k = 0; k < shape->num_channels; k++) {
@@ -177,8 +184,9 @@ EXPORT("begin") int32_t begin(uint32_t size)
     state.memory_bytes = bytes > UINT32_MAX ? UINT32_MAX : (uint32_t)bytes;
     uint8_t *at = own ? grow(bytes) : NULL;
     if (!at) return state.result = CQ_ERROR_MEMORY;
+    if (shape->num_materials) memset(at, 0, own);   /* slots that are free are no triangles, whoever draws them */
     cq_decoder_init(&decoder, at, own);         /* reads the header again: the shape is empty until then */
-    carve(at + own, own_index);
+    carve(at + own, own_index, groups);
     return state.result = CQ_OK;
 }
 
@@ -215,6 +223,15 @@ EXPORT("decode") int32_t decode(uint32_t budget)
 /* No more input will come. */
 EXPORT("finish") int32_t finish(void) { return run(NULL, CQ_NO_LIMIT); }
 
+/* Pairs, and for tangents the sign of the bitangent: 1 is negative. */
+static void convert_pairs(const web_channel *w, const cq_value *from, uint32_t count, float *to)
+{
+    for (uint32_t i = 0; i < count; i++, from += w->components, to += w->width) {
+        cq_reconstruct_normals((int)w->bits, from, 1, to);
+        if (w->width == 4) to[3] = w->components == 3 && from[2] ? -1 : 1;
+    }
+}
+
 /* Values to what the array has. */
 static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t count)
 {
@@ -222,8 +239,8 @@ static void convert(uint32_t k, const cq_value *from, uint32_t first, uint32_t c
     float *to = (float *)w->array + (size_t)first * w->width;
     if (w->is_integer)
         memcpy(to, from, sizeof(cq_value) * count * w->width);
-    else if (w->kind == CQ_NORMAL && w->components == 2)
-        cq_reconstruct_normals((int)w->bits, from, count, to);
+    else if (w->components < w->width)
+        convert_pairs(w, from, count, to);
     else
         cq_reconstruct(&grid[k], from, count, to);
 }
@@ -239,6 +256,15 @@ static void convert_rows(uint32_t k, uint32_t first, uint32_t end)
     }
 }
 
+/* A face aside, with its material: it goes to the last group, or begins one. */
+static void append_face(uint32_t face, uint32_t material)
+{
+    web_group *g = &state.group[state.num_groups - 1];
+    if (g->material != material || g->first + g->count != face)
+        *(g = &state.group[state.num_groups++]) = (web_group){ face, 0, material };
+    g->count++;
+}
+
 /* What is aside follows the mesh. */
 static void append_aside(uint32_t faces, uint32_t rows)
 {
@@ -249,67 +275,74 @@ static void append_aside(uint32_t faces, uint32_t rows)
         else if (aside->channel[k]) convert(k, aside->channel[k], rows, aside->num_rows);
     if (aside->num_faces)
         memcpy(state.index + 3 * (size_t)faces, aside->index, 3 * sizeof(cq_index) * aside->num_faces);
-    state.num_aside = aside->num_faces;
-    state.aside_material = aside->material;
+    for (uint32_t f = 0; f < aside->num_faces; f++) {
+        append_face(faces + f, aside->material ? aside->material[f] : 0);
+        state.face_blocks[(faces + f) >> SHIFT] = 1;
+    }
+    state.num_slots += aside->num_faces;
     state.num_faces += aside->num_faces;
     state.num_rows += aside->num_rows;
 }
 
-/* Copies the triangles of the blocks that have changed. Of materials, those that are not there yet have no area. */
+/* Copies the triangles of the blocks that have changed. */
 static void copy_triangles(uint32_t faces)
 {
     for (uint32_t b = 0; b << SHIFT < faces; b++) {
         const uint32_t first = b << SHIFT, left = faces - first;
         if (state.face_blocks[b])
             cq_read_triangles(&decoder, first, least(left, 1u << SHIFT), state.index + 3 * (size_t)first);
-        for (uint32_t f = first; state.num_materials && f < first + least(left, 1u << SHIFT); f++)
-            if (state.index[3 * f] == CQ_NONE) memset(state.index + 3 * (size_t)f, 0, 3 * sizeof(cq_index));
     }
 }
 
-static void update_channel(uint32_t k, uint32_t rows_before, uint32_t faces_before, uint32_t rows, uint32_t faces)
+static void update_rows(uint32_t k, uint32_t before, uint32_t rows)
 {
-    if (state.channel[k].merge == CQ_PER_FACE && state.num_materials) {
-        for (uint32_t b = 0; b << SHIFT < faces; b++)
-            if (state.face_blocks[b])
-                convert(k, decoder.channel[k] + (b << SHIFT), b << SHIFT, least(faces - (b << SHIFT), 1u << SHIFT));
-        return;
-    }
-    if (state.channel[k].merge == CQ_PER_FACE) {
-        convert(k, decoder.channel[k] + faces_before, faces_before, faces - faces_before);
-        return;
-    }
-    convert_rows(k, rows_before, rows);
-    for (uint32_t b = 0; MAY_HAVE_ROWS && state.channel[k].moves && b << SHIFT < rows_before; b++)
-        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, least((b + 1) << SHIFT, rows_before));
+    convert_rows(k, before, rows);
+    for (uint32_t b = 0; MAY_HAVE_ROWS && state.channel[k].moves && b << SHIFT < before; b++)
+        if (state.row_blocks[b]) convert_rows(k, b << SHIFT, least((b + 1) << SHIFT, before));
+}
+
+/* The faces of a material, and channels of those that are new. */
+static void update_group(uint32_t m)
+{
+    web_group *g = &state.group[m];
+    cq_index first, count;
+    cq_material(&decoder, m, &first, &count);
+    for (uint32_t k = 0, from = first + g->count; k < state.num_channels; k++)
+        if (state.channel[k].merge == CQ_PER_FACE)
+            convert(k, decoder.channel[k] + from, from, count - g->count);
+    *g = (web_group){ first, count, m };
+    state.num_faces += count;
+}
+
+static void update_groups(void)
+{
+    state.num_faces = 0;
+    state.num_groups = state.num_materials ? state.num_materials : 1;
+    for (uint32_t m = 0; m < state.num_groups; m++)
+        update_group(m);
 }
 
 /* Brings arrays and counts up to date, and marks the blocks of faces that have changed and of rows that have moved. */
 EXPORT("update") void update(void)
 {
-    const uint32_t rows = count_rows(), faces = decoder.mesh.num_faces;
+    const uint32_t rows = count_rows(), slots = decoder.mesh.num_faces;
     begin_marks();
     state.level = decoder.level;
     state.error = decoder.error;
     state.metadata = decoder.metadata;
     if (!rows && state.result != CQ_DONE) return;
     state.has_looked = 1;
-    if (state.num_faces > faces) return;                 /* what is aside is there already */
+    if (state.num_rows > rows || state.num_slots > slots) return;      /* what is aside is there already */
     cq_mesh_changes(&decoder.mesh, state.num_vertices, SHIFT, state.face_blocks);
     if (MAY_HAVE_ROWS)
         cq_moved_rows(&decoder, state.num_vertices, state.num_rows, SHIFT, state.row_blocks);
     for (uint32_t k = 0; k < state.num_channels; k++)
-        update_channel(k, state.num_rows, state.num_faces, rows, faces);
-    if (has_own_index(&decoder.shape)) copy_triangles(faces);
+        if (state.channel[k].merge != CQ_PER_FACE) update_rows(k, state.num_rows, rows);
+    update_groups();
+    if (has_own_index(&decoder.shape)) copy_triangles(slots);
     else state.index = decoder.index;
-    for (uint32_t m = 0; m < state.num_materials; m++)
-        cq_material(&decoder, m, &state.materials[2 * m], &state.materials[2 * m + 1]);
     state.num_vertices = decoder.mesh.num_vertices;
     state.num_rows = rows;
-    state.num_faces = faces;
-    if (MAY_HAVE_ROWS && state.result == CQ_DONE) {
-        append_aside(faces, rows);
-        for (uint32_t f = faces; f < state.num_faces; f++)
-            state.face_blocks[f >> SHIFT] = 1;
-    }
+    state.num_slots = slots;
+    if (MAY_HAVE_ROWS && state.result == CQ_DONE) append_aside(slots, rows);
 }

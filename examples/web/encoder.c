@@ -39,17 +39,16 @@ EXPORT("mesh") void set_mesh(uint32_t vertices, uint32_t faces, const cq_index *
     in.goal = (cq_goal)goal;
 }
 
+EXPORT("materials") void set_materials(uint32_t count, const cq_index *of_faces)
+{
+    in.shape.num_materials = count;
+    in.materials = of_faces;
+}
+
 EXPORT("metadata") void set_metadata(const uint8_t *bytes, uint32_t size)
 {
     in.metadata = bytes;
     in.shape.metadata_bytes = size;
-}
-
-/* The material of each face: ranges of faces, one after the other. */
-EXPORT("materials") void set_materials(uint32_t count, const cq_index *of_face)
-{
-    in.shape.num_materials = count;
-    in.materials = of_face;
 }
 
 static cq_channel *next_channel(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge)
@@ -89,20 +88,32 @@ EXPORT("grid") void add_grid(uint32_t bits, float step, float x, float y, float 
     in.values[in.shape.num_channels++] = values;
 }
 
+/* Vectors of `width` numbers to pairs; of tangents, which have 4, also the sign of the bitangent. */
+static cq_result quantise_pairs(uint32_t bits, uint32_t width, const float *from, size_t count, cq_value *to)
+{
+    cq_result result = CQ_OK;
+    for (size_t i = 0; i < count && result == CQ_OK; i++, from += width, to += width - 1) {
+        result = cq_quantise_normals((int)bits, from, 1, to, &place);
+        if (width == 4) to[2] = from[3] < 0;
+        if (result != CQ_OK) place.vertex = (cq_index)i;
+    }
+    return result;
+}
+
 /* One more channel, of floats; with a step of 0 the grid is fitted to them. */
 EXPORT("floats") int32_t add_floats(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge, float step,
                                     const float *from)
 {
     const size_t count = merge == CQ_PER_FACE ? in.shape.num_faces : in.shape.num_vertices;
-    const int is_pair = kind == CQ_NORMAL && bits != CQ_EXACT_BITS;
-    cq_channel *c = next_channel(kind, is_pair ? 2 : components, bits, merge);
+    const int is_pair = (kind == CQ_NORMAL || kind == CQ_TANGENT) && bits != CQ_EXACT_BITS;
+    cq_channel *c = next_channel(kind, is_pair ? components - 1 : components, bits, merge);
     cq_value *to = (cq_value *)take((uint32_t)(count * components * sizeof *to));
     cq_result result = to ? CQ_OK : CQ_ERROR_MEMORY;
     c->step = bits_of(step);
     if (result == CQ_OK && bits != CQ_EXACT_BITS && !is_pair && step == 0)
         result = cq_fit_grid(c, from, count, &place);
     if (result == CQ_OK)
-        result = is_pair ? cq_quantise_normals((int)bits, from, count, to, &place)
+        result = is_pair ? quantise_pairs(bits, components, from, count, to)
                          : cq_quantise(c, from, count, to, &place);
     in.values[in.shape.num_channels++] = to;
     return result;

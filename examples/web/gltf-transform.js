@@ -10,14 +10,14 @@ import { BufferUtils, Extension, GLB_BUFFER, PropertyType } from "@gltf-transfor
 export const NAME = "CONQUEST_mesh_progressive";
 const TRIANGLES = 4,
     MAX_CHANNELS = 16,
-    MAX_MATERIALS = 1024,
+    MAX_GROUPS = 1024,
     EXACT = 32;
 
-/** What an attribute of glTF is in a stream. Tangents are four numbers that belong to a corner, as colors are. */
+/** What an attribute of glTF is in a stream. */
 const KINDS = /** @type {Record<string, string>} */ ({
     POSITION: "positions",
     NORMAL: "normals",
-    TANGENT: "colors",
+    TANGENT: "tangents",
     TEXCOORD: "texcoords",
     COLOR: "colors",
     JOINTS: "joints",
@@ -31,7 +31,8 @@ const KINDS = /** @type {Record<string, string>} */ ({
 /** @typedef {import("@gltf-transform/core").Accessor} Accessor */
 /** @typedef {{ key: string, accessor: Accessor, name: string, bits: number | undefined }} Channel */
 
-/** Accessors of a primitive: attributes, then those of morph targets with the number of the target, "POSITION:0".
+/** Accessors of a primitive: attributes, then those of morph targets with the number of the target, "POSITION:0";
+ *  in one order.
  *  @param {Primitive} primitive @returns {[string, Accessor][]} */
 function listAccessors(primitive) {
     const all = primitive.listSemantics().map(key => [key, primitive.getAttribute(key)]);
@@ -40,7 +41,18 @@ function listAccessors(primitive) {
         .forEach((target, t) =>
             target.listSemantics().forEach(key => all.push([`${key}:${t}`, target.getAttribute(key)])),
         );
-    return /** @type {[string, Accessor][]} */ (all);
+    return /** @type {[string, Accessor][]} */ (all).sort(([a], [b]) => (a < b ? -1 : 1));
+}
+
+/** Is there a normal or tangent without length, or one that is no number? @param {string} key
+ *  @param {Accessor} accessor */
+function hasNoDirection(key, accessor) {
+    const array = /** @type {any} */ (accessor.getArray()),
+        size = accessor.getElementSize();
+    if (key !== "NORMAL" && key !== "TANGENT") return false;
+    for (let i = 0; i < array.length; i += size)
+        if (!(Math.hypot(array[i], array[i + 1], array[i + 2]) > 0)) return true;
+    return false;
 }
 
 /** @param {Primitive} primitive @param {number} bits @returns {Channel[]} */
@@ -50,7 +62,7 @@ function listChannels(primitive, bits) {
     return listAccessors(primitive).map(([key, accessor]) => {
         const kind = key.includes(":") ? "generic" : (KINDS[key.replace(/_\d+$/, "")] ?? "generic");
         const number = (counts[kind] = (counts[kind] ?? -1) + 1);
-        const isExact = bits === EXACT || key === "TANGENT" || !(accessor.getArray() instanceof Float32Array);
+        const isExact = bits === EXACT || !(accessor.getArray() instanceof Float32Array) || hasNoDirection(key, accessor);
         return {
             key,
             accessor,
@@ -66,7 +78,8 @@ function isFit(primitive) {
     return (
         primitive.getMode() === TRIANGLES &&
         primitive.getAttribute("POSITION") !== null &&
-        accessors.length <= MAX_CHANNELS &&
+        accessors.length < MAX_CHANNELS && // one is for faces that are turned over
+        (primitive.getIndices() ?? accessors[0][1]).getCount() >= 3 &&
         accessors.every(
             ([key, a]) =>
                 a.getElementSize() <= 4 &&
@@ -75,63 +88,25 @@ function isFit(primitive) {
     );
 }
 
-/** Primitives that may share a stream have the same attributes, of the same types. @param {Primitive} primitive */
-const describeForm = primitive =>
-    listAccessors(primitive)
-        .map(([key, a]) => [key, a.getType(), a.getComponentType(), a.getNormalized()].join(" "))
-        .join();
-
-/** Of primitives of a mesh, groups that may share a stream. @param {Primitive[]} primitives */
-function group(primitives) {
-    const groups = /** @type {Map<string, Primitive[]>} */ (new Map());
-    for (const primitive of primitives) {
-        const form = describeForm(primitive),
-            open = groups.get(form) ?? [];
-        groups.set(open.length < MAX_MATERIALS ? form : `${form} ${groups.size}`, [...open, primitive]);
+/** Primitives that share a stream: those of a mesh that have attributes of the same kinds.
+ *  @param {import("@gltf-transform/core").Mesh} mesh @returns {Primitive[][]} */
+function listStreams(mesh) {
+    const streams = /** @type {Map<string, Primitive[]>} */ (new Map());
+    for (const primitive of mesh.listPrimitives().filter(isFit)) {
+        const kinds = listAccessors(primitive).map(([key, a]) => [key, a.getType(), a.getComponentType(), a.getNormalized()]),
+            name = JSON.stringify(kinds);
+        streams.set(name, [...(streams.get(name) ?? []), primitive]);
     }
-    return [...groups.values()];
-}
-
-/** Gives primitives common accessors, which have the vertices of all, one after the other; their indices differ.
- *  @param {Primitive[]} primitives */
-function join(primitives) {
-    const lists = primitives.map(listAccessors),
-        first = lists[0];
-    const joined = first.map(([, accessor], k) => {
-        const arrays = lists.map(list => /** @type {any} */ (list[k][1].getArray())),
-            all = new arrays[0].constructor(arrays.reduce((n, a) => n + a.length, 0));
-        arrays.reduce((at, a) => (all.set(a, at), at + a.length), 0);
-        return accessor.clone().setArray(all);
-    });
-    let before = 0;
-    for (const primitive of primitives) {
-        const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount(),
-            index = /** @type {Accessor} */ (primitive.getIndices());
-        index.setArray(Uint32Array.from(/** @type {any} */ (index.getArray()), v => v + before));
-        before += count;
-        let k = 0;
-        for (const key of primitive.listSemantics()) primitive.setAttribute(key, joined[k++]);
-        for (const target of primitive.listTargets())
-            for (const key of target.listSemantics()) target.setAttribute(key, joined[k++]);
-    }
-    for (const [, accessor] of lists.flat())
-        if (accessor.listParents().every(parent => parent.propertyType === PropertyType.ROOT)) accessor.dispose();
-}
-
-/** Of primitives of a mesh, groups that have all accessors in common. @param {Primitive[]} primitives */
-function groupShared(primitives) {
-    const groups = /** @type {Map<Accessor | null, Primitive[]>} */ (new Map());
-    for (const primitive of primitives) {
-        const position = primitive.getAttribute("POSITION");
-        groups.set(position, [...(groups.get(position) ?? []), primitive]);
-    }
-    return [...groups.values()];
+    return [...streams.values()].flatMap(all =>
+        Array.from({ length: Math.ceil(all.length / MAX_GROUPS) }, (_, k) =>
+            all.slice(k * MAX_GROUPS, (k + 1) * MAX_GROUPS),
+        ),
+    );
 }
 
 /**
- * A transform for document.transform(): triangles become progressive when the document is written. Primitives of a mesh
- * that have the same attributes become one stream, and a material of it each. Those that a stream cannot hold stay as they
- * are.
+ * A transform for document.transform(): triangles become progressive when the document is written. Primitives that a
+ * stream cannot hold stay as they are.
  * @param {{ bits?: number }} [options]  of positions; 32: all floats bit for bit
  */
 export function progressive({ bits = 14 } = {}) {
@@ -141,49 +116,35 @@ export function progressive({ bits = 14 } = {}) {
         );
         extension.bits = bits;
         const used = new Set();
-        const own = (/** @type {Accessor} */ accessor) => {
-            // a stream fills accessors of one primitive
-            const mine = used.has(accessor) ? accessor.clone() : accessor;
-            used.add(mine);
-            return mine;
-        };
-        for (const primitive of document
-            .getRoot()
-            .listMeshes()
-            .flatMap(mesh => mesh.listPrimitives())
-            .filter(isFit)) {
-            const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount(),
-                index = primitive.getIndices();
-            primitive.setIndices(
-                index
-                    ? own(index)
-                    : document
-                          .createAccessor()
-                          .setType("SCALAR")
-                          .setBuffer(document.getRoot().listBuffers()[0])
-                          .setArray(Uint32Array.from({ length: count }, (_, k) => k)),
-            );
-            for (const holder of [primitive, ...primitive.listTargets()])
-                for (const key of holder.listSemantics())
-                    holder.setAttribute(key, own(/** @type {Accessor} */ (holder.getAttribute(key))));
+        for (const primitives of document.getRoot().listMeshes().flatMap(listStreams)) {
+            const clones = new Map(), // a stream fills accessors of its own
+                indices = new Set();
+            const own = (/** @type {Accessor} */ accessor) => {
+                if (!clones.has(accessor)) clones.set(accessor, used.has(accessor) ? accessor.clone() : accessor);
+                return clones.get(accessor);
+            };
+            for (const primitive of primitives) {
+                const index = primitive.getIndices() ?? countUp(document, primitive);
+                primitive.setIndices(used.has(index) || indices.has(index) ? index.clone() : index);
+                indices.add(primitive.getIndices());
+                for (const holder of [primitive, ...primitive.listTargets()])
+                    for (const key of holder.listSemantics())
+                        holder.setAttribute(key, own(/** @type {Accessor} */ (holder.getAttribute(key))));
+            }
+            [...clones.values(), ...indices].forEach(accessor => used.add(accessor));
         }
-        for (const mesh of document.getRoot().listMeshes())
-            group(mesh.listPrimitives().filter(isFit))
-                .filter(all => all.length > 1)
-                .forEach(join);
     };
 }
 
-/** Indices of a material of a complete mesh, or of all. @param {State} state @param {number} [material] */
-function indexOf(state, material) {
-    if (material === undefined) return state.index;
-    const { start, count } = state.materials[material],
-        aside = state.index.length - 3 * state.asideMaterials.length;
-    const faces = Array.from(state.asideMaterials.keys()).filter(f => state.asideMaterials[f] === material);
-    return [
-        ...state.index.subarray(start, start + count),
-        ...faces.flatMap(f => Array.from(state.index.subarray(aside + 3 * f, aside + 3 * f + 3))),
-    ];
+/** An index for a primitive that has none. @param {import("@gltf-transform/core").Document} document
+ *  @param {Primitive} primitive */
+function countUp(document, primitive) {
+    const count = /** @type {Accessor} */ (primitive.getAttribute("POSITION")).getCount();
+    return document
+        .createAccessor()
+        .setType("SCALAR")
+        .setBuffer(document.getRoot().listBuffers()[0])
+        .setArray(Uint32Array.from({ length: count }, (_, k) => k));
 }
 
 /** Numbers of an accessor's own type. @param {ArrayLike<number>} from @param {any} Type */
@@ -197,6 +158,50 @@ const ARRAYS = /** @type {Record<number, any>} */ ({
     5125: Uint32Array,
     5126: Float32Array,
 });
+
+/** The triangles of a group. @param {State} state @param {number} group */
+function takeGroup({ index, groups }, group) {
+    return Uint32Array.from(
+        groups.filter(g => g.material === group).flatMap(g => Array.from(index.subarray(g.start, g.start + g.count))),
+    );
+}
+
+/** @typedef {Omit<Channel, "accessor"> & { accessors: Accessor[], array: any }} Joined  Of all primitives. */
+
+/** Primitives as one mesh, each a material of it. Vertices that they share are there once.
+ *  @param {Primitive[]} primitives @param {number} bits */
+function joinPrimitives(primitives, bits) {
+    const lists = primitives.map(p => listChannels(p, bits)),
+        tables = /** @type {Channel[][]} */ ([]), // lists with different accessors
+        index = /** @type {number[]} */ ([]),
+        materials = /** @type {number[]} */ ([]);
+    const isSame = (/** @type {Channel[]} */ a, /** @type {Channel[]} */ b) => a.every((c, k) => c.accessor === b[k].accessor);
+    const count = (/** @type {Channel[]} */ list) => list[0].accessor.getCount();
+    primitives.forEach((primitive, k) => {
+        let table = tables.findIndex(t => isSame(t, lists[k]));
+        if (table < 0) table = tables.push(lists[k]) - 1;
+        const first = tables.slice(0, table).reduce((sum, t) => sum + count(t), 0);
+        for (const v of /** @type {any} */ (primitive.getIndices()).getArray()) index.push(first + v);
+        while (materials.length < index.length / 3) materials.push(k);
+    });
+    const channels = tables[0].map(({ accessor, ...rest }, k) => {
+        const arrays = tables.map(t => /** @type {any} */ (t[k].accessor.getArray())),
+            array = new arrays[0].constructor(arrays.reduce((sum, a) => sum + a.length, 0));
+        arrays.reduce((at, a) => (array.set(a, at), at + a.length), 0);
+        return { ...rest, array, accessors: tables.map(t => t[k].accessor) };
+    });
+    return { channels, index, materials };
+}
+
+/** What all of some accessors lie between. @param {Accessor[]} accessors */
+function findBounds(accessors) {
+    const low = accessors.map(a => a.getMin([])),
+        high = accessors.map(a => a.getMax([]));
+    return {
+        min: low[0].map((_, k) => Math.min(...low.map(x => x[k]))),
+        max: high[0].map((_, k) => Math.max(...high.map(x => x[k]))),
+    };
+}
 
 /** The extension: reads and writes streams. Needs the dependency `conquest`, which openCodec() gives. */
 export class ConquestMeshProgressive extends Extension {
@@ -219,31 +224,34 @@ export class ConquestMeshProgressive extends Extension {
     /** @param {import("@gltf-transform/core").ReaderContext} context */
     preread(context) {
         const { json, resources } = context.jsonDoc,
-            states = /** @type {Map<number, State>} */ (new Map());
+            states = /** @type {Map<number, State>} */ (new Map()),
+            accessors = /** @type {any[]} */ (json.accessors),
+            filled = new Set();
+        const decode = (/** @type {number} */ k) => {
+            const view = /** @type {any} */ (json.bufferViews)[k],
+                uri = /** @type {any} */ (json.buffers)[view.buffer].uri ?? GLB_BUFFER;
+            return /** @type {Codec} */ (this.#codec).decode(
+                BufferUtils.toView(resources[uri], view.byteOffset ?? 0, view.byteLength),
+            );
+        };
+        const fill = (/** @type {number} */ k, /** @type {ArrayLike<number>} */ array) => {
+            if (!filled.has(k))
+                context.accessors[k].setArray(convert(array, ARRAYS[accessors[k].componentType]).slice());
+            filled.add(k);
+        };
         for (const primitive of (json.meshes ?? []).flatMap(mesh => mesh.primitives)) {
             const found = /** @type {any} */ (primitive.extensions?.[NAME]);
             if (!found) continue;
-            const view = /** @type {any} */ (json.bufferViews)[found.bufferView],
-                buffer = /** @type {any} */ (json.buffers)[view.buffer];
-            const bytes = BufferUtils.toView(
-                resources[buffer.uri ?? GLB_BUFFER],
-                view.byteOffset ?? 0,
-                view.byteLength,
-            );
-            const state = states.get(found.bufferView) ?? /** @type {Codec} */ (this.#codec).decode(bytes),
+            if (!states.has(found.bufferView)) states.set(found.bufferView, decode(found.bufferView));
+            const state = /** @type {State} */ (states.get(found.bufferView)),
                 channels = Object.values(state.attributes);
-            states.set(found.bufferView, state);
-            const fill = (/** @type {number} */ accessor, /** @type {ArrayLike<number>} */ array) =>
-                context.accessors[accessor].setArray(
-                    convert(array, ARRAYS[/** @type {any} */ (json.accessors)[accessor].componentType]).slice(),
-                );
             for (const [key, channel] of Object.entries(found.attributes)) {
                 const [name, target] = key.split(":");
                 const of =
                     target === undefined ? primitive.attributes : /** @type {any} */ (primitive.targets)[target];
                 fill(of[name], channels[/** @type {number} */ (channel)].array);
             }
-            fill(/** @type {number} */ (primitive.indices), indexOf(state, found.material));
+            fill(/** @type {number} */ (primitive.indices), takeGroup(state, found.group ?? 0));
         }
         return this;
     }
@@ -254,60 +262,51 @@ export class ConquestMeshProgressive extends Extension {
 
     /** @param {import("@gltf-transform/core").WriterContext} context */
     prewrite(context) {
-        const streams = (context.extensionData[NAME] = new Map());
-        const accessorDefs = /** @type {any[]} */ (context.jsonDoc.json.accessors);
-        const define = (/** @type {Accessor} */ accessor, /** @type {number} */ count) => {
-            const definition = context.createAccessorDef(accessor);
-            definition.count = count;
-            context.accessorIndexMap.set(accessor, accessorDefs.push(definition) - 1);
-            return definition;
-        };
-        for (const primitives of this.document
-            .getRoot()
-            .listMeshes()
-            .flatMap(mesh => groupShared(mesh.listPrimitives().filter(isFit)))) {
-            const channels = listChannels(primitives[0], this.bits),
-                indices = primitives.map(p => /** @type {any} */ (/** @type {Accessor} */ (p.getIndices()).getArray()));
-            const { data, order, count } = this.#encode(channels, indices);
-            primitives.forEach((primitive, k) => {
-                const definition = define(/** @type {Accessor} */ (primitive.getIndices()), indices[k].length);
-                definition.componentType = count > 65535 ? 5125 : 5123;
-            });
-            channels.forEach(({ accessor }) => define(accessor, count));
-            const buffer = /** @type {any} */ (
-                channels[0].accessor.getBuffer() ?? this.document.getRoot().listBuffers()[0]
-            );
-            context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), data]);
-            primitives.forEach((primitive, material) =>
-                streams.set(primitive, {
-                    data,
-                    attributes: Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)])),
-                    ...(primitives.length > 1 && { material }),
-                }),
-            );
-        }
+        context.extensionData[NAME] = new Map();
+        for (const primitives of this.document.getRoot().listMeshes().flatMap(listStreams))
+            this.#writeStream(context, primitives);
         return this;
     }
 
-    /** @param {Channel[]} channels @param {ArrayLike<number>[]} indices  of each material */
-    #encode(channels, indices) {
+    /** @param {import("@gltf-transform/core").WriterContext} context @param {Primitive[]} primitives */
+    #writeStream(context, primitives) {
+        const definitions = /** @type {any[]} */ (context.jsonDoc.json.accessors),
+            streams = /** @type {Map<Primitive, any>} */ (context.extensionData[NAME]);
+        const { channels, index, materials } = joinPrimitives(primitives, this.bits),
+            { data, order, count } = this.#encode(channels, index, primitives.length > 1 ? materials : undefined);
+        /** One accessor of the file for all of these. @param {Accessor[]} accessors @param {any} more */
+        const define = ([first, ...others], more) => {
+            const definition = { ...context.createAccessorDef(first), ...more },
+                at = definitions.push(definition) - 1;
+            if (others.length && definition.min) Object.assign(definition, findBounds([first, ...others]));
+            for (const accessor of [first, ...others]) context.accessorIndexMap.set(accessor, at);
+        };
+        for (const primitive of primitives) {
+            const indices = /** @type {Accessor} */ (primitive.getIndices());
+            define([indices], { count: indices.getCount(), componentType: count > 65535 ? 5125 : 5123 });
+        }
+        for (const { accessors } of channels) define(accessors, { count });
+        const buffer = /** @type {any} */ (
+            channels[0].accessors[0].getBuffer() ?? this.document.getRoot().listBuffers()[0]
+        );
+        context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), data]);
+        const attributes = Object.fromEntries(channels.map(c => [c.key, order.indexOf(c.name)]));
+        primitives.forEach((primitive, group) =>
+            streams.set(primitive, { data, attributes, ...(group && { group }) }),
+        );
+    }
+
+    /** @param {Joined[]} channels @param {number[]} index @param {number[]} [materials] */
+    #encode(channels, index, materials) {
         const codec = /** @type {Codec} */ (this.#codec),
             bits = /** @type {Record<string, number>} */ ({});
-        const index = new Uint32Array(indices.reduce((n, part) => n + part.length, 0)),
-            materials = new Uint32Array(index.length / 3);
-        indices.reduce((at, part, m) => {
-            index.set(part, at);
-            materials.fill(m, at / 3, (at + part.length) / 3);
-            return at + part.length;
-        }, 0);
-        const mesh = /** @type {any} */ ({ index });
+        const mesh = /** @type {any} */ ({ index, materials });
         for (const c of channels) {
-            const array = /** @type {any} */ (c.accessor.getArray());
             mesh[c.name] =
-                c.name.startsWith("joints") || array instanceof Float32Array ? array : Float32Array.from(array);
+                c.name.startsWith("joints") || c.array instanceof Float32Array ? c.array : Float32Array.from(c.array);
             if (c.bits) bits[c.name] = c.bits;
         }
-        const { data } = codec.encode(mesh, indices.length > 1 ? { bits, materials } : { bits }),
+        const { data } = codec.encode(mesh, { bits }),
             state = codec.decode(data);
         return { data, order: Object.keys(state.attributes), count: state.totalVertices };
     }
@@ -320,12 +319,12 @@ export class ConquestMeshProgressive extends Extension {
             ];
             mesh.listPrimitives().forEach((primitive, k) => {
                 const stream = /** @type {Map<Primitive, any>} */ (context.extensionData[NAME]).get(primitive);
-                if (stream)
-                    (definition.primitives[k].extensions ??= {})[NAME] = {
-                        bufferView: context.otherBufferViewsIndexMap.get(stream.data),
-                        attributes: stream.attributes,
-                        ...(stream.material !== undefined && { material: stream.material }),
-                    };
+                if (!stream) return;
+                const { data, ...rest } = stream;
+                (definition.primitives[k].extensions ??= {})[NAME] = {
+                    bufferView: context.otherBufferViewsIndexMap.get(data),
+                    ...rest,
+                };
             });
         }
         return this;

@@ -51,57 +51,49 @@ function nameAttribute(key) {
     return names[base] ?? key.toLowerCase();
 }
 
-/** @param {BufferAttribute} attribute @param {ArrayLike<number>} from @param {Range[]} ranges */
-function update(attribute, from, ranges) {
+/** Copies ranges, to where they are less `shift`. @param {BufferAttribute} attribute @param {ArrayLike<number>} from
+ *  @param {Range[]} ranges @param {number} [shift] */
+function update(attribute, from, ranges, shift = 0) {
     const isFloat = attribute.array instanceof Float32Array;
     for (const { start, count } of ranges) {
-        for (let i = start; i < start + count; i++) attribute.array[i] = isFloat ? from[i] : Math.round(from[i]);
-        attribute.addUpdateRange(start, count);
+        for (let i = start; i < start + count; i++) attribute.array[i - shift] = isFloat ? from[i] : Math.round(from[i]);
+        attribute.addUpdateRange(start - shift, count);
     }
     if (ranges.length) attribute.needsUpdate = true;
 }
 
-/** The part of a material: what is new of its range, and in the end its faces aside, behind that.
- *  @param {BufferGeometry} geometry @param {State} state @param {number} material */
-function fillMaterial(geometry, state, material) {
-    const index = /** @type {BufferAttribute} */ (geometry.index),
-        { start, count } = state.materials[material];
-    const news = state.ranges
-        .map(r => [Math.max(r.start, start), Math.min(r.start + r.count, start + count)])
-        .filter(([from, end]) => from < end)
-        .map(([from, end]) => ({ start: from - start, count: end - from }));
-    update(index, state.index.subarray(start, start + count), news);
-    const aside = state.index.length - 3 * state.asideMaterials.length,
-        faces = Array.from(state.asideMaterials.keys()).filter(f => state.asideMaterials[f] === material);
-    faces.forEach((f, k) => index.array.set(state.index.subarray(aside + 3 * f, aside + 3 * f + 3), count + 3 * k));
-    if (faces.length) {
-        index.addUpdateRange(count, 3 * faces.length);
-        index.needsUpdate = true;
-    }
-    geometry.setDrawRange(0, count + 3 * faces.length);
-}
+/**
+ * A primitive that a stream fills.
+ * @typedef {{ geometry: BufferGeometry, bufferView: number, attributes: Record<string, number>, group?: number }} Part
+ */
 
-/** Fills a geometry, whose attributes are there and empty, from a stream. @param {BufferGeometry} geometry
- *  @param {Record<string, number>} attributes @param {State} state @param {number} [material] */
-function fill(geometry, attributes, state, material) {
-    const channels = Object.values(state.attributes);
+/** Fills a geometry, whose attributes are there and empty. @param {Part} part @param {State} state
+ *  @param {Set<BufferAttribute>} done  attributes that have all of this state: primitives share them */
+function fill({ geometry, attributes, group = 0 }, state, done) {
+    const channels = Object.values(state.attributes),
+        morphs = /** @type {Record<string, BufferAttribute[]>} */ (geometry.morphAttributes);
     for (const [key, channel] of Object.entries(attributes)) {
         const [name, target] = key.split(":"),
             { array, ranges } = channels[channel];
-        const morphs = /** @type {Record<string, BufferAttribute[]>} */ (geometry.morphAttributes);
-        const at =
+        const at = /** @type {BufferAttribute} */ (
             target === undefined
                 ? geometry.getAttribute(nameAttribute(name))
-                : morphs[nameAttribute(name)][Number(target)];
-        update(/** @type {BufferAttribute} */ (at), array, ranges);
+                : morphs[nameAttribute(name)][Number(target)]
+        );
+        if (!done.has(at)) update(at, array, ranges);
+        done.add(at);
     }
-    if (material === undefined) {
-        update(/** @type {BufferAttribute} */ (geometry.index), state.index, state.ranges);
-        geometry.setDrawRange(0, 3 * state.numFaces);
-    } else {
-        fillMaterial(geometry, state, material);
+    let end = 0;
+    for (const { start, count, material } of state.groups) {
+        if (material !== group) continue;
+        const inside = state.ranges
+            .map(r => [Math.max(r.start, start), Math.min(r.start + r.count, start + count)])
+            .flatMap(([from, to]) => (to > from ? [{ start: from, count: to - from }] : []));
+        update(/** @type {BufferAttribute} */ (geometry.index), state.index, inside, start - end);
+        end += count;
     }
-    if (state.complete && Object.keys(geometry.morphAttributes).length) geometry.dispose(); // it is made once
+    geometry.setDrawRange(0, end);
+    if (state.complete && Object.keys(morphs).length) geometry.dispose(); // it is made once
 }
 
 /** A plugin for GLTFLoader. */
@@ -125,25 +117,25 @@ export class ConquestGLTFPlugin {
         for (const [object, { meshes = -1, primitives = 0 } = {}] of associations)
             if (object.isMesh && meshes >= 0)
                 geometries.set(json.meshes[meshes].primitives[primitives], object.geometry);
-        const parts = [...geometries]
-            .filter(([primitive]) => primitive.extensions?.[NAME])
-            .map(([primitive, geometry]) => ({ geometry, ...primitive.extensions[NAME] }));
-        parts.forEach(({ geometry }) => geometry.setDrawRange(0, 0));
-        const jobs = [...new Set(parts.map(p => p.bufferView))]
-            .sort((a, b) => a - b)
-            .map(bufferView => ({ bufferView, parts: parts.filter(p => p.bufferView === bufferView) }));
-        const loaded = this.#refineAll(jobs);
+        const parts = /** @type {Map<number, Part[]>} */ (new Map());
+        for (const [{ extensions }, geometry] of geometries) {
+            const found = extensions?.[NAME];
+            if (!found) continue;
+            parts.set(found.bufferView, [...(parts.get(found.bufferView) ?? []), { geometry, ...found }]);
+            geometry.setDrawRange(0, 0);
+        }
+        const loaded = this.#refineAll([...parts].sort((a, b) => a[0] - b[0]).map(([, all]) => all));
         loaded.catch(() => {});
         gltf.userData = { ...gltf.userData, loaded };
     }
 
-    /** @param {any[]} jobs */
-    async #refineAll(jobs) {
-        const worker = jobs.length && typeof Worker !== "undefined" ? startWorker() : undefined;
+    /** @param {Part[][]} streams */
+    async #refineAll(streams) {
+        const worker = streams.length && typeof Worker !== "undefined" ? startWorker() : undefined;
         try {
-            const queue = jobs.values(),
+            const queue = streams.values(),
                 lane = async () => {
-                    for (const job of queue) await this.#refine(job, worker);
+                    for (const parts of queue) await this.#refine(parts, worker);
                 };
             await Promise.all(Array.from({ length: this.anyOrder ? SIDE_BY_SIDE : 1 }, lane));
         } finally {
@@ -151,11 +143,13 @@ export class ConquestGLTFPlugin {
         }
     }
 
-    /** @param {{ bufferView: number, parts: any[] }} job  the geometries that a stream has  @param {Worker} [worker] */
-    async #refine({ bufferView, parts }, worker) {
-        for await (const state of decode(this.source(bufferView), { worker, budget: 16 })) {
-            parts.forEach(({ geometry, attributes, material }) => fill(geometry, attributes, state, material));
-            if (parts.map(({ geometry }) => this.onRefine(geometry, state)).every(wish => wish === false)) return;
+    /** @param {Part[]} parts @param {Worker} [worker] */
+    async #refine(parts, worker) {
+        for await (const state of decode(this.source(parts[0].bufferView), { worker, budget: 16 })) {
+            const done = new Set();
+            parts.forEach(part => fill(part, state, done));
+            const wanted = parts.filter(({ geometry }) => this.onRefine(geometry, state) !== false);
+            if (!wanted.length) return;
         }
     }
 }

@@ -30,6 +30,7 @@ import { decode, startWorker } from "./conquest.js";
 const NAMES = /** @type {Record<string, string>} */ ({
     positions: "position",
     normals: "normal",
+    tangents: "tangent",
     texcoords: "uv",
     colors: "color",
     joints: "skinIndex",
@@ -94,37 +95,13 @@ export class ProgressiveGeometry extends BufferGeometry {
             if (!this.hasAttribute(key)) this.setAttribute(key, new BufferAttribute(makeArray(from), from.itemSize));
             update(/** @type {BufferAttribute} */ (this.getAttribute(key)), from.array, from.ranges);
         }
-        const materials = state.materials.length ? undefined : state.attributes.materials;
-        if (!this.index)
-            this.setIndex(new BufferAttribute(materials ? new Uint32Array(state.index.length) : state.index, 1));
-        const index = /** @type {BufferAttribute} */ (this.index);
-        if (materials) this.#group(index, state, materials.array);
-        else update(index, state.index, state.ranges);
-        if (state.materials.length) {
-            this.clearGroups();
-            state.materials.forEach(({ start, count }, m) => this.addGroup(start, count, m));
-        }
-        this.setDrawRange(0, 3 * state.numFaces);
+        if (!this.index) this.setIndex(new BufferAttribute(state.index, 1));
+        update(/** @type {BufferAttribute} */ (this.index), state.index, state.ranges);
+        this.setDrawRange(0, state.numMaterials ? Infinity : 3 * state.numFaces);
+        this.clearGroups();
+        if (state.numMaterials) for (const g of state.groups) this.addGroup(g.start, g.count, g.material);
         this.#bound(state.attributes.positions);
         this.state = state;
-    }
-
-    /** Sorts the faces by their material: one draw call for each. @param {BufferAttribute} index @param {State} state
-     *  @param {ArrayLike<number>} materials */
-    #group(index, state, materials) {
-        const counts = /** @type {number[]} */ ([]);
-        for (let f = 0; f < state.numFaces; f++) counts[materials[f]] = (counts[materials[f]] ?? 0) + 1;
-        this.clearGroups();
-        const next = /** @type {number[]} */ ([]);
-        let first = 0;
-        counts.forEach((count, m) => {
-            this.addGroup(3 * first, 3 * count, m);
-            next[m] = first;
-            first += count;
-        });
-        for (let f = 0; f < state.numFaces; f++)
-            index.array.set(state.index.subarray(3 * f, 3 * f + 3), 3 * next[materials[f]]++);
-        update(index, index.array, [{ start: 0, count: 3 * state.numFaces }]);
     }
 
     /** @param {Attribute | undefined} positions */

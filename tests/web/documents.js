@@ -84,6 +84,36 @@ export function makeDocument(fine = 1) {
     return document;
 }
 
+/** A mesh of three primitives, two with the same vertices and one with its own at the same places; another mesh that shares with both. */
+export function makeParts() {
+    const document = new Document(),
+        buffer = document.createBuffer(),
+        mesh = document.createMesh("ball"),
+        { index, positions } = makeSphere(24, 12);
+    const accessor = (type, array) => document.createAccessor().setType(type).setArray(array).setBuffer(buffer);
+    const third = 3 * Math.floor(index.length / 9),
+        corners = Float32Array.from(
+            Array.from(index.subarray(2 * third)).flatMap(v => Array.from(positions.subarray(3 * v, 3 * v + 3))),
+        );
+    const shared = accessor("VEC3", positions),
+        own = accessor("VEC3", corners);
+    const indices = [index.slice(0, third), index.slice(third, 2 * third), corners.slice(0, corners.length / 3).map((_, k) => k)].map(
+        numbers => accessor("SCALAR", Uint16Array.from(numbers)),
+    );
+    for (const [k, at] of [shared, shared, own].entries())
+        mesh.addPrimitive(
+            document
+                .createPrimitive()
+                .setMaterial(document.createMaterial(`part ${k}`))
+                .setIndices(indices[k])
+                .setAttribute("POSITION", at),
+        );
+    document.createScene().addChild(document.createNode("ball").setMesh(mesh));
+    const other = document.createPrimitive().setIndices(indices[0]).setAttribute("POSITION", shared);
+    document.getRoot().listScenes()[0].addChild(document.createNode("again").setMesh(document.createMesh("again").addPrimitive(other)));
+    return document;
+}
+
 /** A document with one node for each shape. @param {Record<string, () => any>} shapes */
 export function makeShapes(shapes) {
     const document = new Document(),

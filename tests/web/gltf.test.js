@@ -9,7 +9,7 @@ import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
 import validator from "gltf-validator";
 import { openCodec } from "conquest-mesh";
 import { ConquestMeshProgressive, NAME, progressive } from "conquest-mesh/gltf-transform";
-import { makeDocument, makeShapes } from "./documents.js";
+import { makeDocument, makeParts, makeShapes } from "./documents.js";
 import { SHAPES } from "./shapes.js";
 
 const io = new NodeIO()
@@ -116,11 +116,29 @@ test("skins, morph targets, textures, nodes and lines come back, floats bit for 
     const found = json.meshes.flatMap(m => m.primitives).filter(p => p.extensions?.[NAME]);
     assert.equal(found.length, 3);
     assert.ok(json.extensionsRequired.includes(NAME));
+    assert.deepEqual(
+        json.meshes.map(m => m.primitives.map(p => p.extensions?.[NAME]?.group ?? 0)),
+        [[0], [0, 1, 0]],
+    );
     const views = new Set(found.map(p => p.extensions[NAME].bufferView)),
         first = Math.min(...[...views].map(v => json.bufferViews[v].byteOffset));
+    assert.equal(views.size, 2, "primitives of a mesh share a stream");
     json.bufferViews.forEach((view, k) =>
         assert.ok(views.has(k) || (view.byteOffset ?? 0) < first, "streams are at the end"),
     );
+});
+
+test("primitives of a mesh share a stream and their vertices; meshes share nothing", async () => {
+    const document = makeParts(),
+        used = new Set(document.getRoot().listAccessors().slice(2, 4).flatMap(a => Array.from(a.getArray())));
+    const { json } = await check(document);
+    const [parts, [other]] = json.meshes.map(m => m.primitives),
+        accessors = parts.map(p => p.attributes.POSITION);
+    assert.equal(new Set(accessors).size, 1);
+    const all = 2 + 24 * 11; // and those of the first two that only the third has faces at, again
+    assert.equal(json.accessors[accessors[0]].count, all + (all - used.size));
+    assert.ok(other.attributes.POSITION !== accessors[0] && other.indices !== parts[0].indices);
+    assert.notEqual(other.extensions[NAME].bufferView, parts[0].extensions[NAME].bufferView);
 });
 
 for (const name of Object.keys(SHAPES))
@@ -159,5 +177,6 @@ if (process.env.GLTF) {
     for (const name of names)
         test(`there and back: ${name}`, async () => {
             await check(await io.read(join(folder, name)));
+            await goThereAndBack(await io.read(join(folder, name)), 14);
         });
 }

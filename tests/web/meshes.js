@@ -40,6 +40,8 @@ export function makeDressed(columns, rows) {
         positions,
         index,
         normals: unit,
+        tangents: Float32Array.from(each(vertices, v => unit.subarray(3 * v, 3 * v + 3))
+            .flatMap(([x, y, z], v) => (Math.hypot(x, y) > 0.01 ? [-y / Math.hypot(x, y), x / Math.hypot(x, y), 0] : [1, 0, 0 * z]).concat(v % 5 ? 1 : -1))),
         texcoords: Float32Array.from(each(2 * vertices, k => positions[3 * (k >> 1) + (k % 2)] * 0.5)),
         colors: Uint8Array.from(each(3 * vertices, k => Math.round(127 + 127 * unit[k]))),
         joints: Uint8Array.from(each(4 * vertices, k => ((k >> 2) % 4) + (k % 4))),
