@@ -28,6 +28,11 @@ static cq_result encode_once(const cq_input *input, cq_place *place) {
     memory = exact_alloc(size);
     result = cq_encode(&in, memory, size, encoded_once, sizeof encoded_once, &stream_size, place, NULL);
     exact_free(memory);
+    if (result != CQ_ERROR_MEMORY || cq_encoder_bytes(&in.shape) <= size) return result;
+    size = cq_encoder_bytes(&in.shape); /* of what it has found: seams */
+    memory = exact_alloc(size);
+    result = cq_encode(&in, memory, size, encoded_once, sizeof encoded_once, &stream_size, place, NULL);
+    exact_free(memory);
     return result;
 }
 

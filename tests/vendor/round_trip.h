@@ -12,7 +12,7 @@ static int round_trip(void)
                                                  2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5 };
     static const cq_value positions[3 * VERTICES] = { 1023, 512, 512, 0, 512, 512, 512, 1023, 512,
                                                       512, 0, 512, 512, 512, 1023, 512, 512, 0 };
-    static uint64_t memory[4096];
+    static uint64_t memory[16384];
     static uint8_t stream[1024];
     static cq_decoder decoder;
     static cq_input input;
