@@ -497,6 +497,7 @@ void run_file(const std::string &path, uint32_t small, Tally &all, Report &repor
     input.positions = quantised(points);
     run(path, input, tally, report);
     report.expect(tally.splits > 0 || input.num_vertices < 10, "nothing was split");
+    all.splits += tally.splits;
     all.insertions += tally.insertions;
     all.flips += tally.flips;
     report.end(path + ": " + counts(tally));
@@ -546,7 +547,7 @@ bool has_repeated_faces(const std::vector<Face> &faces) {
     return false;
 }
 
-void run_seams(size_t meshes, size_t growth, uint32_t small, Report &report) {
+void run_seams(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report) {
     Random random{growth + 1};
     Tally tally;
     tally.small = small;
@@ -558,10 +559,12 @@ void run_seams(size_t meshes, size_t growth, uint32_t small, Report &report) {
         run("random mesh " + std::to_string(k) + " with seams", with_seams(mesh, random), tally, report);
     }
     report.expect(tally.meshes == meshes && tally.splits > meshes && tally.rows > meshes, "nothing was split");
+    all.meshes += tally.meshes;
+    all.splits += tally.splits;
     report.end(std::to_string(meshes) + " random meshes with seams: " + counts(tally));
 }
 
-void run_random(size_t meshes, size_t growth, uint32_t small, Report &report) {
+void run_random(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report) {
     Random random{growth};
     Tally tally;
     tally.small = small;
@@ -576,6 +579,8 @@ void run_random(size_t meshes, size_t growth, uint32_t small, Report &report) {
             report);
     }
     report.expect(tally.meshes == meshes && tally.splits > meshes, "nothing was split");
+    all.meshes += tally.meshes;
+    all.splits += tally.splits;
     report.end(std::to_string(meshes) + " random meshes: " + counts(tally));
 }
 
@@ -586,14 +591,16 @@ int main(int argc, char **argv) {
     uint32_t small = argc > 1 ? static_cast<uint32_t>(std::atoi(argv[1])) : 0;
     report.expect(small > 0 && argc > 2, "usage: splits SMALL FILE ...");
     report.end(std::to_string(argc - 2) + " files");
-    run_random(300, 100, small, report);
-    run_random(20, 2000, small, report);
-    run_seams(150, 100, small, report);
-    run_seams(5, 2000, small, report);
     Tally all;
+    run_random(300, 100, small, all, report);
+    run_random(20, 2000, small, all, report);
+    run_seams(150, 100, small, all, report);
+    run_seams(5, 2000, small, all, report);
     for (int k = 2; k < argc; ++k) run_file(argv[k], small, all, report);
     report.expect(all.insertions > 0 && all.flips > 0, "no regular level");
     report.end("regular levels: " + std::to_string(all.insertions) + " insertions, " + std::to_string(all.flips)
                + " flips");
+    report.end(std::to_string(all.meshes) + " random meshes and " + std::to_string(argc - 2) + " others: "
+               + std::to_string(all.splits) + " splits");
     return report.summary();
 }

@@ -36,7 +36,8 @@ void all_gates(const Triangulation &t, int num_real, int euler, Tally &tally, Re
 
 size_t num_real_halfedges(const Triangulation &t, int num_real) { return index_buffer(t, num_real).size(); }
 
-void run_family(const Family &family, Report &report) {
+// Returns the number of streams.
+size_t run_family(const Family &family, Report &report) {
     Catalogue all = family.all();
     Tally tally;
     size_t gates = 0;
@@ -52,6 +53,13 @@ void run_family(const Family &family, Report &report) {
     report.expect(family.vertices < 6 || family.topology == Topology::torus || tally.splits > 0, "nothing was split");
     report.end(family.name() + ": " + std::to_string(tally.gates) + " gates, " + std::to_string(tally.streams)
                + " streams, " + std::to_string(tally.levels) + " levels, " + std::to_string(tally.splits) + " splits");
+    return tally.streams;
+}
+
+void run_families(const std::vector<Family> &families, Report &report) {
+    size_t streams = 0;
+    for (const Family &family : families) streams += run_family(family, report);
+    report.end(std::to_string(streams) + " streams in all");
 }
 
 // -- Counts in a second way -----------------------------------------------------------------------------------------
@@ -93,7 +101,7 @@ void run_small(Report &report) {
     for (int n = 4; n <= 9; ++n) search_spheres(n, report);
     for (int n = 7; n <= 9; ++n) split_tori(n, report);
     shell_discs(8, report);
-    for (const Family &family : small_families()) run_family(family, report);
+    run_families(small_families(), report);
 }
 
 void run_large(Report &report) {
@@ -103,7 +111,7 @@ void run_large(Report &report) {
     split_tori(10, report);
     shell_discs(10, report);
     add_families(families, Topology::sphere, 12, 12);
-    for (const Family &family : families) run_family(family, report);
+    run_families(families, report);
 }
 
 }  // namespace

@@ -152,7 +152,8 @@ private:
     }
 };
 
-void run_family(const Family &family, Report &report) {
+// Returns the number of streams.
+size_t run_family(const Family &family, Report &report) {
     Catalogue all = family.all();
     size_t streams = 0, expected = 0, splits = 0;
     report.expect(all.size() == family.known_count(), std::to_string(all.size()) + " found");
@@ -167,6 +168,7 @@ void run_family(const Family &family, Report &report) {
     report.expect(expected > 0 && streams == expected && splits == expected, "not all symbols were tried");
     report.end(std::to_string(all.size()) + " " + family.name() + ": " + std::to_string(streams)
                + " streams of one split");
+    return streams;
 }
 
 }  // namespace
@@ -174,6 +176,8 @@ void run_family(const Family &family, Report &report) {
 int main(int argc, char **argv) {
     Report report;
     bool large = argc > 1 && std::string(argv[1]) == "all";
-    for (const Family &family : large ? larger_families() : small_families()) run_family(family, report);
+    size_t streams = 0;
+    for (const Family &family : large ? larger_families() : small_families()) streams += run_family(family, report);
+    report.end(std::to_string(streams) + " streams of one split in all");
     return report.summary();
 }
