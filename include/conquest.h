@@ -11527,6 +11527,38 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
+/* Is the place of row v also that of another one of these, which are sorted? */
+static int cqi_has_twin(const cq_input *in, const cq_index *rows, cq_index n, cq_index v)
+{
+    cq_index begin = 0, end = n;
+    while (begin < end) {
+        const cq_index middle = (cq_index)(begin + (end - begin) / 2);
+        const int order = cqi_compare_rows(in, rows[middle], v, 0);
+        if (!order) return rows[middle] != v;
+        if (order < 0) begin = (cq_index)(middle + 1);
+        else end = middle;
+    }
+    return 0;
+}
+
+/* Is a vertex of the mesh's boundary in the place of another vertex? Without that no border becomes shorter. The memory
+ * behind the mesh is free. */
+static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
+{
+    const cq_mesh *const m = &e->plan.mesh;
+    const size_t used = cq_mesh_bytes(&in->shape);
+    cq_index *const rows = (cq_index *)(void *)(arena->next + used), n = 0, h, v;
+    if (arena->left < used + in->shape.num_boundary_edges * sizeof(cq_index)) return 1;
+    for (h = 3 * m->first_virtual_face; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++)
+        if (!cq_is_virtual(m, m->origin[h]) && !cq_is_virtual(m, cq_target(m, h))) rows[n++] = m->origin[h];
+    cqi_sort_rows(in, rows, n);
+    for (v = 1; v < n; v++)
+        if (!cqi_compare_rows(in, rows[v - 1], rows[v], 0)) return 1;
+    for (v = 0; v < in->shape.num_vertices; v++)
+        if (cqi_has_twin(in, rows, n, v)) return 1;
+    return 0;
+}
+
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
  * meet and become shorter, by more pairs of edges than faces go aside. CQ_DONE: they are fine. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
@@ -11567,18 +11599,21 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
                            cq_preparation *counts)
 {
     cq_result result;
+    int is_manifold;
     in->shape.num_rows = in->shape.num_aside_rows = in->shape.num_aside_faces = 0;
     result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
+    is_manifold = result == CQ_OK;
     e->coded = *in;
 #ifndef CQ_NO_WEDGES
-    if (cqi_is_mesh_error(result) || (result == CQ_OK && in->shape.num_boundary_loops && cqi_has_places(&in->shape))) {
-        const int is_manifold = result == CQ_OK;
+    if (cqi_is_mesh_error(result) || (is_manifold && in->shape.num_boundary_loops && cqi_has_places(&in->shape) &&
+                                      cqi_borders_may_meet(e, in, arena))) {
         result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
         if (result == CQ_DONE)
             result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
         else if (place) place->face = place->vertex = place->other = CQ_NONE;
     }
 #else
+    (void)is_manifold;
     (void)counts;
     (void)memory_size;
 #endif
