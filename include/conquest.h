@@ -11710,8 +11710,8 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
 
 /* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh
  * before all of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has
- * twice as many. */
-static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices)
+ * twice as many, unless there are no positions. */
+static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;
     int64_t most;
@@ -11724,7 +11724,7 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     for (k = 1; k < p->num_regular; k++) {
         live -= p->count_of[k];
         if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) >
-            most - 10 * (cqi_logarithm(live) - cqi_logarithm(rest)))
+            most - (located ? 10 : 0) * (cqi_logarithm(live) - cqi_logarithm(rest)))
             break;
     }
     return k;
@@ -11754,7 +11754,7 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     plain.progress = NULL;
     room = result == CQ_OK ? out_size - *stream_size : 0;
     if (plan.surely_regular) {
-        best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices);
+        best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     } else {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
                         &e->report);
