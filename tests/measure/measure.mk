@@ -126,7 +126,7 @@ build/peers/peers: $(PEERS_OBJECTS)
 build/peers/assets: build/peers/assets.o $(MESH_FILE:examples/%.c=build/bench/%.o)
 	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
 
-build/peers/%.o: tests/peers/%.cpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
+build/peers/%.o: tests/peers/%.cpp tests/peers/files.hpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 

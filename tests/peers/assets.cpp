@@ -12,6 +12,7 @@
 // of the base, its positions, its other values, flags, indices and rows of splits, their positions, their other
 // values, and what is aside. A mesh that cannot be compared is named on standard error, with the reason.
 #define CONQUEST_IMPLEMENTATION
+#include "files.hpp"
 #include "conquest.h"
 
 extern "C" {
@@ -410,19 +411,4 @@ void compare(const std::string &path)
 } // namespace
 
 // The exit status is 1 if a mesh did not come back; a file that is no mesh is only named.
-int main(int argc, char **argv)
-{
-    int status = 0;
-    for (int k = 1; k < argc; ++k) {
-        try {
-            compare(argv[k]);
-        } catch (const std::invalid_argument &e) {
-            std::fprintf(stderr, "not compared: %s\n", e.what());
-        } catch (const std::exception &e) {
-            std::fprintf(stderr, "FAILED: %s: %s\n", argv[k], e.what());
-            status = 1;
-        }
-        std::fflush(stdout);
-    }
-    return status;
-}
+int main(int argc, char **argv) { return compare_files(argc, argv, compare); }
