@@ -1,27 +1,48 @@
 /* conquest.h - progressive-to-lossless triangle mesh codec in fixed memory. Version 0.1.0.
  * SPDX-License-Identifier: MIT
  *
- * A stream starts with a coarse mesh and refines it, vertex split by vertex split, to the exact mesh that was encoded.
- * Any prefix of a stream is a valid mesh. All memory is the caller's: no allocation, no globals, no recursion, integers
- * only, nothing from libc but memcpy and memset.
+ * A stream starts with a coarse mesh and refines it, vertex split by vertex split, to exactly the mesh that was
+ * encoded. Any prefix of a stream is a valid mesh. All memory is the caller's: no allocation, no globals, no recursion,
+ * integers only, nothing from libc but memcpy and memset.
  *
- *     #define CONQUEST_IMPLEMENTATION        in one C or C++ file
- *     #include "conquest.h"                  everywhere else without the define
+ * To use it, include it wherever it is needed; exactly one C or C++ file defines CONQUEST_IMPLEMENTATION first.
  *
- *     static cq_decoder dec;                                   model tables, a few KiB
- *     static uint32_t memory[CQ_DECODER_BYTES(...) / 4];       mesh, positions, queue
+ * Decode: positions, one channel of 3 integers per vertex; up to 10 000 vertices and 20 000 faces, no boundary:
  *
- *     cq_decoder_init(&dec, memory, sizeof memory);
- *     while ((n = read_some(bytes)) > 0) {
- *         cq_bytes in = { bytes, n };
- *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);          any piece size, any budget of steps
- *         draw(dec.mesh.origin, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
+ *     #define CONQUEST_IMPLEMENTATION
+ *     #include "conquest.h"
+ *
+ *     static cq_decoder dec;                                           about 12 KB: models and an input buffer
+ *     static uint32_t memory[CQ_DECODER_BYTES(10000, 20000, 3) / 4];   mesh, positions, queue
+ *
+ *     result = cq_decoder_init(&dec, memory, sizeof memory);
+ *     while (result >= 0 && result != CQ_DONE && (n = read_some(bytes)) > 0) {
+ *         cq_bytes in = { bytes, n };                                  a piece of the stream, of any size
+ *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);                  or at most so many steps
+ *         draw(dec.index, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
  *     }
- *     if (result == CQ_NEED_INPUT) result = cq_decode(&dec, NULL, CQ_NO_LIMIT);   the last bytes of a cut stream
+ *     if (result == CQ_NEED_INPUT) result = cq_decode(&dec, NULL, CQ_NO_LIMIT);   it was cut off: CQ_TRUNCATED
  *
- * Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for Progressive-to-Lossless Transmission" ("the paper"
- * below): levels of edge collapses inside patches that are found through gates; two indices per vertex split. SPEC.md
- * defines the bytes.
+ * dec.index has 3 vertex numbers per face, dec.channel[0] has 3 integers per vertex; cq_reconstruct turns these into
+ * floats. To size the memory at run time, call cq_peek on the first CQ_MAX_HEADER_BYTES bytes of the stream, then
+ * cq_decoder_bytes.
+ *
+ * Encode floats with 12 bits per coordinate:
+ *
+ *     cq_input in = { 0 };
+ *     cq_channel *c = &in.shape.channel[0];                            kind 0 is CQ_POSITION, merge 0 is CQ_AVERAGE
+ *     in.shape.num_vertices = v, in.shape.num_faces = f, in.shape.num_channels = 1;
+ *     c->components = 3, c->bits = 12;
+ *     result = cq_fit_grid(c, floats, v, NULL);                        then, if CQ_OK:
+ *     result = cq_quantise(c, floats, v, values, NULL);
+ *     in.indices = triangles, in.values[0] = values;
+ *     result = cq_encode(&in, memory, cq_encoder_bytes(&in.shape), out, out_size, &stream_size, NULL, NULL);
+ *
+ * A mesh with boundaries returns CQ_ERROR_MEMORY the first time: cq_encoder_bytes(&in.shape) is then what it needs.
+ *
+ * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
+ * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
+ * through gates; two indices per vertex split. SPEC.md defines the bytes.
  *
  * Words
  *     patch        all triangles around one vertex, its centre
@@ -29,13 +50,19 @@
  *     front        the vertex A of the triangle L, R, A to the left of a gate
  *     conquered    the vertex belongs to a patch of this level already; else it is available
  *     isolated     a patch whose centre is not split at this level
- *     level        one conquest that covers the mesh with patches that do not overlap; or one regular level
- *     regular      a level that undoes a step of subdivision: vertices on edges, without gates; the finest ones, if any
+ *     level        one conquest, which covers the mesh with patches that do not overlap; or one regular level
+ *     regular      a level that undoes a step of subdivision: its vertices lie on edges, without gates. If a stream has
+ *                  regular levels, they are its finest ones
  *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
- *     base         the mesh that is left when no level collapses anything more; the head of the stream
+ *     base         the coarsest mesh, where no level collapses anything more; the beginning of the stream
+ *     row          one element of the vertex buffers. A mesh vertex has several where a seam runs through it
+ *     channel      one attribute: 1 to 4 integers per vertex, face or row
+ *     aside        faces and rows that are not part of the surface, and are carried beside it
+ *     step         one small piece of decoding, the unit of a budget; or of a channel, the distance of two values
  *
- * Threads: distinct objects are independent. Objects hold pointers into the caller's memory: do not move either
- * while in use. Bytes are the same on every platform.
+ * Threads: distinct objects are independent. Functions that take a const cq_mesh may still use its array `mark` for a
+ * moment, so that one mesh belongs to one thread at a time. Objects hold pointers into the caller's memory: do not move
+ * either while in use. Bytes are the same on every platform.
  *
  * Changes: CHANGELOG.md lists them by version. The license is at the end of this file. */
 #ifndef CQ_CONQUEST_H
@@ -52,8 +79,8 @@
 #error "CQ_INDEX_BITS must be 16 or 32"
 #endif
 
-/* Defined where the header is included, wherever that is: streams with regular levels are unsupported, as their header
- * tells at once, which spares a device 7 KB of code. Only for decoders: CQ_NO_ENCODER must be defined, too. */
+/* CQ_NO_REGULAR, defined in every file that includes the header, leaves out regular levels: 7 KB less code. Streams
+ * that may have them are then unsupported, which their header tells. Only for decoders: it needs CQ_NO_ENCODER. */
 #if (defined(CQ_NO_REGULAR) || defined(CQ_NO_ATTRIBUTES)) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
 #error "CQ_NO_REGULAR and CQ_NO_ATTRIBUTES need CQ_NO_ENCODER"
 #endif
@@ -63,8 +90,8 @@
 #define CQ_API extern
 #endif
 
-/* Names for the linker. Those of 16-bit indices end in _16, those without regular levels in _nr: files that do not
- * agree on these, hence on the layout of structures, do not link; and one program may have both. */
+/* Names for the linker. They end in _16 with 16-bit indices and in _nr without regular levels: both change the layout
+ * of structures, so files that do not agree do not link, while one program may have libraries of both kinds. */
 #if CQ_INDEX_BITS == 16 && defined(CQ_NO_REGULAR)
 #define CQI_SYMBOL(name) name##_16_nr
 #elif CQ_INDEX_BITS == 16
@@ -112,12 +139,16 @@
 #define cq_quantise_normals CQI_SYMBOL(cq_quantise_normals)
 #define cq_reconstruct_normals CQI_SYMBOL(cq_reconstruct_normals)
 
-/* CQ_NO_ENCODER, if defined where the implementation is, leaves out cq_encode and cq_encoder_bytes: a device that
- * only decodes carries no byte of them. CQ_NO_REPORTS leaves out the filling of reports, CQ_NO_QUANTISER the functions
- * that use floating point, CQ_NO_WEDGES all of "Rows and wedges" below: streams that need it are then unsupported, and
- * cq_encode takes oriented manifolds only. CQ_NO_ATTRIBUTES, with CQ_NO_ENCODER, leaves out all channels but one of
- * positions that is not exact: the smallest decoder. CQ_ASSERT(condition) may be defined there too, as assert for
- * example: it checks each precondition below that no result reports, and never what a stream contains. */
+/* Where the implementation is, these may be defined, too:
+ *
+ *     CQ_NO_ENCODER     no cq_encode and cq_encoder_bytes: a device that only decodes carries no byte of them
+ *     CQ_NO_REPORTS     reports are not filled
+ *     CQ_NO_QUANTISER   no functions that use floating point
+ *     CQ_NO_WEDGES      nothing of "Rows and wedges", "Materials" and metadata: streams with them are unsupported, and
+ *                       cq_encode takes oriented manifolds only
+ *     CQ_NO_ATTRIBUTES  no channels but one of positions that is not exact: the smallest decoder; needs CQ_NO_ENCODER
+ *     CQ_ASSERT(c)      as assert for example: checks each precondition below that no result reports, and never what a
+ *                       stream contains */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -134,8 +165,8 @@ extern "C" {
 
 #define CQ_MAX_CHANNELS 16           /* channels of one stream */
 #define CQ_MAX_COMPONENTS 4          /* integers per vertex of one channel */
-#define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, as of floats */
-#define CQ_MAX_VALENCE 24            /* valence of a centre that may be split, hence of a collapsed vertex */
+#define CQ_EXACT_BITS 32             /* `bits` of a channel whose values are any 32-bit patterns, such as floats */
+#define CQ_MAX_VALENCE 24            /* largest valence of a vertex that a split makes or takes apart; see cq_decode */
 #define CQ_MAX_LEVELS 255            /* levels of one stream */
 #define CQ_MAX_METADATA 0x100000     /* bytes of metadata of one stream */
 #define CQ_MAX_MATERIALS 1024        /* materials of one stream */
@@ -144,23 +175,23 @@ extern "C" {
 
 /* -- Results ------------------------------------------------------------------------------------------------------- */
 
-/* Zero and above: the mesh is valid. Below zero: an error; what had been decoded before it stays valid. */
+/* Zero and above: the mesh is valid. Below zero: an error; what was decoded before it stays valid. */
 typedef enum cq_result {
-    CQ_OK = 0,                   /* done; of a decoder: the budget is spent, there is more to refine */
+    CQ_OK = 0,                   /* done; of cq_decode: the budget is spent, there is more to refine */
     CQ_NEED_INPUT = 1,           /* all bytes given are used, the stream goes on */
-    CQ_DONE = 2,                 /* the mesh is complete: the one that was encoded */
-    CQ_TRUNCATED = 3,            /* the input ended early: the mesh is a coarser one, valid, and final */
+    CQ_DONE = 2,                 /* the mesh is complete: exactly the one that was encoded */
+    CQ_TRUNCATED = 3,            /* the input ended early: the mesh is valid, but a coarser one, and stays that */
     CQ_ERROR_ARGUMENT = -1,      /* a NULL pointer or a number outside its documented range */
-    CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape tells what is needed */
+    CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape says what is needed */
     CQ_ERROR_OUTPUT = -3,        /* the output buffer is full */
     CQ_ERROR_TOO_LARGE = -4,     /* more vertices or faces than cq_index can number */
-    CQ_ERROR_INDEX = -5,         /* mesh: a face names a vertex that does not exist */
-    CQ_ERROR_FACE = -6,          /* mesh: a face names one vertex twice */
+    CQ_ERROR_INDEX = -5,         /* mesh: a face has a vertex that does not exist */
+    CQ_ERROR_FACE = -6,          /* mesh: a face has the same vertex twice */
     CQ_ERROR_EDGE = -7,          /* mesh: an edge has more than two faces */
     CQ_ERROR_ORIENTATION = -8,   /* mesh: two faces run along an edge in the same direction */
-    CQ_ERROR_VERTEX = -9,        /* mesh: the faces around a vertex are not one fan */
+    CQ_ERROR_VERTEX = -9,        /* mesh: the faces around a vertex do not form a single fan */
     CQ_ERROR_UNUSED = -10,       /* mesh: a vertex belongs to no face */
-    CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1, or a float that has none */
+    CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1, or a float that no value can stand for */
     CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
     CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
     CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build does not know or is too small for */
@@ -185,127 +216,127 @@ typedef int32_t cq_value;            /* one integer of a channel: 0 .. 2^24 - 1,
 #define CQ_MAX_BITS 24
 #endif
 
-/* Where a mesh error is. Fields that the error does not concern are CQ_NONE. */
+/* Where a mesh error is. Fields that do not apply to the error are CQ_NONE. */
 typedef struct cq_place {
     cq_index face;        /* CQ_ERROR_INDEX, _FACE, _EDGE, _ORIENTATION: the face, in input order */
     cq_index vertex;      /* the vertex, or the edge's first vertex */
     cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
 } cq_place;
 
-/* What a channel's numbers mean to a reader of the stream. Only positions mean something to the codec: the first
- * channel of them with CQ_AVERAGE that is not exact is what connectivity is predicted from. */
+/* What a channel's numbers mean to a reader of the stream. To the codec only positions mean something: connectivity is
+ * predicted from the first channel of positions that is CQ_AVERAGE and not exact. */
 typedef enum cq_kind {
     CQ_POSITION = 0,      /* 3 components */
-    CQ_GENERIC = 1,       /* anything else */
+    CQ_GENERIC = 1,       /* 1 .. 4 components: anything else */
     CQ_NORMAL = 2,        /* 2 components, an octahedral pair; or 3, a vector */
     CQ_TEXCOORD = 3,      /* 2 components */
     CQ_COLOR = 4,         /* 3 components, red, green, blue; or 4, with alpha */
-    CQ_JOINTS = 5,        /* of skinning: numbers of the joints */
-    CQ_WEIGHTS = 6,       /* and their weights */
-    CQ_NUMBER = 7,        /* 1 component: the vertex's or face's own number somewhere else */
-    CQ_GROUP = 8,         /* 1 component: the material or group that it belongs to */
-    CQ_TURNED = 9,        /* 1 component of 1 bit, to faces: 1 if the mesh has the face turned over; only cq_encode adds
-                             it */
-    CQ_TANGENT = 10       /* 2 or 3 components, an octahedral pair, and 0 or 1 for the sign of the bitangent; or 4, a
+    CQ_JOINTS = 5,        /* 1 .. 4 components: joints of skinning, by number, */
+    CQ_WEIGHTS = 6,       /* 1 .. 4 components: and their weights, in the same order */
+    CQ_NUMBER = 7,        /* 1 component: the number that the vertex or face has elsewhere, as in the file it is from */
+    CQ_GROUP = 8,         /* 1 component: the material or group that the vertex or face belongs to */
+    CQ_TURNED = 9,        /* 1 component of 1 bit, CQ_PER_FACE: 1 if the mesh has the face with the opposite
+                             orientation. Only cq_encode adds it: see cq_read_triangles */
+    CQ_TANGENT = 10       /* 2 components, an octahedral pair; 3, with 0 or 1 for the sign of the bitangent; or 4, a
                              vector and w */
 } cq_kind;
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
 typedef enum cq_merge {
     CQ_AVERAGE = 0,       /* to vertices; from weighted means of what is around */
-    CQ_COPY = 1,          /* to vertices; as copies of neighbours: for what may not be averaged */
+    CQ_COPY = 1,          /* to vertices; as copies of neighbours: for numbers whose mean has no meaning */
     CQ_PER_FACE = 2       /* to faces, 1 component; as copies of neighbours */
 } cq_merge;
 
-/* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. A reader gets component k of vertex v
- * back as origin[k] + step * value, both IEEE 754 binary32 bit patterns that the codec only carries.
+/* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. Component k with value x stands for
+ * the float origin[k] + step * x. The codec itself only carries step and origin, and any bit pattern is allowed;
+ * cq_fit_grid sets them, cq_reconstruct computes the floats.
  *
- * With CQ_EXACT_BITS a value is any 32-bit pattern, copied into a cq_value, and comes back
- * bit for bit. It costs least if it is a float. Needs 32-bit indices, else CQ_ERROR_UNSUPPORTED. */
+ * With CQ_EXACT_BITS a value is any 32-bit pattern, copied into a cq_value, and comes back bit for bit. Patterns that
+ * are floats take the fewest bytes. Needs 32-bit indices, else CQ_ERROR_UNSUPPORTED. */
 typedef struct cq_channel {
     uint8_t kind;         /* cq_kind */
-    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS, as its kind says */
+    uint8_t components;   /* 1 .. CQ_MAX_COMPONENTS, as many as its kind allows */
     uint8_t bits;         /* 1 .. CQ_MAX_BITS, or CQ_EXACT_BITS */
     uint8_t merge;        /* cq_merge */
-    uint32_t step;
-    uint32_t origin[CQ_MAX_COMPONENTS];
+    uint32_t step;                        /* distance of neighbouring values, the bits of an IEEE 754 binary32 */
+    uint32_t origin[CQ_MAX_COMPONENTS];   /* what value 0 stands for, likewise */
 } cq_channel;
 
 /* Counts that decide how much memory a mesh needs, and the channels. */
 typedef struct cq_shape {
-    uint32_t num_vertices;           /* of the mesh; for cq_encode: rows */
-    uint32_t num_faces;
+    uint32_t num_vertices;           /* of the mesh; in a cq_input: rows of the vertex buffers */
+    uint32_t num_faces;              /* of the mesh; in a cq_input: of the index buffer */
     uint32_t num_boundary_loops;
     uint32_t num_boundary_edges;     /* sum of the lengths of the loops */
     uint32_t num_channels;           /* 0 .. CQ_MAX_CHANNELS */
     cq_channel channel[CQ_MAX_CHANNELS];
-    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: one for each vertex, with its
-                                        number */
-    uint32_t num_aside_rows, num_aside_faces;  /* what is carried beside the mesh */
+    uint32_t num_rows;               /* rows of the mesh, see "Rows and wedges"; 0: row v is vertex v */
+    uint32_t num_aside_rows, num_aside_faces;  /* rows and faces that are carried beside the mesh, see cq_aside */
     uint32_t metadata_bytes;         /* opaque bytes that travel with the mesh, 0 .. CQ_MAX_METADATA */
-    uint32_t regular;                /* of a stream: 1 if there may be regular levels; cq_encode does not look at it */
-    uint32_t num_materials;          /* see "Materials"; 0 or 1: nothing of that */
+    uint32_t regular;                /* of a stream: 1 if it may have regular levels; ignored by cq_encode */
+    uint32_t num_materials;          /* 0 .. CQ_MAX_MATERIALS, see "Materials"; 0 or 1: one range with all faces */
 } cq_shape;
 
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
  *
  * What a GPU calls a vertex is a row of its vertex buffers. Where a seam of normals or texture coordinates runs through
- * a surface, several rows lie at one vertex of the mesh, and each is a wedge of the faces around it:
+ * a surface, one vertex of the mesh has several rows. The faces around it that share one of them are a wedge:
  *
  *           \  1  |  2  /            One mesh vertex with two rows. The faces around it have its number in
  *             \   |   /              mesh.origin, which is what is refined, and one of the rows in `index`, which is
  *               \ | /                the index buffer. Corners with the same row have the same mesh vertex, and the
- *         ---- seam ----            two faces of an edge have the same two mesh vertices: so there is no crack.
+ *         ---- seam ----            two faces of an edge have the same two mesh vertices: so seams never open.
  *               / | \
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
  *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
- * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, then
- * the row goes along, and gets what the new vertex has for the channels of the mesh vertex. cq_moved_rows tells which.
- * With cq_input.clean no row moves.
+ * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, the row
+ * moves there too, and takes its values of the channels per mesh vertex from it. cq_moved_rows tells which rows moved.
+ * With cq_input.clean none does.
  *
- * A mesh without seams has index == mesh.origin and a row for each vertex, and costs nothing of this.
+ * In a mesh without seams, index == mesh.origin, row v is vertex v, and none of this costs anything.
  *
- * Aside are faces that are no surface, namely those that name a row or a position twice, or the same rows as another
- * face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
+ * Aside are faces that no surface can have, namely those with the same row or position twice, or with the same three
+ * rows as another face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
 
-/* Faces and rows aside. Rows of their own are numbered behind those of the mesh: number shape.num_rows + k, or
- * shape.num_vertices + k without wedges, is row k here. */
+/* Faces and rows aside. Their rows are numbered behind those of the mesh: row k below has the number shape.num_rows + k
+ * in an index, or shape.num_vertices + k if there are no wedges. */
 typedef struct cq_aside {
-    uint32_t num_rows, num_faces;          /* shape's, or 0 before they are read */
+    uint32_t num_rows, num_faces;          /* as in the shape, or 0 before they are read */
     cq_index *index;                       /* cq_index[3 * num_faces], rows */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* cq_value[num_rows][components], or cq_value[num_faces] */
-    cq_index *material;                    /* cq_index[num_faces], or NULL */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_rows][components]; CQ_PER_FACE: [num_faces] */
+    cq_index *material;                    /* cq_index[num_faces], or NULL without materials */
 } cq_aside;
 
 /* -- Materials -----------------------------------------------------------------------------------------------------
  *
- * Faces of one material have their numbers in a range of their own, which is as long as the full mesh needs. Each range
- * fills from its start, so at any moment a material is drawn with one call, from the same vertex and index buffers:
+ * The faces of each material have a range of face numbers of their own, as long as the full mesh needs. A range fills
+ * from its start, so that at any moment one call draws a material, from the same vertex and index buffers:
  *
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
- * mesh.num_faces is then the capacity of all of them, and faces that are not there yet are free: origin[3f] == CQ_NONE;
- * or, until the base is complete (is_partial), no number of a vertex that is there. No face ever gets another number.
- * Without materials all faces are one range. */
+ * mesh.num_faces is then the sum of the capacities, and a face that is not there yet is free: origin[3f] == CQ_NONE;
+ * or, until the base is complete (is_partial), origin[3f] is no vertex that is there. No face ever changes its number.
+ * Without materials all faces form one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
  * Indexed halfedges. Face f owns halfedges 3f, 3f+1, 3f+2; halfedge h runs from origin[h] to origin[cq_next(h)], with
- * its face on the left (counter-clockwise faces). `origin` is the index buffer: cq_index[3 * num_faces].
+ * its face on the left (faces are counter-clockwise). `origin` is the index buffer: cq_index[3 * num_faces].
  *
- * The mesh is always closed: each boundary loop is closed by one virtual vertex, fanned to the loop. Virtual
- * vertices are numbered first_virtual .. first_virtual + num_virtual - 1 and their faces first_virtual_face ..
- * first_virtual_face + num_virtual_faces - 1, behind room for all real ones, so that real vertices and faces are 0
- * .. n-1 at every level.
+ * The mesh is always closed: each boundary loop is filled by a fan of virtual faces around one virtual vertex. Virtual
+ * vertices are numbered first_virtual .. first_virtual + num_virtual - 1, their faces first_virtual_face ..
+ * first_virtual_face + num_virtual_faces - 1. Both lie behind room for all real ones, so that real vertices and faces
+ * are 0 .. n-1 at every level.
  *
- * A collapse frees one vertex and two faces; their slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
- * last in, first out. A decoder never collapses: its vertices have no gaps, nor have its faces but for those of
- * materials, whose free slots are on no list.
+ * A collapse frees one vertex and two faces; free slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
+ * last in, first out. A decoder never collapses: its vertices have no gaps, and its faces only those of materials,
+ * whose free slots are on no list.
  *
- * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges from
- * a vertex form one cycle of valence[v] >= 2 (virtual: 3) that contains out[v]; no edge joins the same two vertices
- * twice; no two virtual vertices share an edge or a real neighbour. */
+ * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges that
+ * start at a vertex form one cycle of length valence[v] >= 2 (virtual: 3) that contains out[v]; no two edges join the
+ * same two vertices; no two virtual vertices share an edge or a real neighbour. */
 typedef struct cq_mesh {
     cq_index *origin;     /* cq_index[3 * all faces] */
     cq_index *twin;       /* cq_index[3 * all faces] */
@@ -317,23 +348,23 @@ typedef struct cq_mesh {
     cq_index first_virtual, first_virtual_face;       /* capacity of the real ones */
     cq_index max_virtual, max_virtual_faces;          /* capacity of the virtual ones */
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
-    int is_partial;                                   /* faces of vertices that are not there are free, too: see
+    int is_partial;                                   /* 1: faces whose vertices are not there are free, too: see
                                                          "Materials" */
-    cq_index flipped_from, flipped_to;                /* vertices whose faces the last regular level may have
-                                                         flipped; */
-    cq_index flipped_before;                          /* and the end of those of the one before; 0: there was none */
-    uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: nobody looks, */
+    cq_index flipped_from, flipped_to;                /* new vertices of the last regular level: its flips changed only
+                                                         faces of these; */
+    cq_index flipped_before;                          /* and the end of the level before; 0: there was none */
+    uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: not watched; */
     int watched_shift;                                /* see cq_mesh_watch */
 } cq_mesh;
 
-/* A number of bytes, which may be more than a size_t of 16 bits can say. */
+/* A number of bytes. Where a size_t has 16 bits, it may be more than that can hold. */
 #if SIZE_MAX < 0xffffffffu
 typedef uint32_t cqi_size;
 #else
 typedef size_t cqi_size;
 #endif
 
-/* Bytes of memory for a mesh: v vertices + boundary loops, f faces + boundary edges. A multiple of 4. */
+/* Bytes of memory for a mesh, a multiple of 4. v: vertices + boundary loops, f: faces + boundary edges. */
 #define CQ_MESH_BYTES(v, f) (CQI_ROUND(((cqi_size)(v) * 2 + (cqi_size)(f) * 6) * sizeof(cq_index) + (cqi_size)(v)))
 #define CQI_ROUND(n) (((n) + 3) / 4 * 4)
 
@@ -344,17 +375,18 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
  *
  * shape    in: num_vertices, num_faces. out: num_boundary_loops, num_boundary_edges as found (also on CQ_ERROR_MEMORY).
  * indices  cq_index[3 * num_faces], values 0 .. num_vertices - 1, counter-clockwise. Halfedge h starts at indices[h].
- * memory   cq_mesh_bytes(shape) bytes with the shape that comes out, aligned to 4. A closed mesh needs no second try:
- *          start with loops and edges 0, and on CQ_ERROR_MEMORY hand in cq_mesh_bytes(shape).
- * place    where the input is not an oriented 2-manifold; may be NULL.
+ * memory   cq_mesh_bytes(shape) bytes for the shape as it comes out, aligned to 4; in use as long as the mesh is. Start
+ *          with loops and edges 0, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes
+ *          as cq_mesh_bytes(shape) is by then.
+ * place    out: where the input is not an oriented 2-manifold; may be NULL.
  *
  * Any genus, number of components and of boundary loops. Returns CQ_OK, CQ_ERROR_MEMORY, _TOO_LARGE, _ARGUMENT or
  * the mesh errors CQ_ERROR_INDEX .. CQ_ERROR_UNUSED. Time O(vertices + faces). */
 CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
                                size_t memory_size, cq_place *place);
 
-/* Checks every invariant of the mesh in time O(vertices + faces), for any contents of its arrays and counts; uses
- * mark[] meanwhile. CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE, _VERTEX with the place. */
+/* Checks every invariant of the mesh in time O(vertices + faces), whatever its arrays and counts contain; uses mark[]
+ * meanwhile. Returns CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE or _VERTEX with the place, which may be NULL. */
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
@@ -362,52 +394,54 @@ CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
  * vertex are at most max_valence. */
 CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_valence);
 
-/* Collapses halfedge h = A -> B: B's other edges go to A, B and the two faces at h are freed.
+/* Collapses halfedge h = A -> B: B's other edges go to A; B and the two faces at h are freed.
  *
  *            p                      p          h must satisfy cq_mesh_can_collapse.
  *          / | \                    |          p = origin[prev(h)] lies to the left of A -> B.
- *        --A-h>B--       =>       --A--        Ring of A clockwise: p, neighbours of B, q, neighbours of A.
- *          \ | /                    |          first = A -> p, last = A -> q: spokes that split it again.
- *            q                      q                                                                         */
+ *        --A-h>B--       =>       --A--        p = origin[prev(h)] lies to the left of A -> B. A's ring clockwise is
+ *          \ | /                    |          then p, neighbours of B, q, neighbours of A. cq_mesh_split with
+ *            q                      q          first = A -> p and last = A -> q undoes the collapse.                 */
 CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
 
-/* Splits vertex A = origin[first] = origin[last]: a new vertex B takes A's neighbours strictly clockwise between the
- * spokes `first` and `last`, and both keep the two spokes' ends, first != last. Undoes the last collapse that has not
- * been undone: each vertex and face gets its slot back, but a face may start at another corner and out[] may be another
- * spoke, so halfedges kept from before are stale: keep A and the spokes' ends.
+/* Splits vertex A = origin[first] = origin[last], first != last: a new vertex B takes A's neighbours strictly between
+ * `first` and `last`, clockwise, and the ends of `first` and `last` become neighbours of both. Undoes the last collapse
+ * that has not been undone: each vertex and face gets its slot back. But a face may start at another corner, and out[]
+ * be another halfedge, so that halfedges kept from before are stale: keep A and the ends of the two halfedges instead.
  * Returns B, or CQ_NONE if the mesh is full or A is virtual. */
 CQ_API cq_index cq_mesh_split(cq_mesh *mesh, cq_index first, cq_index last);
 
-/* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]; returns n <= num_faces. */
+/* Writes the real triangles in slot order, skipping free slots: cq_index[3 * n]. Returns n <= num_faces. */
 CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
 /* Marks the faces that a decoder has changed since its mesh had `since` vertices, so that only those are uploaded to a
- * GPU: 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of each
- * vertex buffer, and the same of each array of CQ_PER_FACE from the number of faces then.
+ * GPU; since == 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of
+ * each vertex buffer, and of each channel CQ_PER_FACE those from the number of faces at that time on.
  *
- * Regular levels also flip edges between older vertices: while one is under way, all that it has changed so far is
- * marked, unless cq_mesh_watch was called with these faces.
+ * Regular levels also flip edges between older vertices. While one is under way, everything that it has changed so far
+ * is marked, unless cq_mesh_watch was called with these `faces`.
  *
- * faces    uint8_t[blocks]. The index buffer is divided into blocks of 2^shift faces, for a split touches about eight
- *          faces anywhere in it. 1 is written for a block with a face that is new or has got a new vertex; other bytes
- *          stay as they are. Face f is the indices origin[3 * f] .. [3 * f + 2], and with wedges those of
- *          cq_decoder.index; which rows moved is told by cq_moved_rows.
+ * faces    uint8_t[blocks], blocks = (faces of the full mesh + 2^shift - 1) >> shift. The index buffer is divided into
+ *          blocks of 2^shift faces, as a split touches about eight faces anywhere in it. The byte of a block becomes 1
+ *          if a face in it is new or has a new vertex; other bytes stay as they are. With wedges the same blocks of
+ *          cq_decoder.index have changed; cq_moved_rows tells which rows moved.
+ * shift    0 .. CQ_INDEX_BITS - 1.
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
 
-/* Has a decoder mark flips when they happen, for whoever uploads in each frame: cq_mesh_changes with the same faces and
- * shift then marks nothing but what has changed since the marks were taken off. To be called when the mesh has
+/* Has a decoder mark flips when they happen, for callers that upload in each frame: cq_mesh_changes with the same faces
+ * and shift then marks only what has changed since the caller last cleared the bytes. Call it when the mesh has
  * vertices, or before each cq_decode.
  *
- * faces    uint8_t[blocks] as for cq_mesh_changes, for all faces that the mesh will have; in use until this is called
- *          with others, or NULL, or the decoder is done. */
+ * faces    uint8_t[blocks] as for cq_mesh_changes; in use until this is called with others, or NULL, or the decoder is
+ *          done. */
 CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
- * Byte-wise, 32-bit range, carry handled; usable alone. The encoder counts bytes beyond its buffer instead of writing
- * them. The decoder reads zeros beyond its input and counts them. Both run the same models and spend the same bits. */
+ * Byte-wise, with a range of 32 bits and carry propagation (M. Schindler's range coder); usable alone. The encoder
+ * counts bytes beyond its buffer instead of writing them. The decoder reads zeros beyond its input and counts them.
+ * Both run the same models and spend the same bits. */
 typedef struct cq_range_encoder {
     uint64_t low;         /* low end of the interval, 33 bits with the carry */
     uint32_t range;       /* its width, > 2^24 after each call */
@@ -434,50 +468,53 @@ typedef uint16_t cq_bit_model;       /* probability of a 1 in 1/65536, kept in 1
 CQ_API void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size);
 CQ_API void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size);
 
-/* Codes one bit, 0 or anything else, with an adaptive model; both sides must use the same rate 1 .. 8 (higher is
- * slower) per call. */
+/* Codes one bit, 0 or anything else, with an adaptive model. Rate 1 .. 8: the probability moves by 2^-rate of the way
+ * to the bit; both sides use the same rate for the same bit. */
 CQ_API void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit);
 CQ_API int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate);
 
-/* Codes a symbol that owns `freq` > 0 of `total` <= 2^24 slots (up to 2^16 lose nothing), from slot `start`. The
- * decoder first asks for the slot, looks up the symbol, and then takes it. */
+/* Codes a symbol that owns slots start .. start + freq - 1 of `total`; freq > 0, total <= 2^24 (with up to 2^16,
+ * rounding costs next to nothing). A decoder first asks for the slot, looks up the symbol that owns it, and then takes
+ * that. */
 CQ_API void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t total);
 CQ_API uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total);
 CQ_API void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total);
 
-/* Codes the low `bits` 0 .. 32 of a value, all equally likely. */
+/* Codes the low `bits` bits of a value, 0 .. 32 of them, all equally likely. */
 CQ_API void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits);
 CQ_API uint32_t cq_decode_raw(cq_range_decoder *d, int bits);
 
-/* Ends the code with as few bytes as a decoder needs that reads zeros beyond them; returns e->count. The data is
- * complete if that is <= size. */
+/* Ends the code with as few bytes as a decoder needs that reads zeros beyond them; returns e->count, the number of
+ * bytes. The data is complete if that is <= size. */
 CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
 
 /* -- Reports -------------------------------------------------------------------------------------------------------
  *
- * Encoder and decoder fill the same report, if given one. Costs are in 1/65536 bit; the parts add up to the stream. */
+ * Encoder and decoder fill the same report, if given one. Costs are in 1/65536 bit and add up to the stream. */
 typedef struct cq_level {
     uint32_t regular;                /* 1: a regular level, which has no patches and no indices */
     uint32_t num_vertices;           /* real vertices after the level is refined */
     uint32_t num_patches;            /* patches conquered */
     uint32_t num_splits;             /* of these, split; the others are isolated */
-    uint32_t sum_i, sum_j;           /* of the indices of all splits */
-    uint32_t error;                  /* of the mesh before the level: no exact vertex is further away, 1/16 step */
+    uint32_t sum_i, sum_j;           /* sums of the two indices over all splits */
+    uint32_t error;                  /* of the mesh before the level: no exact vertex is further from it, in 1/16 of the
+                                        positions' step */
     uint64_t flags, indices, values; /* cost */
 } cq_level;
 
-/* What an encoder had to do to make a mesh of the triangles. Nothing of it is lost: a decoder gets all of them back. */
+/* What an encoder had to do to make a mesh of the triangles. Nothing is lost: a decoder gets all of them back. */
 typedef struct cq_preparation {
-    uint32_t degenerate_faces;       /* aside: a row or a position twice */
-    uint32_t repeated_faces;         /* aside: the rows of another face */
-    uint32_t detached_faces;         /* cut off all around, for two of their vertices would have had two edges */
-    uint32_t turned_faces;           /* turned over in the mesh, to agree with their neighbours */
+    uint32_t degenerate_faces;       /* aside: the same row or position twice */
+    uint32_t repeated_faces;         /* aside: the same rows as another face */
+    uint32_t detached_faces;         /* not joined to any other face, since two of their vertices would have two
+                                        edges */
+    uint32_t turned_faces;           /* their orientation is reversed in the mesh, to agree with their neighbours */
     uint32_t unused_rows;            /* aside: of no face */
-    uint32_t merged_rows;            /* that are equal to another one, and have become one with it */
-    uint32_t copied_rows;            /* more rows than went in: of vertices that the surface meets itself at */
+    uint32_t merged_rows;            /* rows equal to another one, which have become that one */
+    uint32_t copied_rows;            /* rows added: copies, where the surface touches itself at a vertex */
     uint32_t seam_edges;             /* joined, though their faces have different rows */
-    uint32_t cut_edges;              /* not joined, though two faces or more lie there */
-    uint32_t locked_vertices;        /* kept in the base for that, or because the caller says so */
+    uint32_t cut_edges;              /* not joined, though two or more faces lie there */
+    uint32_t locked_vertices;        /* kept in the base because of such cuts, or because the caller asked for it */
 } cq_preparation;
 
 typedef struct cq_report {
@@ -486,7 +523,7 @@ typedef struct cq_report {
     uint32_t num_components;
     uint32_t num_levels;
     uint32_t base_vertices, base_faces;                        /* real */
-    uint64_t header, base, flags, indices, positions, channels, aside;  /* cost; sum = 65536 * 8 * bytes */
+    uint64_t header, base, flags, indices, positions, channels, aside;  /* cost; their sum is 65536 * 8 * bytes */
     size_t bytes;                    /* of the stream */
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 } cq_report;
@@ -757,7 +794,8 @@ typedef struct cqi_model {
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
-                                                                same place, of the same joint; 16 times the running mean */
+                                                                same place, of the same joint; 16 times the running
+                                                                mean */
 } cqi_model;
 
 /* Running means of the residuals before, by channel and component; and of those where a component of the base
