@@ -50,6 +50,7 @@
  *     front        the vertex A of the triangle L, R, A to the left of a gate
  *     conquered    the vertex belongs to a patch of this level already; else it is available
  *     isolated     a patch whose centre is not split at this level
+ *     spoke        a halfedge that starts at the centre of a patch, or at another vertex in question
  *     level        one conquest, which covers the mesh with patches that do not overlap; or one regular level
  *     regular      a level that undoes a step of subdivision: its vertices lie on edges, without gates. If a stream has
  *                  regular levels, they are its finest ones
@@ -506,8 +507,7 @@ typedef struct cq_level {
 typedef struct cq_preparation {
     uint32_t degenerate_faces;       /* aside: the same row or position twice */
     uint32_t repeated_faces;         /* aside: the same rows as another face */
-    uint32_t detached_faces;         /* not joined to any other face, since two of their vertices would have two
-                                        edges */
+    uint32_t detached_faces;         /* joined to no other face, since two of their vertices would have two edges */
     uint32_t turned_faces;           /* their orientation is reversed in the mesh, to agree with their neighbours */
     uint32_t unused_rows;            /* aside: of no face */
     uint32_t merged_rows;            /* rows equal to another one, which have become that one */
@@ -530,26 +530,31 @@ typedef struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
 
-/* Bytes of input that one step can need, in bits: at most 12.1 for an adaptive bit (15/65536 at the fastest rate, 4),
- * 11.05 for a question and 7.15 for a pair that is asked about. A residual has 9 adaptive bits and 30 raw ones, if
- * exact 36: 144.9, of 144 here; a copy has 6 and 32. A split has 3 flags at most, 16 tries and the number of a pair
- * (8.2), 4 questions about a position: 203.1. With 61 exact components, the three of a position being 5.1 less each,
- * and 12.1 for the sum of weights, that makes 255, and up to 8 more until the next byte: of 272 here. A joint has 9 and
- * 24. Face values: 6 and 64, of a component; materials the same. A join of the base has 3 and 32. Of regular levels, an
- * insertion has three residuals; weights are 171 raw bits. */
+/* Bytes of input that one step may need: 34, and 18 for each component. At most, in bits:
+ *
+ *     adaptive bit        12.1    its symbol has 15/65536 or more, at the fastest rate, 4
+ *     question            11.05
+ *     pair that is tried   7.15
+ *     residual           138.9    9 adaptive bits and 30 raw ones; if exact 36, then 144.9 of the 144 per component
+ *     copy               104.6    6 and 32          value of a face  136.6    6 and 64; the same for its material
+ *     joint              132.9    9 and 24          join of the base  68.3    3 and 32
+ *     split              262.8    of the 272 besides: 3 flags, 16 pairs, the number of a pair (8.2) and 4 questions are
+ *                                 203.1; the sum of weights 12.1; 61 exact components, each 0.9 over its 144, and 3 of
+ *                                 the position, each 5.1 below it, 39.6; and 8 until the next byte
+ *
+ * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
-/* One channel of a row, if there are seams: two adaptive bits, and for each component 16 of 11.05 bits, 5 and 32:
- * 880. */
+/* The same for one channel of a row, if there are seams: two adaptive bits, and for each of 4 components 16 bits of
+ * quick models, 11.05 each, and 5 and 32 raw ones: 880 of the 896 bits here. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header: the largest step. What is left of it moves to the start when the buffer
- * is full and less than a step is left: of most meshes, whose steps are short, once for many of them. */
+/* Input that waits for its step, or a header: the largest step. When the buffer is full and holds less than a step,
+ * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. */
 #define CQI_BUFFER_BYTES CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1)
 
-
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
- * the spoke from v to the L of that gate. */
+ * the halfedge from v to the L of that gate. */
 typedef struct cqi_walk {
     cq_index *queue;
     cq_index capacity, head, count;
@@ -573,18 +578,19 @@ enum {
     CQI_QUEUED = 4        /* bit: waits in the queue */
 };
 
-/* A patch: its centre's neighbours, from the entry spoke clockwise. Offsets are positions less that of the centre,
- * times 2^shift, so that the largest component has CQI_RING_BITS bits (or shift is CQI_FRACTION). */
+/* A patch: its centre's neighbours, clockwise from the first spoke; a spoke is a halfedge that starts at the centre.
+ * Offsets are positions minus that of the centre, times 2^shift, so that the largest component has CQI_RING_BITS bits
+ * (or shift is CQI_FRACTION). */
 #define CQI_RING_BITS 14
 #define CQI_FRACTION 4
-#define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* a place further off counts as that far */
+#define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* offsets are clamped to that */
 enum {
-    CQI_LARGE_VALENCE = 31,                                     /* and more, of a vertex beside the centre */
-    CQI_RULE_CLASSES = CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1   /* of an alternative's valence less that of B */
+    CQI_LARGE_VALENCE = 31,                                     /* valences beside the centre are clamped to that */
+    CQI_RULE_CLASSES = CQ_MAX_VALENCE + CQI_LARGE_VALENCE + 1   /* of the valence of an alternative minus that of B */
 };
 typedef struct cqi_ring {
     int size;
-    int boundary;                                /* place of the virtual vertex; CQ_MAX_VALENCE: none */
+    int boundary;                                /* place of the virtual vertex; CQ_MAX_VALENCE: there is none */
     int shift;
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];             /* its end */
@@ -594,53 +600,53 @@ typedef struct cqi_ring {
     uint8_t kind[CQ_MAX_VALENCE];                /* valence and state of the vertex */
     uint8_t length[CQ_MAX_VALENCE];              /* class of the spoke's length */
     uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke */
-    cqi_vector at[CQ_MAX_VALENCE];               /* offset of the vertex; 0 of a virtual one */
-    int32_t square[CQ_MAX_VALENCE];              /* of its length */
+    cqi_vector at[CQ_MAX_VALENCE];               /* offset of the vertex; 0 for a virtual one */
+    int32_t square[CQ_MAX_VALENCE];              /* of the offset's length */
 } cqi_ring;
 
-/* Candidates for the pair of common neighbours: p < q. */
+/* Candidates for the pair of common neighbours: p < q. A score is the sum of those of its parts, see "The pair". */
 #define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 typedef struct cqi_choice {
-    int32_t end_p[CQ_MAX_VALENCE];               /* of a ring vertex as p, less those that it and all before it have */
-    int32_t end_q[CQ_MAX_VALENCE];               /* as neighbours of B alone; as q, with those of all before it */
+    int32_t end_p[CQ_MAX_VALENCE];               /* of vertex k as p, minus those of 0 .. k as neighbours of B alone */
+    int32_t end_q[CQ_MAX_VALENCE];               /* of vertex k as q, plus those of 0 .. k - 1, likewise */
     uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* what the rule compares: see cqi_find_alternatives */
-    int32_t score[CQI_PAIRS];                    /* of each pair less that of its q, by q, then p; CQI_TRIED */
+    int32_t score[CQI_PAIRS];                    /* of each pair minus that of its q, by q, then p; CQI_TRIED */
     int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q */
 } cqi_choice;
 
-/* The ring of B, when the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond its edges:
- * number k lies beyond the edge from k to k + 1, the last one beyond that back to A. */
+/* B and its neighbours, once the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond the
+ * edges of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
 #define CQI_FEATURES 4
 #define CQI_RIVALS 16
 typedef struct cqi_fan {
     int size;
-    int boundary;                                /* one of B's neighbours is virtual */
+    int boundary;                                /* 1: one of B's neighbours is virtual */
     cq_index vertex[CQ_MAX_VALENCE + 1];
     cq_index beyond[CQ_MAX_VALENCE + 1];         /* CQ_NONE: a virtual one, or unknown */
-    int axis[3];                                 /* components of a channel that are x, y, z here */
-    int32_t slope_x, slope_y;                    /* of the plane, in 1/256 */
+    int axis[3];                                 /* components of the channel that are x, y, z here; z is above */
+    int32_t slope_x, slope_y;                    /* of the plane through the ring, in 1/256 */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* offsets of the vertices, */
     cqi_vector outer[CQ_MAX_VALENCE + 1];        /* and of those beyond */
     int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, of the function that runs */
     cqi_vector mean;                             /* of the vertices */
     int32_t extent;                              /* their mean distance from it */
-    cqi_vector feature[CQI_FEATURES];            /* other predictions, less the mean; */
+    cqi_vector feature[CQI_FEATURES];            /* other predictions, minus the mean; */
     int32_t height[CQI_FEATURES];                /* above the plane */
     cqi_vector linear;                           /* the linear prediction, */
     int32_t rise;                                /* and its height above the plane through the mean */
-    int expected[3];                             /* half bits of residuals, by what the fan looks like */
+    int expected[3];                             /* class of the residuals, in half bits, by what the fan looks like */
     int num_rivals;
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete, */
     int16_t rival_x[CQI_RIVALS], rival_y[CQI_RIVALS]; /* their x and y again */
     int16_t vote[CQI_RIVALS];                    /* how many agree with each, twice if closely */
-    int32_t radius;                              /* within which they agree */
-    int votes;                                   /* for the one that is most agreed upon */
-    cqi_vector agreed;                           /* mean of those that agree with it */
-    int same;                                    /* it is asked whether components are those of neighbours */
-    int gain_same;                               /* by that, in 1/64 bit */
+    int32_t radius;                              /* two agree if they are no further apart */
+    int votes;                                   /* for the rival with the most */
+    cqi_vector agreed;                           /* mean of those that agree with that one */
+    int same;                                    /* 1: asked whether components are equal to those of neighbours */
+    int gain_same;                               /* saved by asking, in 1/64 bit */
 } cqi_fan;
 
-/* Weights of the split model: natural logarithms of odds, in units of 1 / CQI_NAT. Indices of tables in one array. */
+/* Weights of the split model: log-odds, natural, in units of 1 / CQI_NAT. Indices of tables in one array. */
 #define CQI_NAT_BITS 12
 #define CQI_NAT ((int32_t)1 << CQI_NAT_BITS)
 enum {
@@ -656,7 +662,7 @@ enum {
     CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
 };
 
-/* Rows of models for the number of bits of a residual: expected half bits; beyond them by parity. */
+/* Rows of models for the number of bits of a residual: by what is expected, in half bits; beyond 12 by parity. */
 #define CQI_EXPECTED 12
 
 #ifdef CQ_NO_ATTRIBUTES
@@ -827,59 +833,71 @@ typedef struct cqi_regular {
 
 /* A piece of input: cq_decode advances data and shrinks size by what it has used. */
 typedef struct cq_bytes {
-    const uint8_t *data;
+    const uint8_t *data;      /* uint8_t[size]; may be NULL if size is 0 */
     size_t size;
 } cq_bytes;
 
-/* Reads the header at the start of a stream. CQ_OK and the shape; CQ_NEED_INPUT if `size` bytes are not all of it;
- * or an error. CQ_MAX_HEADER_BYTES are always enough. header_bytes and stream_bytes may be NULL. */
+/* Reads the header at the start of a stream.
+ *
+ * data           uint8_t[size], the first bytes of the stream: CQ_MAX_HEADER_BYTES are always enough.
+ * shape          out: counts and channels.
+ * header_bytes   out: length of the header; may be NULL.
+ * stream_bytes   out: length of the whole stream; may be NULL.
+ *
+ * Returns CQ_OK, CQ_NEED_INPUT if `size` bytes are not the whole header, CQ_ERROR_ARGUMENT, _FORMAT, _VERSION,
+ * _UNSUPPORTED, _TOO_LARGE, _CORRUPT or _CHECKSUM. Only with CQ_OK do the outputs mean anything. */
 CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
 
-/* Bytes of memory for a decoder beside sizeof(cq_decoder): v vertices + boundary loops, f faces + boundary edges,
- * c components of all channels of vertices together. Each channel of faces needs CQ_FACE_BYTES(faces) more. */
+/* Bytes of memory for a decoder, beside sizeof(cq_decoder). v: vertices + boundary loops, f: faces + boundary edges,
+ * c: components of all channels per vertex together. The macros that follow say what comes on top of that. */
 #define CQ_DECODER_BYTES(v, f, c) \
     (CQ_MESH_BYTES(v, f) + CQI_ROUND(((cqi_size)(f) / 3 + 1) * sizeof(cq_index)) \
      + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
+
+/* More for each channel CQ_PER_FACE. f: faces. */
 #define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
 
-/* Metadata of m bytes need so much more. */
+/* More for m bytes of metadata. */
 #define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
 
-/* More for m materials, a faces being aside. */
+/* More for m materials. a: faces aside. */
 #define CQ_MATERIAL_BYTES(m, a) \
     ((m) ? CQI_ROUND((cqi_size)(m) * sizeof(cqi_material)) + CQI_ROUND((cqi_size)(a) * sizeof(cq_index)) : 0)
 
-/* With wedges: more than that for w rows, f faces, c components of all channels of rows together, which do not count
- * as components of vertices. Things aside need CQ_ASIDE_BYTES more, c being all components but those of faces, d those
- * of faces. */
+/* More with wedges. f: faces, w: rows, c: components of all channels per row together; these no longer count as
+ * components per vertex. */
 #define CQ_WEDGE_BYTES(f, w, c) \
     (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
      + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
+
+/* More for f faces and r rows aside. c: components of all channels per vertex or row, d: channels CQ_PER_FACE. */
 #define CQ_ASIDE_BYTES(f, r, c, d) \
     (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
      + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
 
-/* The same for a shape; 0 if it is too large for cq_index or size_t. */
+/* The sum of all of these for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
-
-/* Public fields, for reading: shape and mesh and channel once the header is read; mesh.num_vertices and mesh.num_faces
- * grow with each split. The rest is private. */
+/* Public fields, for reading; with cq_report the one exception. They are set once the header is read, and until then 0
+ * or NULL. mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
 typedef struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
-    cq_mesh mesh;                          /* of this moment */
-    cq_index *index;                       /* cq_index[3 * mesh.num_faces], the index buffer: mesh.origin, or rows */
-    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k: cq_value[num_vertices][components], vertex buffers, or
-                                              [num_rows], see "Rows and wedges"; with CQ_PER_FACE cq_value[num_faces],
-                                              in the order of the faces in origin */
-    cq_index *vertex;                      /* cq_index[num_rows], mesh vertices of the rows; NULL: of the same number */
-    cq_index num_rows;                     /* of this moment; mesh.num_vertices if vertex is NULL */
+    cq_mesh mesh;                          /* as it is by now */
+    cq_index *index;                       /* cq_index[3 * mesh.num_faces], index buffer: mesh.origin, or with wedges
+                                              rows */
+    cq_value *channel[CQ_MAX_CHANNELS];    /* channel k, a vertex buffer: cq_value[mesh.num_vertices][components], or
+                                              [num_rows], see "Rows and wedges"; with CQ_PER_FACE cq_value
+                                              [mesh.num_faces], in the order of the faces in index */
+    cq_index *vertex;                      /* cq_index[num_rows], the mesh vertex of each row; NULL: row v is vertex
+                                              v */
+    cq_index num_rows;                     /* by now; mesh.num_vertices if vertex is NULL */
     cq_aside aside;
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
-                                              it, in 1/16 of the positions' step; 0 at CQ_DONE */
-    uint32_t num_components;               /* of the mesh of this moment */
-    cq_report *report;                     /* NULL, or set by the caller after init: filled while decoding */
+                                              it, in 1/16 of the positions' step. 0 at CQ_DONE; and where it is not
+                                              known: before the first level, and without positions */
+    uint32_t num_components;               /* connected components of the mesh, by now */
+    cq_report *report;                     /* in: NULL, or set after cq_decoder_init: filled while decoding */
 
     /* private */
     cq_result status;                      /* CQ_OK, or the permanent result */
@@ -913,12 +931,12 @@ typedef struct cq_decoder {
         cq_index vertices;                 /* of the base */
         int more;                          /* another component follows */
     } base;
-    int located;                           /* channel of positions that the connectivity is coded with, or -1 */
-    int ruled;                             /* pairs are scored by the rule, too: see cqi_score_rule */
+    int located;                           /* channel of positions that the connectivity is predicted from, or -1 */
+    int ruled;                             /* 1: pairs are scored by the rule, too: see cqi_score_rule */
     int rate;                              /* of adaptation of the bit models */
-    uint32_t error_code;                   /* what the stream says of it */
+    uint32_t error_code;                   /* `error` as the stream has it */
     cq_index splits;                       /* patches of this level that are split */
-    cq_index active;                       /* base vertices of the components that take part */
+    cq_index active;                       /* base vertices of the components that take part in the level */
     cq_index seed;                         /* base vertices before it: their components had their first patch */
     cq_index cleared;                      /* vertices that are ready for the level */
     cqi_walk walk;
@@ -933,163 +951,177 @@ typedef struct cq_decoder {
     cqi_model model;
 } cq_decoder;
 
-/* Prepares a decoder. memory: aligned to 4, contents need not be initialised; it is carved up when the header has been
- * read, and must hold cq_decoder_bytes of the shape. Returns CQ_OK or CQ_ERROR_ARGUMENT. */
+/* Prepares a decoder; can also be called again to start over with another stream.
+ *
+ * memory   at least cq_decoder_bytes(shape) bytes for the shape in the header, aligned to 4; contents need not be
+ *          initialised. In use as long as the decoder is. cq_decode looks at it once the header is read, and returns
+ *          CQ_ERROR_MEMORY if it does not do.
+ *
+ * Returns CQ_OK, or CQ_ERROR_ARGUMENT for NULL. */
 CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
 
 /* Decodes until the input or the budget is used up.
  *
- * in       the next piece of the stream, of any size; advanced past the bytes used, which need not be kept. Bytes
+ * in       the next piece of the stream, of any size; it is advanced past the bytes used, which need not be kept. Bytes
  *          behind the end of the stream are not used. NULL: no more input will come.
- * budget   at most so many steps; a step reads one face or vertex of the base, conquers one patch, makes one split, or
- *          gets 1024 vertices ready for a level; of a regular level it looks at one face or inserts one vertex. Budget
- *          1 stops after every split. A step takes bounded time, but for a vertex with more than CQ_MAX_VALENCE
- *          neighbours: at most once a level it walks around that.
+ * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
+ *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
+ *          budget 1, each call makes at most one split. A step takes bounded time, but for a vertex with more than
+ *          CQ_MAX_VALENCE neighbours: once a level, a step may walk around that.
  *
- * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only for in == NULL) or an error;
- * CQ_ERROR_MEMORY if the shape needs more than was given. Errors and CQ_TRUNCATED are permanent.
+ * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
+ * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
+ * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
  *
- * Before the first level begins (level 0) components arrive one after another, the largest of those with as many levels
- * first. Each can be drawn when it is complete: until then it is not part of the mesh. Time O(bytes + steps), and once
- * O(max vertices) for the header and O(vertices) for the base; no recursion. */
+ * Before the first level begins (level 0), components arrive one after another: those with more levels first, and of
+ * these the largest. A component becomes part of the mesh when it is complete.
+ *
+ * Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 
-/* Values of rows first .. first + count - 1 as vertex buffers have them, whether channel k is of the mesh vertex or of
- * the row: cq_value[count][components]. */
+/* Values of rows first .. first + count - 1 of channel k as a vertex buffer has them, whether the channel is per vertex
+ * or per row: cq_value[count][components]. k < shape.num_channels, first + count <= num_rows. */
 CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
 
-/* The index buffer of faces first .. first + count - 1, with those that were turned over turned back: cq_index[3 *
- * count]. Only needed if there is a channel CQ_TURNED; else it is a copy from `index`. */
+/* The index buffer of faces first .. first + count - 1 with the orientation that they had before cq_encode:
+ * cq_index[3 * count]. Only differs from `index` if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
 CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
 
-/* The faces of material m that are there: numbers *first .. *first + *count - 1. Draw `index` from 3 * *first on, 3 *
- * *count indices. Without materials there is one, number 0, which has all faces. */
+/* The faces of material m that are there: *first .. *first + *count - 1. To draw them, draw 3 * *count indices from
+ * index[3 * *first] on. Without materials, material 0 has all faces. m < shape.num_materials, or 0. */
 CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
 
-/* Marks the rows that have moved since there were so many vertices and rows, as cq_mesh_changes marks faces: uint8_t
- * [blocks] of 2^shift rows. Time O(new vertices). Nothing to do without wedges, or for the rows that are new. */
+/* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
+ * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked, and without wedges none is.
+ * Time O(new vertices). */
 CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
 
 /* -- Levels of detail -----------------------------------------------------------------------------------------------
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
- * one, is a level of detail. Kept while decoding goes on, they are a chain of levels with one set of vertex buffers.
- * Rows that move are shown where they are by then; with cq_input.clean none does. */
+ * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
+ * vertex buffers. A row that moves is drawn where it is at last; with cq_input.clean none moves. */
 typedef struct cq_lod {
-    cq_index min_vertices;  /* in: to be kept of the first mesh with so many vertices (rows), and with */
-    uint32_t max_error;     /* in: an error, as in cq_decoder, of at most this; CQ_NO_LIMIT: any */
+    cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
+    uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
     uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
-    size_t first;           /* out: of its indices, 3 * num_faces of them, material by material */
-    cq_index *of_material;  /* in: NULL, or cq_index[num_materials], out: faces of each */
+    size_t first;           /* out: place of its 3 * num_faces indices in `indices`, material by material */
+    cq_index *of_material;  /* in: NULL, or cq_index[num_materials]. out: faces of each */
 } cq_lod;
 
-/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: a level has up to as many
- * vertices too many as the budget of that had steps.
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: as it only sees the mesh
+ * then, a level may have a vertex more for each step of the budget.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
  * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
  *
- * Returns how many are kept; a level that finds no room is not, nor are those behind it. Without errors in the stream,
- * a max_error is reached at CQ_DONE. */
+ * Returns how many are kept. A level for which there is no room is not, nor are those behind it. If the stream has no
+ * errors, a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
 /* -- Encoder ------------------------------------------------------------------------------------------------------- */
 
-/* What a collapse is chosen for; without positions, both are CQ_LEAST_CONNECTIVITY. */
+
+/* How collapses are chosen; without positions, both are CQ_LEAST_CONNECTIVITY. */
 typedef enum cq_goal {
-    CQ_BALANCED = 0,      /* features of the surface go last; of what may go the smallest valence, then the nearest */
+    CQ_BALANCED = 0,      /* features of the surface last; else by the smallest valence, then the shortest edge */
     CQ_LEAST_CONNECTIVITY /* by valences alone */
 } cq_goal;
 
-/* What to encode, and how. Zero-initialise, then set what you need. */
+/* What to encode, and how. Zero-initialise, then set what you need. Of `shape`, set num_vertices (rows of the vertex
+ * buffers), num_faces, num_channels and channel[], and for what you have metadata_bytes and num_materials. */
 typedef struct cq_input {
-    cq_shape shape;                        /* num_vertices, num_faces, num_channels, channel[]; the rest is
-                                              found */
+    cq_shape shape;                        /* in and out: see cq_encode */
     const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
-    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components] or [num_faces] */
+    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components]; CQ_PER_FACE:
+                                                 [num_faces] */
     cq_goal goal;
     const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
-    const cq_index *materials;             /* cq_index[num_faces], each below shape.num_materials, if that is 2 or
-                                              more */
-    const uint8_t *locked;                 /* may be NULL: uint8_t[num_vertices], rows that are to be in the base */
+    const cq_index *materials;             /* cq_index[num_faces], each < shape.num_materials; only if that is >= 2 */
+    const uint8_t *locked;                 /* uint8_t[num_vertices], 1: the row is to be in the base; may be NULL */
     int clean;                             /* 1: no row ever moves, at the cost of a larger base */
     int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
-    cq_index *map;                         /* out, may be NULL: cq_index[num_vertices], decoded rows */
-    cq_index *face_map;                    /* the same for faces: cq_index[num_faces]; those aside follow the others */
-    void (*progress)(void *user, uint32_t done, uint32_t total);  /* may be NULL; called now and then, done <= total */
-    void *user;
+    cq_index *map;                         /* out: cq_index[num_vertices], the decoded row of each row; may be NULL */
+    cq_index *face_map;                    /* out: cq_index[num_faces], the decoded face of each face; may be NULL */
+    void (*progress)(void *user, uint32_t done, uint32_t total);  /* called now and then, done <= total; may be NULL */
+    void *user;                            /* passed to progress */
 } cq_input;
 
 /* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
-/* Encodes triangles, whatever they are: the rows and the index buffer of a GPU, any of them. What is not an oriented
- * manifold is made one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation.
- * A line can be carried as a face a, b, b and a point as a, a, a. Of rows with the same values in all channels one
- * comes back, and of rows that the surface meets itself at several. Without a channel of positions rows are told apart
- * by their numbers alone.
+/* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
+ * one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A line can be
+ * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
+ * the surface touches itself may become several. Without a channel of positions rows only differ by their numbers.
  *
- * in       in->shape.num_boundary_loops, _edges and num_rows are set as found; start with zeros (a closed mesh) and on
- *          CQ_ERROR_MEMORY hand in cq_encoder_bytes(&in->shape).
- * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. An eighth more is mostly enough for boundaries at once.
- * out      uint8_t[out_size]; *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
- * place    where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.    report   may be NULL.
+ * in       in->shape.num_boundary_loops, _edges and num_rows are set as found. Start with zeros, which is enough for a
+ *          closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as cq_encoder_bytes(&in->shape) is by then.
+ * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
+ *          second call.
+ * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
+ * place    out: where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.
+ * report   out: where the bits went; may be NULL.
+ *
+ * Returns CQ_OK, CQ_ERROR_ARGUMENT if a channel is not as cq_channel, cq_kind and cq_merge say, CQ_ERROR_MEMORY,
+ * _OUTPUT, _TOO_LARGE, _INDEX, _VALUE or _UNSUPPORTED; if built with CQ_NO_WEDGES also the errors of cq_mesh_build.
  *
  * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
- * in->map[v] (one of them, if it was copied), input face f decoded face in->face_map[f]; or mesh.num_faces + k, if it
- * is face k aside. CQ_ERROR_ARGUMENT if a channel is not as cq_channel, cq_kind and cq_merge say.
+ * in->map[v] (one of them, if it was copied), input face f is decoded face in->face_map[f]; or if that is
+ * mesh.num_faces + k, face k aside.
  *
  * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream
- * smaller; with the goal balanced, only if coarser meshes stay about as near. Where that is in question, the mesh is
+ * smaller; with CQ_BALANCED only if coarser meshes stay about as near to the surface. To find out, the mesh may be
  * encoded once more, or twice.
  *
- * The same input gives the same bytes on every platform and for both index widths. Time O(vertices + faces). */
+ * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                            size_t *stream_size, cq_place *place, cq_report *report);
 
 /* -- Quantiser -----------------------------------------------------------------------------------------------------
  *
- * Floats to values and back, for those who have no integers of their own: the one part that uses floating point. It
+ * Floats to values and back, for callers who have no integers of their own: the only part that uses floating point. It
  * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
  *
- * -ffast-math may change what this part does, and nothing else: it may not notice a NaN or an infinity, and the last
- * bit of what it computes may differ from other builds. The bytes of a stream depend on the values alone.
+ * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
+ * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
  *
- * A grid is what a channel says its numbers mean: value q of component k is origin[k] + step * q. */
+ * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
- * minimum. The step is longer where floats are further apart than that, and 0 if all vertices are equal. If it is not
- * longer, with up to 22 bits, a grid chosen for what has come back gives the same values again.
+ * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
+ * Unless it is longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same values.
  *
  * channel  in: components, bits. out: origin, step; the rest stays as it is.
  * from     float[count][components].
- * place    the first vertex with a NaN or an infinity; may be NULL.
+ * place    out: the first vertex with a NaN or an infinity; may be NULL.
  *
- * CQ_OK, CQ_ERROR_ARGUMENT or CQ_ERROR_VALUE, which without a vertex says that no float holds the step. */
+ * Returns CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE: without a vertex if no float can hold the step. */
 CQ_API cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_place *place);
 
-/* The same with a given step, a power of two: the origin is a multiple of it, and `bits` comes out, as many as the box
- * needs. Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
- * CQ_ERROR_VALUE without a vertex says that the box needs more than CQ_MAX_BITS, or an origin beyond all floats. */
+/* The same with a given step, a power of two: origins become multiples of it, and `bits` as many as the box needs.
+ * Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
+ * CQ_ERROR_VALUE without a vertex: the box needs more than CQ_MAX_BITS, or an origin is beyond all floats. */
 CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place);
 
-/* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. CQ_OK,
- * CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the grid.
+/* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. Returns
+ * CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the
+ * grid; place may be NULL.
  *
- * Coordinates come back with an error of at most (1/2 + 2^-26) step, and half the distance of two floats there. On a
+ * Coordinates come back with an error of at most (1/2 + 2^-26) step plus half the distance of two floats there. On a
  * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
 CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
 
-/* Values to the nearest floats; never NaN or infinite, whatever the channel says. With CQ_EXACT_BITS both functions
- * copy the floats, whatever they are. */
+/* Values to the nearest floats, cq_value[count][components] to float[count][components]; never NaN or infinite,
+ * whatever the channel says. With CQ_EXACT_BITS this and cq_quantise copy the floats, whatever they are. */
 CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
 
 /* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
- * back to unit vectors. The axes come back exactly, any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
- * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. What has come back has the same pair
- * again, with up to 22 bits. Results and places as of cq_quantise.
+ * back to unit vectors. The axes come back exactly. Any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
+ * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. With up to 22 bits, what has come back
+ * has the same pair again. Results and places as of cq_quantise.
  * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
 CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
 CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
