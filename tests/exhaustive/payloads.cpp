@@ -13,6 +13,7 @@
 #include "conquest.h"
 
 #include "../support/codec.h"
+#include "../support/records.h"
 #include "../support/report.hpp"
 #include "../support/surface.hpp"
 
@@ -69,10 +70,27 @@ cq_shape with_channel(cq_shape shape, cq_kind kind, cq_merge merge, int componen
     return shape;
 }
 
+cq_shape with_seams(cq_shape shape, uint32_t more_rows) {
+    shape.num_rows = shape.num_vertices + more_rows;
+    return with_channel(shape, CQ_TEXCOORD, CQ_AVERAGE, 2, 1);
+}
+
+cq_shape with_materials(cq_shape shape) {
+    shape.num_materials = 2;
+    return shape;
+}
+
+// A row, a face and a byte beside the mesh.
+cq_shape with_aside(cq_shape shape) {
+    shape.num_aside_rows = shape.num_aside_faces = shape.metadata_bytes = 1;
+    return with_channel(shape, CQ_GENERIC, CQ_AVERAGE, 1, 1);
+}
+
 std::string name(const cq_shape &s) {
     return std::to_string(s.num_vertices) + " vertices, " + std::to_string(s.num_faces) + " faces, "
          + std::to_string(s.num_boundary_loops) + " loops, " + std::to_string(s.num_boundary_edges) + " edges, "
-         + std::to_string(s.num_channels) + " channels";
+         + std::to_string(s.num_channels) + " channels, " + std::to_string(s.num_rows) + " rows, "
+         + std::to_string(s.num_materials) + " materials";
 }
 
 // -- One payload ----------------------------------------------------------------------------------------------------
@@ -80,7 +98,9 @@ std::string name(const cq_shape &s) {
 // Patches and splits of all levels, their ends: each level adds a vertex. One of patches has a patch for three faces at
 // most, a regular one passes over its faces a few times.
 uint64_t most_calls(const cq_shape &s) {
-    return 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8);
+    uint64_t calls = 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8);
+    if (s.num_rows) calls += 3 * s.num_vertices + 6 * s.num_faces + 2 * s.num_boundary_edges;   // corners of splits, of the base
+    return calls + (s.num_rows + s.num_aside_rows) * (s.num_channels + 2) + s.num_aside_faces + s.metadata_bytes + 2;
 }
 
 bool is_final(cq_result result, bool complete) {
@@ -89,10 +109,32 @@ bool is_final(cq_result result, bool complete) {
 }
 
 bool is_valid(const cq_decoder &d) {
-    return d.mesh.num_vertices == 0 || (cq_mesh_check(&d.mesh, nullptr) == CQ_OK && examine(d.mesh).empty());
+    if (d.mesh.num_vertices == 0) return true;
+    return cq_mesh_check(&d.mesh, nullptr) == CQ_OK && examine(d.mesh).empty() && rows_are_valid(&d);
 }
 
-// The decoded mesh as input: a second stream of it decodes to a mesh of the same counts.
+// The ranges of the materials follow each other, and have all faces.
+bool materials_are_valid(const cq_decoder &d) {
+    if (d.shape.num_materials == 0) return true;
+    uint64_t faces = 0;
+    for (uint32_t k = 0; k < d.shape.num_materials; ++k) {
+        cq_index first = 0, count = 0;
+        cq_material(&d, k, &first, &count);
+        if (first > d.shape.num_faces || count > d.shape.num_faces - first) return false;
+        faces += count;
+    }
+    return faces == d.mesh.num_faces;
+}
+
+bool is_complete(const cq_decoder &d) {
+    const uint32_t rows = d.shape.num_rows ? d.shape.num_rows : d.shape.num_vertices;
+    return d.mesh.num_vertices == d.shape.num_vertices && d.mesh.num_faces == d.shape.num_faces && d.num_rows == rows
+        && d.aside.num_rows == d.shape.num_aside_rows && d.aside.num_faces == d.shape.num_aside_faces
+        && d.metadata_read == d.shape.metadata_bytes && materials_are_valid(d);
+}
+
+// The decoded mesh as input: a second stream of it decodes to a mesh of the same counts. With seams that need not be:
+// rows of equal values become one.
 bool codes_again(const cq_decoder &d) {
     cq_input in = {};
     in.shape = d.shape;
@@ -184,9 +226,8 @@ private:
         if (!is_valid(*decoder)) return "not valid";
         if (result != CQ_DONE) return nullptr;
         tally.levels += decoder->level;
-        if (decoder->mesh.num_vertices != shape.num_vertices || decoder->mesh.num_faces != shape.num_faces)
-            return "done, but other counts";
-        return codes_again(*decoder) ? nullptr : "does not come back";
+        if (!is_complete(*decoder)) return "done, but other counts";
+        return cqi_is_extended(&shape) || codes_again(*decoder) ? nullptr : "does not come back";
     }
 
     void count(cq_result result) {
@@ -214,7 +255,7 @@ bool is_valid_header(const cq_shape &shape) {
         && stream_size == size && seen.num_vertices == shape.num_vertices && seen.num_faces == shape.num_faces;
 }
 
-void up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Report &report) {
+size_t up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Report &report) {
     Tally tally;
     size_t expected = 0;
     for (const cq_shape &shape : shapes) {
@@ -227,6 +268,7 @@ void up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Repo
     }
     report.expect(shapes[0].num_channels > 0 || tally.levels > 0, "no level was begun");
     end(std::to_string(shapes.size()) + " headers" + what, expected, tally, report);
+    return shapes.size();
 }
 
 void three_bytes(Report &report) {
@@ -247,7 +289,7 @@ int main(int argc, char **argv) {
         three_bytes(report);
         return report.summary();
     }
-    std::vector<cq_shape> bare = small_shapes(), located, valued, exact, copied, grouped;
+    std::vector<cq_shape> bare = small_shapes(), located, valued, exact, copied, grouped, seamed, aside, materials;
     for (const cq_shape &s : bare) {
         grouped.push_back(with_channel(s, CQ_GROUP, CQ_PER_FACE, 1, 1));
         if (s.num_boundary_loops > 0) continue;
@@ -255,14 +297,24 @@ int main(int argc, char **argv) {
         valued.push_back(with_channel(s, CQ_GENERIC, CQ_AVERAGE, 1, 1));
         exact.push_back(with_channel(s, CQ_GENERIC, CQ_AVERAGE, 1, CQ_EXACT_BITS));
         copied.push_back(with_channel(s, CQ_GENERIC, CQ_COPY, 1, 1));
+        if (s.num_faces == 0) continue;
+        for (uint32_t more : {1u, 2u})
+            if (s.num_vertices + more <= 3 * s.num_faces) seamed.push_back(with_seams(s, more));
+        aside.push_back(with_aside(s));
+        materials.push_back(with_materials(s));
     }
     for (auto shapes : {&bare, &located})
         for (cq_shape &s : *shapes) s.regular = 1;
-    up_to_two_bytes(", regular levels", bare, report);
-    up_to_two_bytes(", regular levels, with positions", located, report);
-    up_to_two_bytes(" with a value", valued, report);
-    up_to_two_bytes(" with an exact value", exact, report);
-    up_to_two_bytes(" with a copied value", copied, report);
-    up_to_two_bytes(" with a value per face", grouped, report);
+    size_t headers = 0;
+    headers += up_to_two_bytes(", regular levels", bare, report);
+    headers += up_to_two_bytes(", regular levels, with positions", located, report);
+    headers += up_to_two_bytes(" with a value", valued, report);
+    headers += up_to_two_bytes(" with an exact value", exact, report);
+    headers += up_to_two_bytes(" with a copied value", copied, report);
+    headers += up_to_two_bytes(" with a value per face", grouped, report);
+    headers += up_to_two_bytes(" with seams", seamed, report);
+    headers += up_to_two_bytes(" with a row, a face and a byte aside", aside, report);
+    headers += up_to_two_bytes(" with two materials", materials, report);
+    std::printf("payloads of up to 2 bytes behind %zu headers\n", headers);
     return report.summary();
 }
