@@ -1,7 +1,7 @@
 /* Work on hostile meshes and streams, counted in basic blocks: four times the size may take at most five times the
  * work, and never more than a bound per vertex, face and byte. Hubs of any valence, thousands of components, long
- * boundaries, many handles, faces that are no manifold at all, headers that promise what does not come. No clock is
- * involved. The last line is `N passed, N failed`. */
+ * boundaries, many holes and handles, seams along every edge, faces that are no manifold at all, headers that promise what
+ * does not come, streams whose second half is damaged. No clock is involved. The last line is `N passed, N failed`. */
 #include "fuzz.h"
 
 uint64_t work;
@@ -16,6 +16,7 @@ static int passed, failed;
 typedef struct faces {
     cq_index *index;
     uint32_t num_vertices, num_faces, room;
+    cq_value *position, *texcoord;   /* of each vertex, or NULL: connectivity alone */
 } faces;
 
 static void add(faces *f, uint32_t a, uint32_t b, uint32_t c) {
@@ -155,6 +156,71 @@ static void grid(faces *f, uint32_t n) {
     f->num_vertices = w * w;
 }
 
+/* A grid with a hole of one face in each square of two by two. */
+static void holes(faces *f, uint32_t n) {
+    uint32_t w = 4, x, y;
+    while (7 * (w / 2) * (w / 2) < n) w += 2;
+    for (y = 0; y < w; y++)
+        for (x = 0; x < w; x++) {
+            uint32_t a = y * (w + 1) + x;
+            add(f, a, a + 1, a + w + 2);
+            if (x % 2 || y % 2) add(f, a, a + w + 2, a + w + 1);
+        }
+    f->num_vertices = (w + 1) * (w + 1);
+}
+
+/* -- Rows of vertex buffers: seams, copies, faces that lie on each other ------------------------------------------ */
+
+/* A row for each corner of n faces. */
+static void add_corners(faces *f, uint32_t n) {
+    uint32_t k;
+    for (k = 0; k < n; k++) add(f, 3 * k, 3 * k + 1, 3 * k + 2);
+    f->num_vertices = 3 * n;
+    f->position = (cq_value *)block(9 * (size_t)n * sizeof(cq_value));
+    f->texcoord = (cq_value *)block(6 * (size_t)n * sizeof(cq_value));
+}
+
+static void set_corner(faces *f, uint32_t row, uint32_t x, uint32_t y, uint32_t texcoord) {
+    f->position[3 * row] = (cq_value)x, f->position[3 * row + 1] = (cq_value)y, f->position[3 * row + 2] = 0;
+    f->texcoord[2 * row] = (cq_value)(texcoord & 1023), f->texcoord[2 * row + 1] = (cq_value)(texcoord >> 10 & 1023);
+}
+
+/* A grid of which every edge is a seam. */
+static void grid_of_seams(faces *f, uint32_t n) {
+    uint32_t w = 2, k, c, seed = 5;
+    while (2 * w * w < n) w++;
+    add_corners(f, 2 * w * w);
+    for (k = 0; k < f->num_faces; k++)
+        for (c = 0; c < 3; c++) {
+            static const uint8_t right[2][3] = { { 0, 1, 1 }, { 0, 1, 0 } }, up[2][3] = { { 0, 0, 1 }, { 0, 1, 1 } };
+            const uint32_t x = k / 2 % w + right[k % 2][c], y = k / 2 / w + up[k % 2][c];
+            set_corner(f, 3 * k + c, x, y, next_random(&seed));
+        }
+}
+
+/* All corners at random places of few: edges of any number of faces, faces that repeat, faces without area. */
+static void crowd(faces *f, uint32_t n) {
+    uint32_t k, side = 2, seed = 9;
+    while (side * side < n / 8) side++;
+    add_corners(f, n);
+    for (k = 0; k < 3 * n; k++) set_corner(f, k, next_random(&seed) % side, next_random(&seed) % side, next_random(&seed));
+}
+
+/* All corners at two places. */
+static void no_area(faces *f, uint32_t n) {
+    uint32_t k;
+    add_corners(f, n);
+    for (k = 0; k < 3 * n; k++) set_corner(f, k, k % 2, 0, k);
+}
+
+/* All faces have one edge in common. */
+static void book_of_rows(faces *f, uint32_t n) {
+    uint32_t k;
+    add_corners(f, n);
+    for (k = 0; k < n; k++)
+        set_corner(f, 3 * k, 0, 0, k), set_corner(f, 3 * k + 1, 1, 0, k), set_corner(f, 3 * k + 2, k % 1000, 1 + k / 1000, k);
+}
+
 /* -- Faces that are no oriented manifold: must be refused, as fast ------------------------------------------------- */
 
 static void book(faces *f, uint32_t n) {
@@ -194,9 +260,11 @@ static void noise(faces *f, uint32_t n) {
 /* -- Measuring ----------------------------------------------------------------------------------------------------- */
 
 typedef struct cost {
-    uint64_t encoding, decoding, counts;   /* blocks; vertices + faces + bytes */
+    uint64_t encoding, decoding, damaged, counts;   /* blocks; vertices + faces + bytes */
     cq_result result;
 } cost;
+
+static uint8_t fill(int byte, uint32_t *seed) { return (uint8_t)(byte >= 0 ? (uint32_t)byte : next_random(seed)); }
 
 static uint64_t decoding_work(const uint8_t *data, size_t size, cq_result *result) {
     cq_shape shape;
@@ -216,8 +284,42 @@ static uint64_t decoding_work(const uint8_t *data, size_t size, cq_result *resul
     return work;
 }
 
+/* The most work of a good stream whose second half of the payload is zeros, ones or noise, under right check values. */
+static uint64_t damaged_work(const uint8_t *data, size_t size) {
+    static const int bytes[3] = { 0, 0xff, -1 };
+    uint64_t most = 0;
+    cq_shape shape;
+    size_t header, j;
+    int k;
+    REQUIRE(cq_peek(data, size, &shape, &header, NULL) == CQ_OK);
+    for (k = 0; k < 3; k++) {
+        const size_t payload_size = size - header;
+        uint8_t *payload = (uint8_t *)block(payload_size);
+        uint32_t seed = 11;
+        uint64_t blocks;
+        cq_result result;
+        stream s;
+        memcpy(payload, data + header, payload_size);
+        for (j = payload_size / 2; j < payload_size; j++) payload[j] = fill(bytes[k], &seed);
+        s = frame(&shape, payload, payload_size);
+        blocks = decoding_work(s.data, s.size, &result);
+        most = blocks > most ? blocks : most;
+        free(s.data);
+        free(payload);
+    }
+    return most;
+}
+
+static void set_channel(cq_input *in, cq_kind kind, uint32_t components, const cq_value *values) {
+    cq_channel *c = &in->shape.channel[in->shape.num_channels];
+    c->kind = (uint8_t)kind;
+    c->components = (uint8_t)components;
+    c->bits = 12;
+    in->values[in->shape.num_channels++] = values;
+}
+
 static cost measure(const faces *f) {
-    cost c = { 0, 0, 0, CQ_ERROR_MEMORY };
+    cost c = { 0, 0, 0, 0, CQ_ERROR_MEMORY };
     cq_input in;
     size_t size = 0, capacity = 64 + 4 * ((size_t)f->num_vertices + f->num_faces);
     uint8_t *out = (uint8_t *)block(capacity);
@@ -227,6 +329,13 @@ static cost measure(const faces *f) {
     in.shape.num_vertices = f->num_vertices;
     in.shape.num_faces = f->num_faces;
     in.indices = f->index;
+    if (f->position) {
+        set_channel(&in, CQ_POSITION, 3, f->position);
+        set_channel(&in, CQ_TEXCOORD, 2, f->texcoord);
+        capacity += 16 * (size_t)f->num_vertices;
+        free(out);
+        out = (uint8_t *)block(capacity);
+    }
     for (tries = 0; c.result == CQ_ERROR_MEMORY && tries < 2; tries++) {
         free(memory);
         memory = block(cq_encoder_bytes(&in.shape));
@@ -239,15 +348,23 @@ static cost measure(const faces *f) {
         cq_result decoded;
         c.decoding = decoding_work(out, size, &decoded);
         REQUIRE(decoded == CQ_DONE);
+        c.damaged = damaged_work(out, size);
     }
     free(memory);
     free(out);
     return c;
 }
 
+static struct { double encoding, decoding, growth; } worst;
+
+static void at_least(double *most, double x) { *most = x > *most ? x : *most; }
+
 static void verdict(const char *name, uint64_t small, uint64_t large, uint64_t counts, const char *result) {
-    int ok = large <= 5 * small + 10000 && large <= (strncmp(name, "encode", 6) ? MOST_PER_COUNT : MOST_PER_COUNT_TO_ENCODE) * counts;
-    printf("%s %-34s %6.1f blocks per vertex, face and byte; 4 times as much takes %.2f times the work (%s)\n",
+    const int encoding = strncmp(name, "encode", 6) == 0;
+    int ok = large <= 5 * small + 10000 && large <= (encoding ? MOST_PER_COUNT_TO_ENCODE : MOST_PER_COUNT) * counts;
+    at_least(encoding ? &worst.encoding : &worst.decoding, (double)large / (double)counts);
+    at_least(&worst.growth, (double)large / (double)(small + 1));
+    printf("%s %-50s %6.1f blocks per vertex, face and byte; 4 times as much takes %.2f times the work (%s)\n",
            ok ? "ok  " : "FAIL", name, (double)large / (double)counts, (double)large / (double)(small + 1), result);
     ok ? passed++ : failed++;
 }
@@ -257,20 +374,41 @@ static void check_mesh(const char *name, void (*make)(faces *f, uint32_t n), int
     char label[100];
     int k;
     for (k = 0; k < 2; k++) {
-        faces f = { NULL, 0, 0, 0 };
+        faces f = { NULL, 0, 0, 0, NULL, NULL };
         make(&f, k ? LARGE : SMALL);
         c[k] = measure(&f);
         REQUIRE(c[k].result == CQ_OK || !is_manifold);
         free(f.index);
+        free(f.position);
+        free(f.texcoord);
     }
     snprintf(label, sizeof label, "encode %s", name);
     verdict(label, c[0].encoding, c[1].encoding, c[1].counts, cq_result_string(c[1].result));
     snprintf(label, sizeof label, "decode %s", name);
     if (is_manifold) verdict(label, c[0].decoding, c[1].decoding, c[1].counts, "complete");
+    snprintf(label, sizeof label, "decode damaged %s", name);
+    /* where the damage ends a decoding is chance, so only the bound counts */
+    if (is_manifold) verdict(label, c[1].damaged / 4, c[1].damaged, c[1].counts, "the worst of three");
+}
+
+enum { PLAIN, REGULAR, POSITIONS, SEAMS, MATERIALS };   /* what a header says beside counts */
+
+static void set_feature(cq_shape *shape, int feature) {
+    cq_input in;
+    memset(&in, 0, sizeof in);
+    in.shape = *shape;
+    if (feature == POSITIONS || feature == SEAMS) set_channel(&in, CQ_POSITION, 3, NULL);
+    if (feature == SEAMS) set_channel(&in, CQ_TEXCOORD, 2, NULL);
+    *shape = in.shape;
+    shape->regular = feature == REGULAR || feature == POSITIONS;
+    if (feature == MATERIALS) shape->num_materials = 5;
+    if (feature != SEAMS) return;
+    shape->num_rows = 2 * shape->num_vertices;
+    shape->num_aside_rows = shape->num_aside_faces = shape->num_vertices / 8;
 }
 
 /* A header of many vertices, and a payload of one byte repeated, or of noise. */
-static void check_stream(const char *name, uint32_t components, uint32_t loops, size_t bytes, int byte) {
+static void check_stream(const char *name, uint32_t components, uint32_t loops, size_t bytes, int byte, int feature) {
     uint64_t small = 0, large = 0, counts = 0;
     cq_result result = CQ_OK;
     int k;
@@ -285,7 +423,8 @@ static void check_stream(const char *name, uint32_t components, uint32_t loops, 
         shape.num_boundary_loops = loops;
         shape.num_boundary_edges = 4 * loops;
         shape.num_faces = 2 * (shape.num_vertices + loops) - 4 * loops - 4 * components;
-        for (j = 0; j < bytes; j++) payload[j] = (uint8_t)(byte >= 0 ? (uint32_t)byte : next_random(&seed));
+        set_feature(&shape, feature);
+        for (j = 0; j < bytes; j++) payload[j] = fill(byte, &seed);
         s = frame(&shape, payload, bytes);
         large = decoding_work(s.data, s.size, &result);
         if (k == 0) small = large;
@@ -311,19 +450,37 @@ int main(void) {
     MESH(single_faces, 1);
     MESH(handles, 1);
     MESH(grid, 1);
+    MESH(holes, 1);
+    MESH(grid_of_seams, 1);
+    MESH(crowd, 1);
+    MESH(no_area, 0);
+    MESH(book_of_rows, 1);
     MESH(book, 0);
     MESH(faces_at_one_vertex, 0);
     MESH(cones_at_one_vertex, 0);
     MESH(one_face_many_times, 0);
     MESH(noise, 0);
-    check_stream("stream of nothing", 1, 0, 0, 0);
-    check_stream("stream of zeros", 1, 0, 5000, 0);
-    check_stream("stream of ones", 1, 0, 5000, 0xff);
-    check_stream("stream of noise", 1, 0, 5000, -1);
-    check_stream("stream of zeros, components", 2000, 0, 5000, 0);
-    check_stream("stream of ones, components", 2000, 0, 5000, 0xff);
-    check_stream("stream of noise, loops", 1, 1000, 5000, -1);
-    check_stream("stream of zeros, loops", 1, 1000, 5000, 0);
+    check_stream("stream of nothing", 1, 0, 0, 0, PLAIN);
+    check_stream("stream of zeros", 1, 0, 5000, 0, PLAIN);
+    check_stream("stream of ones", 1, 0, 5000, 0xff, PLAIN);
+    check_stream("stream of noise", 1, 0, 5000, -1, PLAIN);
+    check_stream("stream of zeros, components", 2000, 0, 5000, 0, PLAIN);
+    check_stream("stream of ones, components", 2000, 0, 5000, 0xff, PLAIN);
+    check_stream("stream of noise, loops", 1, 1000, 5000, -1, PLAIN);
+    check_stream("stream of zeros, loops", 1, 1000, 5000, 0, PLAIN);
+    check_stream("stream of zeros, regular", 1, 0, 5000, 0, REGULAR);
+    check_stream("stream of ones, regular", 1, 0, 5000, 0xff, REGULAR);
+    check_stream("stream of noise, regular", 1, 0, 5000, -1, REGULAR);
+    check_stream("stream of noise, regular, loops", 1, 1000, 5000, -1, REGULAR);
+    check_stream("stream of zeros, regular, positions", 1, 0, 5000, 0, POSITIONS);
+    check_stream("stream of noise, regular, positions", 1, 0, 5000, -1, POSITIONS);
+    check_stream("stream of zeros, seams", 1, 0, 5000, 0, SEAMS);
+    check_stream("stream of ones, seams", 1, 0, 5000, 0xff, SEAMS);
+    check_stream("stream of noise, seams", 1, 0, 5000, -1, SEAMS);
+    check_stream("stream of noise, seams, components", 2000, 0, 5000, -1, SEAMS);
+    check_stream("stream of zeros, materials", 1, 0, 5000, 0, MATERIALS);
+    check_stream("stream of noise, materials", 1, 0, 5000, -1, MATERIALS);
+    printf("worst: %.1f blocks to decode, %.1f to encode, %.2f times the work\n", worst.decoding, worst.encoding, worst.growth);
     printf("%d passed, %d failed\n", passed, failed);
     return failed != 0 || passed == 0;
 }
