@@ -180,7 +180,7 @@ build/log/embedded.log: $(EMBEDDED)
 # tests/exhaustive: everything that is small; payloads also counts basic blocks. tests/cgal: an independent library
 # does the same. Optimised, with assertions.
 
-EXHAUSTIVE = exhaustive/roundtrip exhaustive/splits exhaustive/symbols exhaustive/regular exhaustive/payloads \
+EXHAUSTIVE = exhaustive/roundtrip exhaustive/seams exhaustive/splits exhaustive/symbols exhaustive/regular exhaustive/payloads \
     exhaustive/payloads-3
 CGAL = cgal/splits
 EXHAUSTIVE_DEPENDS = build/tests/libconquest-O2.a $(TEST_DEPENDS) $(wildcard tests/exhaustive/*.hpp)

@@ -113,24 +113,11 @@ bool is_valid(const cq_decoder &d) {
     return cq_mesh_check(&d.mesh, nullptr) == CQ_OK && examine(d.mesh).empty() && rows_are_valid(&d);
 }
 
-// The ranges of the materials follow each other, and have all faces.
-bool materials_are_valid(const cq_decoder &d) {
-    if (d.shape.num_materials == 0) return true;
-    uint64_t faces = 0;
-    for (uint32_t k = 0; k < d.shape.num_materials; ++k) {
-        cq_index first = 0, count = 0;
-        cq_material(&d, k, &first, &count);
-        if (first > d.shape.num_faces || count > d.shape.num_faces - first) return false;
-        faces += count;
-    }
-    return faces == d.mesh.num_faces;
-}
-
 bool is_complete(const cq_decoder &d) {
     const uint32_t rows = d.shape.num_rows ? d.shape.num_rows : d.shape.num_vertices;
     return d.mesh.num_vertices == d.shape.num_vertices && d.mesh.num_faces == d.shape.num_faces && d.num_rows == rows
         && d.aside.num_rows == d.shape.num_aside_rows && d.aside.num_faces == d.shape.num_aside_faces
-        && d.metadata_read == d.shape.metadata_bytes && materials_are_valid(d);
+        && d.metadata_read == d.shape.metadata_bytes && materials_are_valid(&d);
 }
 
 // The decoded mesh as input: a second stream of it decodes to a mesh of the same counts. With seams that need not be:
