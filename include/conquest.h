@@ -1,4 +1,4 @@
-/* conquest.h - progressive-to-lossless triangle mesh codec in fixed memory. Version 0.1.0.
+/* conquest.h - progressive-to-lossless triangle mesh codec in fixed memory. Version 0.2.0.
  * SPDX-License-Identifier: MIT
  *
  * A stream starts with a coarse mesh and refines it, vertex split by vertex split, to exactly the mesh that was
@@ -160,8 +160,8 @@ extern "C" {
 
 /* -- Versions and limits ------------------------------------------------------------------------------------------- */
 
-#define CQ_VERSION 100               /* of this library: 10000 * major + 100 * minor + patch */
-#define CQ_VERSION_STRING "0.1.0"    /* the same for humans */
+#define CQ_VERSION 200               /* of this library: 10000 * major + 100 * minor + patch */
+#define CQ_VERSION_STRING "0.2.0"    /* the same for humans */
 #define CQ_STREAM_VERSION 0          /* of the bitstream, SPEC.md; version 0 may still change between releases */
 
 #define CQ_MAX_CHANNELS 16           /* channels of one stream */

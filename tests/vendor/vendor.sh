@@ -148,7 +148,7 @@ run_native() {
         check by_cmake fetch $language -DARCHIVE="$work/conquest.tar.gz"
     done
     check cmake_installs
-    for asked in 0.0.9 0.1.9 0.2 1; do
+    for asked in 0.1 0.2.9 0.3 1; do
         check fails_with 'compatible with requested' \
             cmake -S package -B "$work/refused" -DCMAKE_PREFIX_PATH="$work/moved" -DASKED=$asked
     done
