@@ -1147,19 +1147,19 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 
 #include <string.h> /* memcpy, memset */
 
-/* Asserts state what the programmer got wrong, never what a stream contains. */
+/* Asserts state what the caller got wrong, never what a stream contains. */
 #ifndef CQ_ASSERT
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
-/* Has the processor vectors of 16-bit numbers? It makes no difference to the result. */
+/* Does the processor have vectors of 16-bit numbers? Results are the same with and without. */
 #if defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
 #define CQI_VECTORS 1
 #else
 #define CQI_VECTORS 0
 #endif
 
-/* A function that keeps its variables off the stack of its callers' other callees. */
+/* For functions whose variables should not take stack while their caller calls others. */
 #ifdef __GNUC__
 #define CQI_APART __attribute__((noinline))
 #else
@@ -1169,7 +1169,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* Modulo 2^32, for exact values; of all others no sum is that large. */
+/* Sums and differences modulo 2^32: exact values may overflow, all others are far too small. */
 static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
@@ -1198,8 +1198,7 @@ static int cqi_bit_length_wide(uint64_t x)
 #endif
 }
 
-/* x / 2^bits, rounded down: what >> does of negative numbers wherever it is an arithmetic shift, which C leaves open.
- * */
+/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers; where it is an arithmetic shift, that. */
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
@@ -1238,14 +1237,14 @@ const char *cq_result_string(cq_result result)
     return "unknown result";
 }
 
-/* -- Memory: carving the caller's block ---------------------------------------------------------------------------- */
+/* -- Memory: how the caller's block is divided --------------------------------------------------------------------- */
 
 typedef struct cqi_arena {
     uint8_t *next;
     size_t left;
 } cqi_arena;
 
-/* Takes the next `count` elements of `size` bytes; the caller has checked the sum. Blocks start at multiples of 4. */
+/* Takes the next `count` elements of `size` bytes, which the caller knows to fit. Blocks start at multiples of 4. */
 static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
 {
     uint8_t *block = arena->next;
@@ -1256,15 +1255,15 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
     return block;
 }
 
-/* As the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR. */
+/* Is memory aligned as the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR? */
 struct cqi_alignment { char before; uint32_t word; };
 static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
-/* Vertices with the virtual ones, faces with the virtual ones. */
+/* Counts that include virtual vertices and faces. */
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
-/* The channel of positions that the connectivity is coded with, or -1. */
+/* The channel of positions that connectivity is predicted from, or -1. */
 static int cqi_context_channel(const cq_shape *s)
 {
     uint32_t k;
@@ -1275,10 +1274,10 @@ static int cqi_context_channel(const cq_shape *s)
 }
 
 #if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_QUANTISER)
-/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the
- * compiler sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that
- * reads 8 elements and can never run, and infer from it that the elements read by the other copy are undefined
- * (llvm-project, issue 107996). */
+/* Components of a channel, for loops over an array of CQ_MAX_COMPONENTS elements: their bound must be one that the
+ * compiler sees. From `components` alone, LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop, which
+ * reads 8 elements and never runs, and conclude that the elements read by the other copy are undefined (llvm-project,
+ * issue 107996). */
 static uint32_t cqi_components(const cq_channel *c)
 {
     return c->components < CQ_MAX_COMPONENTS ? c->components : CQ_MAX_COMPONENTS;
@@ -1300,7 +1299,7 @@ static int cqi_class(const cq_shape *s, uint32_t k)
     return s->num_rows && cqi_is_of_corner(kind) ? CQI_OF_ROW : CQI_OF_VERTEX;
 }
 
-/* Numbers per vertex, per face or per row. */
+/* Components of all channels per vertex, per face or per row together. */
 static uint32_t cqi_all_components(const cq_shape *s, int of)
 {
     uint32_t k, n = 0;
@@ -1309,11 +1308,11 @@ static uint32_t cqi_all_components(const cq_shape *s, int of)
     return n;
 }
 
-/* 0 if size_t has too few bits. */
+/* A size, or 0 if size_t has too few bits. */
 static size_t cqi_bytes(cqi_size n) { return (size_t)n == n ? (size_t)n : 0; } /* unreachable: size_t of 16 bits */
 
-/* Everything that cq_index can number, and small enough that no cqi_size below overflows: an encoder needs at most 121
- * bytes for each of CQI_MAX_HALFEDGES halfedges. And a mesh whose size a size_t can say. */
+/* A shape is countable if cq_index can number its halfedges and rows, size_t can hold the size of its mesh, and no
+ * cqi_size below overflows: an encoder needs at most 121 bytes for each of CQI_MAX_HALFEDGES halfedges. */
 #define CQI_LARGEST_COUNT \
     (sizeof(size_t) < 4 ? 511 : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu) /* unreachable: size_t of 64 bits */
 #define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : CQI_LARGEST_COUNT)
@@ -1336,8 +1335,8 @@ size_t cq_mesh_bytes(const cq_shape *s)
     return cqi_bytes(CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s)));
 }
 
-/* Lays out a mesh without vertices and faces. Block sizes add up to CQ_MESH_BYTES: only the last one needs rounding
- * because 3 * 2 * faces + 2 * vertices indices are split as 6f and 2v, each an even number of 16-bit words. */
+/* Lays out a mesh without vertices and faces. Its blocks add up to CQ_MESH_BYTES, as only the last one needs rounding:
+ * the 6f + 2v indices before it are an even number of 16-bit words. */
 static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
 {
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
@@ -1371,7 +1370,7 @@ static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_
     return result;
 }
 
-/* Every face names three different vertices that exist. */
+/* Has every face three different vertices, all of which exist? */
 static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     cq_index f, k;
@@ -1403,7 +1402,7 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
     return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Sorts the halfedges by their smaller end, stable: first[v] is behind the last one of v. */
+/* Sorts the halfedges by their smaller end, stably. In the end first[v] is behind the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1418,7 +1417,7 @@ static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_in
     for (k = 0; k < n; k++) sorted[first[cqi_smaller_end(indices, k)]++] = k;
 }
 
-/* Pairs halfedge g with *last if that is of the same edge, and g is then the last one. */
+/* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
 static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index *last)
 {
     const cq_index h = *last;
@@ -1430,10 +1429,10 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
     return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
 }
 
-/* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: halfedges are visited by their
- * smaller end, and valence[v] is the last one so far that has v as the larger end. origin and out serve as scratch,
- * too; in the end origin = indices. An edge of three faces is reported, if there is none one of two that do not agree:
- * the first one in that order. */
+/* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
+ * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
+ * scratch, too; in the end origin = indices. Reports the first edge with three faces in that order; if there is none,
+ * the first one whose two faces do not agree. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1451,7 +1450,7 @@ static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_s
     return result;
 }
 
-/* out[v] = the one boundary halfedge that starts at v, or CQ_NONE. */
+/* Sets out[v] to the one boundary halfedge that starts at v, or to CQ_NONE, and counts boundary edges. */
 static cq_result cqi_find_boundary(cq_mesh *m, cq_shape *s, cq_place *place)
 {
     cq_index h;
@@ -1467,7 +1466,8 @@ static cq_result cqi_find_boundary(cq_mesh *m, cq_shape *s, cq_place *place)
     return CQ_OK;
 }
 
-/* As many boundary halfedges enter a vertex as leave it, and cqi_find_boundary allows one: so every walk closes. */
+/* Counts boundary loops. Every walk closes, since as many boundary halfedges enter a vertex as leave it, and
+ * cqi_find_boundary allows one. */
 static void cqi_count_loops(cq_mesh *m, cq_shape *s)
 {
     cq_index v, w;
@@ -1480,7 +1480,8 @@ static void cqi_count_loops(cq_mesh *m, cq_shape *s)
     memset(m->mark, 0, s->num_vertices);
 }
 
-/* Fans a virtual vertex w to the boundary loop that leaves v: for each boundary halfedge a -> b a face b, a, w. */
+/* Fills the boundary loop that leaves v with a fan around a virtual vertex w: each boundary halfedge a -> b gets a face
+ * b, a, w. */
 static void cqi_close_loop(cq_mesh *m, cq_index v)
 {
     cq_index w = (cq_index)(m->first_virtual + m->num_virtual++);
@@ -1518,7 +1519,7 @@ static void cqi_count_valences(cq_mesh *m, cq_index first, cq_index count)
     }
 }
 
-/* The halfedges around v form one cycle of its valence (that counts all of them). */
+/* Do the halfedges around v form one cycle of valence[v], the number of all that start at v? */
 static int cqi_is_one_fan(const cq_mesh *m, cq_index v)
 {
     cq_index h = m->out[v], n = 0;
@@ -1539,7 +1540,7 @@ static cq_result cqi_check_fans(const cq_mesh *m, cq_place *place)
     return CQ_OK;
 }
 
-/* Carves, pairs and counts; the shape is then complete and the mesh still open. */
+/* Lays out the mesh, finds twins and boundaries, and completes the shape; boundary loops are still open. */
 static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size,
                                 cq_place *place)
 {
@@ -1578,7 +1579,7 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
 
 /* -- Mesh: checking ------------------------------------------------------------------------------------------------ */
 
-#define CQI_SCRATCH 0x80 /* bit of mark[v] that the mesh operations use and clear again */
+#define CQI_SCRATCH 0x80 /* bit of mark[v], for the mesh operations, which clear it again */
 
 static int cqi_in_range(cq_index x, cq_index count, cq_index first, cq_index virtual_count)
 {
@@ -1599,7 +1600,7 @@ static int cqi_is_face(const cq_mesh *m, cq_index f)
 /* Is h a halfedge of a real face? */
 static inline int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
 
-/* Number of corners of a face that are virtual. */
+/* Number of virtual corners of a face. */
 static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
 {
     return cq_is_virtual(m, m->origin[3 * f]) + cq_is_virtual(m, m->origin[3 * f + 1]) +
@@ -1638,7 +1639,7 @@ static cq_index cqi_mark_ring(const cq_mesh *m, cq_index v, int set)
     return repeated;
 }
 
-/* Is a real vertex next to at most one virtual vertex, a virtual one to none? */
+/* Is a real vertex next to at most one virtual vertex, and a virtual one to none? */
 static int cqi_boundary_is_simple(const cq_mesh *m, cq_index v)
 {
     cq_index h = m->out[v], n = 0;
@@ -1681,8 +1682,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces
- * with so many corners at these vertices are fine. */
+/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: how
+ * many corners other faces may have at these vertices. */
 static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
                                 cq_place *place)
 {
@@ -1708,9 +1709,9 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 
 /* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
 
-/* A -> B may be collapsed, given that A's neighbours carry the scratch mark and `boundary` says whether one of them is
- * virtual. Common neighbours of A and B must be p and q only; they keep valence 3 or more; if both ends are on a
- * boundary, the edge must be too (else two loops, or two places of one, would touch). */
+/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
+ * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
+ * boundary, so must be the edge: else two loops would touch, or two places of one. */
 static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
 {
     cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
@@ -1787,7 +1788,7 @@ static cq_index cqi_new_face(cq_mesh *m, int is_virtual)
     return f;
 }
 
-/* Room for one vertex and the faces of a split with common neighbours p and q, of which at most one is virtual. */
+/* Is there room for a vertex and the faces of a split with common neighbours p and q, at most one of them virtual? */
 static int cqi_has_room(const cq_mesh *m, cq_index p, cq_index q)
 {
     cq_index want = (cq_index)(2 - cq_is_virtual(m, p) - cq_is_virtual(m, q)), f = m->free_face;
@@ -1862,9 +1863,11 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 
 #ifndef CQ_NO_REGULAR
 
-/* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
+/* -- Mesh: flip ----------------------------------------------------------------------------------------------------
+ *
+ * Regular levels also turn edges. A flip keeps all slots, so that it needs no room. */
 
-/* Are two vertices joined? Walks around the one with fewer neighbours. */
+/* Does an edge join v and w? Walks around the one with fewer neighbours. */
 static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
 {
     const cq_index around = m->valence[v] < m->valence[w] ? v : w, wanted = around == v ? w : v;
@@ -1876,8 +1879,8 @@ static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
     return 0;
 }
 
-/* 1 if the edge of h can be turned to join the two vertices opposite it: all four are real, and the mesh stays simple,
- * with valences of 3 or more at the ends that lose the edge. */
+/* 1 if the edge of h can be flipped, to join the two vertices opposite to it: all four are real, the ends keep a
+ * valence of 3 or more, and no edge joins the opposite vertices yet. */
 static int cqi_can_flip(const cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g];
@@ -1886,7 +1889,7 @@ static int cqi_can_flip(const cq_mesh *m, cq_index h)
     return m->valence[a] > 3 && m->valence[b] > 3 && x != y && !cqi_joined(m, x, y);
 }
 
-/* Turns the edge a -> b of halfedge h.
+/* Flips the edge a -> b of halfedge h.
  *
  *            x                      x          h must satisfy cqi_can_flip.
  *          /   \                  / | \        Both faces keep their slots: that of h is now y, x, a, with h = y -> x,
@@ -1932,11 +1935,10 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
- * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two
- * faces then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just
- * done, looks at all of it again; and before that, at an earlier one or at its end: at everything. Who watches has the
- * marks of flips. */
+/* The first vertex whose faces may have changed since there were `since` vertices. A split moves halfedges to its new
+ * vertex B, and these leave B only for newer vertices: so changed faces have a new vertex. A regular level also flips
+ * edges between older vertices; of the two faces of a flip each has a vertex of that level. So if `since` is within the
+ * last regular level, the answer is its first vertex; if before the end of an earlier one, all faces may have. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -1971,10 +1973,9 @@ void cq_mesh_watch(cq_mesh *m, int shift, uint8_t *faces)
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
- * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The
- * decoder keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input:
- * a step takes code to code - offset only if code >= offset, and the part it then takes is wider than what is left
- * of code. */
+ * The encoder's interval [low, low + range) narrows with each symbol; 2^24 <= range < 2^32 before each. The decoder
+ * keeps code = value - low, so that both sides compute the same ranges. 0 <= code < range holds for any input: a symbol
+ * is only decoded if code lies in its part [offset, offset + width) of the range, and then code - offset < width. */
 #define CQI_MIN_RANGE 0x1000000u
 
 static void cqi_put_byte(cq_range_encoder *e, int byte)
@@ -1984,8 +1985,8 @@ static void cqi_put_byte(cq_range_encoder *e, int byte)
     e->zeros = byte ? 0 : e->zeros + 1;
 }
 
-/* Moves the top byte of low out. A byte waits in cache, and 0xff bytes behind it in pending, until the carry is
- * known. */
+/* Moves the top byte of low out. Until it is known whether there will be a carry, a byte waits in cache, and the number
+ * of 0xff bytes behind it in pending. */
 static void cqi_shift_low(cq_range_encoder *e)
 {
     uint32_t low = (uint32_t)e->low;
@@ -2043,10 +2044,10 @@ void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size
     if (d->code == d->range) d->code--; /* no encoder writes that */
 }
 
-/* The part of the range that a 1 gets: never 0 and never all, since 1 <= model <= 65534 and range >= 2^24. */
+/* The part of the range for a 1: neither 0 nor all of it, since 1 <= model <= 65534 and range >= 2^24. */
 static inline uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
 
-/* What the other value has, of 65535, loses a 2^-rate of that, rounded down: so it stays above 0. */
+/* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const uint32_t flip = (0u - (uint32_t)bit) & 0xffff;
@@ -2096,7 +2097,8 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
     return bit;
 }
 
-/* The last symbol also gets what the division leaves over, so that every code of the interval means something. */
+/* Width of a symbol's part of the range. The last symbol also gets what the division leaves over, so that every code in
+ * the range means something. */
 static uint32_t cqi_freq_width(uint32_t range, uint32_t slot, uint32_t start, uint32_t freq, uint32_t total)
 {
     return start + freq == total ? range - slot * start : slot * freq;
@@ -2152,8 +2154,8 @@ uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
     return value;
 }
 
-/* Picks the number in [low, low + range) with the most zero bits at its end, writes it, and drops zero bytes. Any 2^24
- * numbers have one with 24 zero bits. */
+/* Of the numbers in [low, low + range), picks the one with the most zero bits at its end, writes it, and drops zero
+ * bytes. It has at least 24, as any 2^24 successive numbers include one with that many. */
 size_t cq_range_encoder_finish(cq_range_encoder *e)
 {
     uint64_t end = e->low + e->range, value;
@@ -2195,7 +2197,7 @@ static uint32_t cqi_crc32(uint32_t crc, const uint8_t *data, size_t size)
     return ~crc;
 }
 
-/* A reader of header bytes with a sticky result: CQ_NEED_INPUT past the end, CQ_ERROR_CORRUPT for a bad number. */
+/* Reads header bytes; its result is sticky: CQ_NEED_INPUT past the end, CQ_ERROR_CORRUPT for a bad number. */
 typedef struct cqi_reader {
     const uint8_t *data;
     size_t size, at;
@@ -2215,7 +2217,7 @@ static uint32_t cqi_read_uint(cqi_reader *r, int bytes)
     return value;
 }
 
-/* LEB128, 32 bits, in its shortest form only. */
+/* An unsigned LEB128 of up to 32 bits; only its shortest form is valid. */
 static uint32_t cqi_read_varint(cqi_reader *r)
 {
     uint32_t value = 0, byte;
@@ -2230,7 +2232,7 @@ static uint32_t cqi_read_varint(cqi_reader *r)
     return value;
 }
 
-#define CQI_NO_GRID 0x40 /* bit of the form of a channel: step and origin are 0 and left out */
+#define CQI_NO_GRID 0x40 /* bit of a channel's form: step and origin are 0 and left out */
 static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
     const uint32_t form = cqi_read_uint(r, 1);
@@ -2254,7 +2256,7 @@ static int cqi_channel_is_valid(const cq_channel *c)
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
 
-/* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
+/* Instead of faces, a stream has half the Euler characteristic of the closed mesh: 2 V - F = 4 (components - genus). */
 static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 {
     int64_t euler, faces;
@@ -2272,9 +2274,10 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Bits of the number of channels. A build without what they stand for leaves them, and so there are too many. */
+/* Bits beside the number of channels. Without what they stand for, a build leaves them in the number, which is then too
+ * large: CQ_ERROR_UNSUPPORTED. */
 #define CQI_REGULAR 0x40  /* there may be regular levels */
-#define CQI_EXTENDED 0x80 /* counts of what a mesh without seams does not have follow */
+#define CQI_EXTENDED 0x80 /* counts follow that a mesh without seams, materials, metadata and things aside has not */
 static int cqi_is_extended(const cq_shape *s)
 {
     return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
@@ -2295,7 +2298,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Regular levels have positions or nothing. */
+/* Streams with regular levels have one channel, of positions, or none. */
 static int cqi_allows_regular(const cq_shape *s)
 {
     return !s->num_rows && !s->num_materials &&
@@ -2338,7 +2341,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     return r->result;
 }
 
-/* The check value comes last: what the counts and channels say decides where it is, and is judged on the way. */
+/* The check value comes last. Where that is follows from the counts and channels, which are judged before it. */
 static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
 {
     static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
@@ -2380,8 +2383,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that
- * can't overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, which
+ * cannot overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2407,8 +2410,8 @@ size_t cq_decoder_bytes(const cq_shape *s)
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
  *
  * Everything from here to the encoder is run by the decoder, and by the encoder when it replays its choices from the
- * base. A function called cqi_code_x returns the x of the stream: when decoding it reads it, when encoding it writes
- * the one that is passed in, which the plan has looked up. Nothing else differs, so the two cannot drift apart. */
+ * base on. A function cqi_code_x returns the x of the stream: a decoder reads it; an encoder writes the one that is
+ * passed in, which it has looked up in its plan. Nothing else differs, so the two cannot drift apart. */
 
 #ifdef CQ_NO_ENCODER
 #define CQI_ENCODING(d) 0
@@ -2422,21 +2425,21 @@ size_t cq_decoder_bytes(const cq_shape *s)
 #define CQI_REPORTING(d) ((d)->report != NULL)
 #endif
 
-/* A collapse of B into A as the encoder notes it, for the split that takes it back. Vertices and faces by their numbers
+/* A collapse of B into A, as the encoder notes it for the split that undoes it. Vertices and faces have their numbers
  * in the input. */
 typedef struct cqi_collapse {
     cq_index kept, removed;   /* A, B */
-    cq_index face[2];         /* removed too: at p, at q */
+    cq_index face[2];         /* removed with B: the faces at p and at q */
     uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
-    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
-    uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
+    uint8_t first;            /* at a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
+    uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's notes */
 } cqi_collapse;
 
-/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a
- * row of B has become one of A that goes on into it, on the left and on the right. */
+/* Further bits of `first`, with wedges: which corner of the face at p is A's, and which of the one at q is B's; and
+ * whether a row of B has become the row of A that it continues, on the left and on the right. */
 enum { CQI_SIDES = 3, CQI_CORNER_A = 2, CQI_CORNER_B = 4, CQI_TIED_LEFT = 0x40, CQI_TIED_RIGHT = 0x80 };
 
-/* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
+/* A component: its first gate L -> R, and the end of its notes that are not yet replayed. */
 typedef struct cqi_seed {
     cq_index l, r, notes;
 } cqi_seed;
@@ -2444,76 +2447,76 @@ typedef struct cqi_seed {
 #define CQI_MAX_REGULAR 32
 #define CQI_ROWS 512
 
-/* For fitting weights of regular levels, see there. */
+/* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
     int16_t feature[3][CQI_FINE];
     int32_t offset[3];
-    int16_t edge_x, edge_y;             /* its direction, 1/4096 */
+    int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
-/* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
+/* What the encoder noted while it simplified. Vertices and faces of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
-    cq_mesh mesh;                       /* simplified step by step, in the end the base */
+    cq_mesh mesh;                       /* simplified step by step; in the end the base */
     cqi_walk walk;
     cqi_ring ring;
-    const cq_value *positions;          /* those that decide what is collapsed; or NULL */
-    const cq_value *measured;           /* those that the levels' errors are measured with; or NULL */
-    uint32_t most_loss;                 /* of a collapse at this level; CQI_ANY_LOSS: whatever it is */
+    const cq_value *positions;          /* that decide what is collapsed; or NULL */
+    const cq_value *measured;           /* that the levels' errors are measured with; or NULL */
+    uint32_t most_loss;                 /* a collapse at this level may have; CQI_ANY_LOSS: any */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
-    int tries;                          /* of this level with other first patches */
+    int tries;                          /* of this level, with other first patches */
     const cq_value *const *input;       /* values as handed in */
     cqi_collapse *note;                 /* component after component, each from its finest level on */
     cq_index num_notes;
-    cq_index next;                      /* of the component and level that is replayed */
+    cq_index next;                      /* note that is replayed next, of this component and level */
     cq_index *attached;                 /* to each face: a removed vertex that is near it, or CQ_NONE */
     cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
     cq_index root;                      /* of the component that is measured: first in its list, see decoded */
     uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
     uint8_t *passed;                    /* last level that passed over the vertex */
-    cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
-                                           not yet there. Before: next vertex of the component */
+    cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
+                                           not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
     cqi_row *row;                       /* of CQI_ROWS vertices */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
-    cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
-                                             split makes may be turned */
-    int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
+    cq_index *face_input, *face_decoded;  /* input halfedge of decoded halfedge 3f; decoded halfedge of input halfedge
+                                             3f: a face may start at another corner */
+    int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* and how many there may be */
-    int surely_regular;                 /* so regular that it needs no comparison */
-    cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
+    uint32_t most_regular;              /* as many of them are allowed */
+    int surely_regular;                 /* 1: so regular that encoding without them need not be tried */
+    cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
     const uint8_t *locked;              /* of each vertex: it stays; or NULL */
     int clean;                          /* no row may move */
-    const cq_index *row_of_vertex;      /* rows of the input; NULL: of the same number, and none of the following */
+    const cq_index *row_of_vertex;      /* rows of the input; NULL: the same numbers, and none of the following */
     const cq_index *row_of_wedge;
-    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
-    const uint8_t *face_state;          /* of these */
+    const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
+    const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
-    cq_index *row_decoded;              /* and the other way round */
-    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number
-                                           aside */
+    cq_index *row_decoded;              /* and rows of the wedges */
+    const cq_index *target;             /* of each row of the input: its wedge; or if it is aside, the number of wedges
+                                           + its number there */
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
     const uint8_t *metadata;            /* as handed in */
     const cq_index *materials;          /* as handed in */
-    cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
+    cq_index num_wedges, aside_face;    /* aside_face: the next face of the input that may be aside */
 } cqi_plan;
 
-/* Speed of adaptation of bit models (higher is slower). */
+/* Adaptation rate of the bit models; higher is slower. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 512 ? 4 : (num_vertices) < 4096 ? 5 : 6)
 
 /* -- The plan: what the encoder looks up while it replays -- */
 
-/* The spoke that runs from one vertex to a neighbour of it. */
+/* The halfedge from one vertex to a neighbour of it. */
 static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
 {
     cq_index h = m->out[from];
@@ -2521,10 +2524,10 @@ static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
     return h;
 }
 
-/* Corner k of the face at h, counted from h. */
+/* Corner k of the face of halfedge h, counted from h. */
 static cq_index cqi_corner(cq_index h, int k) { return k == 0 ? h : k == 1 ? cq_next(h) : cq_prev(h); }
 
-/* First gate of the next component, as an input halfedge. */
+/* The first gate of the next component, as an input halfedge. */
 static cq_index cqi_plan_seed(cqi_plan *p)
 {
     const cqi_seed *s = &p->seed[p->next_seed++];
@@ -2537,7 +2540,7 @@ static void cqi_plan_vertex(cqi_plan *p, cq_index input, cq_index decoded)
     p->to_input[decoded] = input;
 }
 
-/* Face at input halfedge h is now decoded face f, corner 0 at h. */
+/* The face of input halfedge h has become decoded face f, with corner 0 at h. */
 static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
 {
     p->face_input[f] = h;
@@ -2555,9 +2558,9 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
     return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
 }
 
-/* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins
- * to fill ends at the first face clockwise that is there already. More than a step only for a join, which splits the
- * gap in two: no valence is searched more often than joins meet at it. */
+/* The border halfedge that ends at x, for a new face with halfedge x -> w: the gap at x that the face begins to fill
+ * ends at the first face clockwise that is there already. Takes more than a step only for a join, which splits the gap
+ * in two: around a vertex, searches are as many as joins. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -2579,14 +2582,14 @@ static void cqi_plan_component(cqi_plan *p)
     p->next = s->notes;
 }
 
-/* The next collapse, if it was that of this patch; or NULL. */
+/* The next collapse if this patch was its; else NULL. */
 static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 {
     const cqi_collapse *c = &p->note[p->next];
     return c->level == p->level && p->decoded[c->kept] == centre ? c : NULL;
 }
 
-/* Which case of a first gate the next collapse is. */
+/* Which case of a first gate the next collapse is, see cqi_first_spoke. */
 static int cqi_plan_side(const cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[p->next];
@@ -2597,23 +2600,21 @@ static int cqi_plan_side(const cqi_plan *p)
 
 /* -- The plan of a regular level --
  *
- * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the
- * coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for
- * the base has been read: its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input
- * vertex v. */
+ * A note of each odd vertex (new at the level) has: removed, the vertex; kept and face[0], its parents a and b; p and
+ * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins,
+ * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
+ * note of input vertex v. */
 
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
-/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum
- * of these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms",
- * 1985). */
+/* The halfedge between two neighbours in the decoded mesh, found around the one with fewer neighbours. Over all edges
+ * this takes linear time at any fixed genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms", 1985). */
 static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
 {
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh
- * m. */
+/* Turns to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -2626,7 +2627,7 @@ static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_i
     }
 }
 
-/* The input vertex that goes into a decoded edge at this level, before any has; or CQ_NONE. */
+/* The input vertex that this level inserts in a decoded edge; or CQ_NONE. Asked before the first insertion. */
 static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
 {
     const cq_index k = p->mesh.twin[h];
@@ -2639,8 +2640,8 @@ static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
     return &p->note[p->mesh.origin[p->to_input[decoded]]];
 }
 
-/* What a note knows of the coarse face that a spoke of its vertex runs into. The spoke's end is no parent: of these,
- * counter-clockwise, a comes first on the left of a -> b, b on the right. */
+/* What a note knows of the coarse face that a spoke of its vertex runs into, if the spoke does not end at a parent:
+ * next to it counter-clockwise, parent a comes first on the left of a -> b, b on the right. */
 static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_collapse *c, cq_index spoke)
 {
     const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
@@ -2648,14 +2649,14 @@ static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_col
     return cq_target(m, spoke) == a ? c->p : c->q;
 }
 
-/* Is a new vertex the hub of the coarse face that its spoke runs into, which has two or three marks? */
+/* Is a new vertex the hub of the coarse face that its spoke runs into? That face has two or three marks. */
 static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     return cqi_plan_face_side(p, m, cqi_plan_odd(p, m->origin[spoke]), spoke) & CQI_SIDE_HUB;
 }
 
 /* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
- * mark: then both parents are next to the spoke. */
+ * mark: then the spoke lies between those to the two parents. */
 static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
@@ -2665,7 +2666,7 @@ static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
     return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Does the mark of halfedge `marked` say that a side of its face is dissolved? */
+/* Does the note of halfedge `marked` say that the next or previous side of its face is dissolved? */
 static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
 {
     const cq_index k = p->mesh.twin[marked];
@@ -2673,7 +2674,7 @@ static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index mark
     return ((p->decoded[p->note[k].kept] == m->origin[marked] ? p->note[k].p : p->note[k].q) & side) != 0;
 }
 
-/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces says it. */
+/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces knows. */
 static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h];
@@ -2687,7 +2688,7 @@ static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 
 /* -- Symbols -- */
 
-/* Bit with model number `index`. */
+/* A bit with model number `index`. */
 static inline int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
     cq_bit_model *model = &d->model.bit[index];
@@ -2703,7 +2704,7 @@ static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
     return value;
 }
 
-/* One of `count` equally likely numbers. */
+/* One of `count` numbers, all equally likely. */
 static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 {
     if (CQI_ENCODING(d)) {
@@ -2715,7 +2716,7 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
     return value;
 }
 
-/* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
+/* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
 /* log2(x) in 1/65536, rounded down, x > 0. */
@@ -2732,7 +2733,7 @@ static uint32_t cqi_log2(uint32_t x)
     return result;
 }
 
-/* Adds what was coded since the last call to two entries of the report, in 1/65536 bit. */
+/* Adds the cost of what was coded since the last call to two entries of the report, in 1/65536 bit. */
 static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
 {
     uint64_t bytes = d->input.dropped + d->range.count, now;
@@ -2763,9 +2764,9 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 
 /* -- Priors: what the models know before the first symbol --
  *
- * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written
- * by it between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 nat, for bare connectivity and
- * with positions. They are part of the format: another table is another stream version. */
+ * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench, and written
+ * by it between the two marks below. Bits: probability of a 1, in 1/256. Weights: in 1/16 nat, for connectivity alone
+ * and with positions. They are part of the format: other tables are another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
@@ -2989,9 +2990,9 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
         for (j = 0; j < 3; j++) m->plain[k][j] = m->linear[5 * CQI_FEATURES + j];
 }
 #else
-static void cqi_model_init(cqi_model *m, const cq_shape *s); /* the trainer's: both */
+static void cqi_model_init(cqi_model *m, const cq_shape *s); /* these three are the trainer's */
 static void cqi_model_keep(const cqi_model *m);
-static void cqi_model_omit(cqi_model *m);                     /* takes out what it is to do without */
+static void cqi_model_omit(cqi_model *m);                     /* takes out the parts that it is to do without */
 #endif
 
 /* What the next step does. */
@@ -3001,7 +3002,7 @@ enum {
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value, given those of what is near it. */
+/* A value that mostly is equal to one of the n beside it: asks for each different one of these, then the bits. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -3021,8 +3022,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 
 /* -- Materials: ranges of face numbers --
  *
- * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the
- * slot that it is to get is put there. */
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. Before it does, the
+ * slot that the face is to get is put on that stack. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_code_base_material(d, input) 1
@@ -3041,7 +3042,7 @@ static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
     return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
 }
 
-/* The material of a face: the last one that does not begin behind it. */
+/* The material of a face: the last one whose range does not begin behind it. */
 static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
 {
     uint32_t low = 0, high = d->shape.num_materials;
@@ -3059,14 +3060,14 @@ static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
     return p->materials[p->face_of_input ? p->face_of_input[face] : face];
 }
 
-/* Counts the faces of each material of an encoder. */
+/* An encoder counts the faces of each material. */
 static void cqi_count_materials(cq_decoder *d)
 {
     cq_index f;
     for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
 }
 
-/* How many faces of each material the mesh will have: of each but the last a number of what is left. */
+/* The number of faces of the next material: of each but the last one, out of those that are left. */
 static cq_result cqi_step_materials(cq_decoder *d)
 {
     const uint32_t k = d->base.material++;
@@ -3090,14 +3091,14 @@ static cq_result cqi_step_materials(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A material, given those of faces nearby; or -1, if it is none. */
+/* A material, given those of faces nearby; -1 if there is no such material. */
 static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
 {
     const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
     return m < (int32_t)d->shape.num_materials ? m : -1;
 }
 
-/* The next face of the base, behind the gate, gets its slot. 0: it can't. */
+/* Gives the next face of the base, behind the gate, its slot. 0 if it cannot have one. */
 static int cqi_code_base_material(cq_decoder *d, cq_index input)
 {
     int32_t beside[2], m;
@@ -3115,7 +3116,7 @@ static int cqi_code_base_material(cq_decoder *d, cq_index input)
     return 1;
 }
 
-/* The slots of the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
+/* Finds slots for the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
 static int cqi_code_new_materials(cq_decoder *d, int p, int q)
 {
     int32_t m = 0, beside[3];
@@ -3139,7 +3140,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
-/* Makes these the next free faces, the one at p first. */
+/* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
 {
     int end;
@@ -3147,7 +3148,7 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* They are there. */
+/* Counts them, once the split has made them. */
 static void cqi_count_new_faces(cq_decoder *d)
 {
     int end;
@@ -3159,15 +3160,15 @@ static void cqi_count_new_faces(cq_decoder *d)
     }
 }
 
-/* What has been added to the base becomes public. */
+/* Makes public what has been added to the base. */
 static void cqi_show_materials(cq_decoder *d)
 {
     uint32_t m;
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of
- * each material. Asked for one after the other, and only if there is one. */
+/* Face n of the component that is being read, in the order of face numbers: these are, of each material, the faces
+ * behind those that are shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3178,7 +3179,7 @@ static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
     return f < m->first + m->shown ? (cq_index)(m->first + m->shown) : f;
 }
 
-/* Are the faces of the component well joined? *corners is how many they have. */
+/* Are the twins of the component's faces right? Adds the number of their corners to *corners. */
 static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners)
 {
     cq_result result = CQ_OK;
@@ -3192,7 +3193,7 @@ static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners
     return result;
 }
 
-/* The material of the next face aside, given that of the one before. 0: it is none. */
+/* The material of the next face aside, given that of the one before. 0 if there is no such material. */
 static int cqi_aside_material(cq_decoder *d, cq_index face)
 {
     const cq_index k = (cq_index)d->aside.num_faces;
@@ -3204,7 +3205,7 @@ static int cqi_aside_material(cq_decoder *d, cq_index face)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Faces of the mesh. */
+/* Faces that the mesh has by now, without gaps. */
 static cq_index cqi_num_faces(const cq_decoder *d)
 {
     cq_index n = 0;
@@ -3216,11 +3217,11 @@ static cq_index cqi_num_faces(const cq_decoder *d)
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft
- * until its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows,
- * twin[] is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
- * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own. The
- * gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
+ * Components come one after another, each grown face by face from the triangle of its first gate, in d->base.draft.
+ * When its values are complete, d->mesh becomes the draft: so what a caller sees is always a mesh. While a component
+ * grows, twin[] is a permutation: border halfedges form loops, twin[h] being the border halfedge after h. A loop that
+ * has shrunk to two halfedges makes them each other's twins, just as in a mesh, so that gluing needs no step of its
+ * own. The gate is a border halfedge u -> w; behind it follows a face w, u, x, and only x is coded:
  *
  *     grow    x is new
  *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
@@ -3242,7 +3243,7 @@ static cq_index cqi_new_virtual(cq_mesh *m)
     return m->num_virtual < m->max_virtual ? (cq_index)(m->first_virtual + m->num_virtual++) : CQ_NONE;
 }
 
-/* A new vertex, virtual ones only where allowed. CQ_NONE if there is no room. */
+/* A new vertex, real or, where that is allowed, virtual. CQ_NONE if there is no room. */
 static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_virtual)
 {
     cq_mesh *m = &d->base.draft;
@@ -3254,7 +3255,7 @@ static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_v
     return v;
 }
 
-/* The same for the vertex that the encoder knows by its input number. */
+/* The same for a vertex with an input number, by which the encoder knows it. */
 static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index input)
 {
     cq_index v = cqi_code_base_vertex(d, may_be_virtual, CQI_ENCODING(d) && cq_is_virtual(&d->plan->mesh, input));
@@ -3262,7 +3263,7 @@ static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index 
     return v;
 }
 
-/* Adds face a, b, c with its halfedges unlinked; `input` is where the encoder finds it. CQ_NONE if there is no room. */
+/* Adds face a, b, c without twins; `input` is its first halfedge in the encoder. CQ_NONE if there is no room. */
 static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
 {
     cq_mesh *m = &d->base.draft;
@@ -3285,7 +3286,7 @@ static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, 
 
 #define CQI_SEED 0x40 /* bit of mark[v]: v is the L of its component's first gate, v + 1 the R */
 
-/* The first triangle L, R, X of a component. The first gate to be grown at is L -> R. */
+/* The first triangle L, R, X of a component. L -> R is the gate that grows first. */
 static cq_result cqi_start_component(cq_decoder *d)
 {
     cq_mesh *m = &d->base.draft;
@@ -3311,7 +3312,7 @@ static cq_result cqi_start_component(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Halfedges of the draft, real ones first, as numbers without a gap. */
+/* Halfedges of the draft, numbered without a gap: real ones, then virtual ones. */
 static cq_index cqi_num_halfedges(const cq_mesh *m) { return (cq_index)(3 * (m->num_faces + m->num_virtual_faces)); }
 
 static cq_index cqi_nth_halfedge(const cq_mesh *m, cq_index n)
@@ -3324,7 +3325,7 @@ static cq_index cqi_halfedge_number(const cq_mesh *m, cq_index h)
     return (cq_index)(h < 3 * m->num_faces ? h : h - 3 * m->first_virtual_face + 3 * m->num_faces);
 }
 
-/* The kind of the gate, and for a join the border halfedge. In an encoder *border is the right one already. */
+/* The kind of the gate, and for a join the border halfedge, which an encoder passes in. */
 static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3341,7 +3342,7 @@ static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
     return CQI_JOIN;
 }
 
-/* What the encoder sees behind the gate: the kind, the apex and the border halfedge before it. */
+/* What the encoder sees behind the gate: the kind, x, and the border halfedge that ends at x. */
 static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, cq_index *border)
 {
     const cqi_plan *p = d->plan;
@@ -3352,8 +3353,7 @@ static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, c
     return *border == d->base.draft.twin[d->base.gate] ? CQI_CLOSE : CQI_JOIN;
 }
 
-/* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border`
- * the one that ends at x, or CQ_NONE if x is new. */
+/* Links the new face w, u, x, with halfedge k = w -> u, into the border. `border` ends at x; CQ_NONE if x is new. */
 static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
 {
     cq_mesh *m = &d->base.draft;
@@ -3365,8 +3365,8 @@ static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
     cqi_pair(m, d->base.gate, k);
 }
 
-/* The first open halfedge from *scan on becomes the gate's second predecessor. Halfedges never open again, so all scans
- * together take linear time. */
+/* The first open halfedge from *scan on becomes the second one before the gate. Halfedges never open again, so that all
+ * scans together take linear time. */
 static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3378,7 +3378,7 @@ static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
     return 1;
 }
 
-/* Another gate for a loop that is used up. 0 if there is none: the component is complete. */
+/* Finds a gate on another loop. 0 if there is none: the component is complete. */
 static int cqi_find_gate(cq_decoder *d)
 {
     cq_index virtual_end = (cq_index)(3 * (d->base.draft.first_virtual_face + d->base.draft.num_virtual_faces));
@@ -3392,7 +3392,7 @@ static int cqi_find_gate(cq_decoder *d)
            cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
 }
 
-/* One face behind the gate, then the next gate: at u again, or past w once u is closed. */
+/* Adds the face behind the gate, and finds the next gate: at u again, or past w once u is closed. */
 static cq_result cqi_grow_base(cq_decoder *d)
 {
     cq_mesh *m = &d->base.draft;
@@ -3428,7 +3428,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Has the complete base the header's boundary loops and Euler characteristic? */
+/* Has the complete base the header's number of boundary loops and Euler characteristic? */
 static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3438,8 +3438,8 @@ static int cqi_base_fits(const cq_decoder *d)
     return m->num_virtual == m->max_virtual && euler == full;
 }
 
-/* All faces of a component are there: it must be a mesh. What is in d->mesh are the components before it. Only open
- * halfedges are glued, and those before have none: so they have nothing in common. */
+/* All faces of a component are there: is it a mesh? d->mesh has the components before it, with which it shares nothing,
+ * as only open halfedges are glued, and they have none left. */
 static cq_result cqi_finish_component(const cq_decoder *d)
 {
     const cq_mesh *m = &d->mesh;
@@ -3453,12 +3453,13 @@ static cq_result cqi_finish_component(const cq_decoder *d)
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
  *
- * A collapse of B into A leaves the values of A as they are, so a split has those of B to code: all but B is final. */
+ * A collapse of B into A leaves the values of A as they are, so that a split only has the values of B to code: those of
+ * all other vertices are final. */
 
 #define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
 
-/* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
- * predictions the upper 24 bits take part. */
+/* Exact values are any 32 bits. cqi_number maps them to integers that are in the order of the floats, and back; the
+ * upper 24 bits of these take part in predictions (cqi_rough, cqi_unrough). Other channels' values stay as they are. */
 static int cqi_is_exact(const cq_channel *c)
 {
     return CQI_HAS_ATTRIBUTES && CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS;
@@ -3475,7 +3476,7 @@ static int32_t cqi_unrough(const cq_channel *c, int32_t x)
     return cqi_is_exact(c) ? (int32_t)((uint32_t)x << 8) : x;
 }
 
-/* A number, 0 .. 38: up to seven times whether it is more, each time by a model of its own, then raw. */
+/* A number 0 .. 38: up to seven times whether it is larger, each time with a model of its own, then 5 raw bits. */
 static int cqi_code_count(cq_decoder *d, int index, int count)
 {
     int k = 0;
@@ -3483,7 +3484,7 @@ static int cqi_code_count(cq_decoder *d, int index, int count)
     return k < 7 ? k : 7 + (int)cqi_code_raw(d, (uint32_t)(count - 7), 5);
 }
 
-/* Bits of a magnitude, by their difference from the number that is expected. */
+/* Number of bits of a magnitude, as its difference from the number that is expected. */
 static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 {
     int less;
@@ -3493,11 +3494,11 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
-/* Bits that a residual of the channel may have; and no more than 26 have a model for the second highest one. */
+/* Bits that a residual of the channel may have. The second highest one has a model for up to 26 bits. */
 static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
 
-/* The bits of a magnitude below the highest one, and the sign. The second highest one has a model of its kind, as has
- * the sign of small ones whose prediction had a fraction (in quarters, else -1); the others are equally likely. */
+/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model of its kind, and so
+ * has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had none). Others are raw. */
 static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
     const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
@@ -3514,7 +3515,7 @@ static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t mag
     return (int32_t)(negative ? (uint32_t)0 - x : x);
 }
 
-/* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
+/* A residual: number of bits, magnitude and sign. kind: its tables of models; row: the one for the number of bits. */
 static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int fraction,
                                  int32_t residual)
 {
@@ -3525,14 +3526,14 @@ static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected,
     return cqi_code_low_bits(d, kind, bits, magnitude, residual < 0, fraction);
 }
 
-/* The residual of a split, of which half_bits / 2 bits are expected. */
+/* A residual, of which half_bits / 2 bits are expected. */
 static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
     return cqi_code_residual(d, kind, row, half_bits / 2, most, fraction, residual);
 }
 
-/* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
+/* Twice the base-2 logarithm of x, as a number of bits: what to expect of a residual of this size, in half bits. */
 static int cqi_half_bits(uint32_t x) { return x < 0x8000 ? cqi_bit_length(x * x) : 2 * cqi_bit_length(x); }
 
 static int cqi_value_fits(const cq_channel *c, int32_t value)
@@ -3540,7 +3541,7 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
-/* Value of the plan: component c of channel k of an input vertex or wedge, */
+/* Component c of channel k of an input vertex or wedge, as the caller of the encoder has it; */
 static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
     const cqi_plan *p = d->plan;
@@ -3549,7 +3550,7 @@ static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_ind
     return p->input[k][(size_t)input * d->shape.channel[k].components + c];
 }
 
-/* and as a number. */
+/* and as an integer in the order of the floats. */
 static int32_t cqi_plan_value(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
     return cqi_number(&d->shape.channel[k], cqi_plan_bits(d, k, c, input));
@@ -3563,7 +3564,7 @@ static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
     return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
-/* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
+/* Base values are predicted by the mean of the neighbours that are known: those with lower numbers. */
 static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3583,7 +3584,7 @@ static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, 
     return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
-/* A residual, given the size of those before. */
+/* A residual, given the running mean *size of those before, which it updates. */
 static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, int32_t x, int32_t *size)
 {
     x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
@@ -3591,7 +3592,7 @@ static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, 
     return x;
 }
 
-/* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
+/* Component c of channel k of base vertex v. */
 static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -3604,7 +3605,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     return cqi_value_fits(channel, x);
 }
 
-/* -- Values of faces: mostly that of a face nearby -- */
+/* -- Values of faces: mostly equal to that of a face nearby -- */
 
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
@@ -3615,7 +3616,7 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
     values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
 }
 
-/* All channels of vertices or of faces, of the next vertex or face of the component. */
+/* All channels of the component's next vertex or face. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
     const cq_index vertices = (cq_index)(d->base.draft.num_vertices - d->mesh.num_vertices);
@@ -3637,8 +3638,8 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
 
-/* Values of the faces of channel k that a split at p, q is going to make, the one at p first, given those of the faces
- * that they will share an edge with. Virtual ones have none. */
+/* Channel k of the faces that a split at p, q is going to make, the one at p first, given the values of the faces that
+ * they will share an edge with. Virtual faces have none. */
 static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
 {
     const cq_mesh *m = &d->mesh;
@@ -3706,7 +3707,7 @@ static inline cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
 
 static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-/* Length within 10 %, of tiny vectors less: no square root, and no overflow below 2^26. */
+/* Length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
     const int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
@@ -3717,7 +3718,7 @@ static inline int32_t cqi_norm(cqi_vector a)
 
 static inline int32_t cqi_clamp(int32_t x, int32_t low, int32_t high) { return x < low ? low : x > high ? high : x; }
 
-/* a b / 2^shift, rounded down */
+/* a b / 2^shift, rounded down. */
 static inline int32_t cqi_product(int32_t a, int32_t b, int shift)
 {
     return (int32_t)cqi_floor_shift_wide((int64_t)a * b, shift);
@@ -3732,7 +3733,7 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 }
 
 #if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES) || !defined(CQ_NO_REGULAR)
-/* The square root, rounded down. */
+/* The square root, rounded down, bit by bit. */
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = (uint64_t)1 << 62;
@@ -3749,7 +3750,7 @@ static uint32_t cqi_root(uint64_t x)
 }
 #endif
 
-/* 65536 / n */
+/* 65536 / n, n = 1 .. CQ_MAX_VALENCE + 1. */
 static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
     0, 65535, 32768, 21845, 16384, 13107, 10923, 9362, 8192, 7282, 6554, 5958, 5461, 5041, 4681, 4369, 4096, 3855,
     3641, 3449, 3277, 3121, 2979, 2849, 2731, 2621
@@ -3771,14 +3772,14 @@ static inline int32_t cqi_quotient(int32_t x, uint32_t y)
     return cqi_product(x, cqi_inverse[mantissa], 14 + n);
 }
 
-/* Logarithm of a number above 0, in 1/8 octave. */
+/* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
     return 8 * n + (int)((n > 2 ? x >> (n - 3) : x << (3 - n)) & 7);
 }
 
-/* A number times 2^shift, and back to the nearest: the scale of a ring. */
+/* x times 2^shift, the scale of a ring; and back, to the nearest. */
 static inline int32_t cqi_scaled(int32_t x, int shift)
 {
     return shift >= 0 ? x * ((int32_t)1 << shift) : cqi_floor_shift(x, -shift);
@@ -3790,7 +3791,7 @@ static inline int32_t cqi_unscaled(int32_t x, int shift)
     return cqi_floor_shift(x + ((int32_t)1 << (shift - 1)), shift);
 }
 
-/* A weight follows the sign of the product of the error and what it was given (sign-sign LMS). */
+/* Adapts a weight: it moves by a constant step in the direction of the sign of error times input (sign-sign LMS). */
 #define CQI_LINEAR_STEP 200
 static inline void cqi_follow(int32_t *weight, int64_t product)
 {
@@ -3798,13 +3799,14 @@ static inline void cqi_follow(int32_t *weight, int64_t product)
     *weight = cqi_clamp(*weight + (product > 0 ? step : product < 0 ? -step : 0), -most, most);
 }
 
-/* -- Positions: what the ring of B tells --
+/* -- Positions: what the neighbours of B tell --
  *
- * Once the pair is known, B's neighbours are: A, and those from p to q. All are relative to A, in the scale of A's
- * ring, and with their components in another order: z is nearest to the normal of the fan, is coded last, and is
- * predicted above the fan's plane at the x and y that are known by then (shears, no rotation, so that all is exact). */
+ * Once the pair is known, so are B's neighbours: A, and those from p to q. All are relative to A, in the scale of A's
+ * ring, and with their components in another order: z is nearest to the normal of the fan. It is coded last, and
+ * predicted above the fan's plane at the x and y that are known by then: a shear instead of a rotation, so that all is
+ * exact in integers (A. Paeth, "A Fast Algorithm for General Raster Rotation", 1986). */
 
-/* Lists B's neighbours and what is beyond. A boundary leaves a gap in the ring, over which nothing is known. */
+/* Lists B's neighbours and the vertices beyond. A boundary leaves a gap in the ring, beyond which nothing is known. */
 static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
 {
     const cqi_ring *r = &d->ring;
@@ -3824,7 +3826,7 @@ static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
         if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
 }
 
-/* The plane: normal to the sum of the areas of the triangles that A has between p and q; and the order of the axes. */
+/* The plane, normal to the sum of the areas of A's triangles between p and q; and the order of the axes. */
 static void cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
 {
     cqi_vector normal = { 0, 0, 0 }, a = cqi_shift(r->at[p], 4);
