@@ -654,8 +654,8 @@ enum {
     CQI_END_KIND = CQI_END_LENGTH + 2 * 16,                  /* [p or q][kind] */
     CQI_INNER_LENGTH = CQI_END_KIND + 2 * 32,                /* [length] */
     CQI_INNER_KIND = CQI_INNER_LENGTH + 16,                  /* [kind] */
-    CQI_JOINT = CQI_INNER_KIND + 32,                         /* [valence][steps] */
-    CQI_GAP = CQI_JOINT + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
+    CQI_STEPS = CQI_INNER_KIND + 32,                         /* [valence][steps] */
+    CQI_GAP = CQI_STEPS + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
     CQI_END_OPPOSITE = CQI_GAP + 8 * 32,                     /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
     CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
@@ -1384,7 +1384,7 @@ static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_
     return CQ_OK;
 }
 
-static void cqi_pair(cq_mesh *m, cq_index g, cq_index h)
+static void cqi_set_twins(cq_mesh *m, cq_index g, cq_index h)
 {
     m->twin[g] = h;
     m->twin[h] = g;
@@ -1425,7 +1425,7 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
     m->twin[g] = CQ_NONE;
     if (h == CQ_NONE || !cqi_same_edge(indices, g, h)) return CQ_OK;
     if (m->twin[h] != CQ_NONE) return CQ_ERROR_EDGE;
-    cqi_pair(m, g, h);
+    cqi_set_twins(m, g, h);
     return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
 }
 
@@ -1492,14 +1492,14 @@ static void cqi_close_loop(cq_mesh *m, cq_index v)
         m->origin[g] = b;
         m->origin[g + 1] = m->origin[h];
         m->origin[g + 2] = w;
-        cqi_pair(m, g, h);
+        cqi_set_twins(m, g, h);
         if (before == CQ_NONE) first = g;
-        else cqi_pair(m, (cq_index)(before + 2), (cq_index)(g + 1)); /* w -> a and a -> w */
+        else cqi_set_twins(m, (cq_index)(before + 2), (cq_index)(g + 1)); /* w -> a and a -> w */
         before = g;
         h = m->out[b];
     }
     last = (cq_index)(before + 2);
-    cqi_pair(m, last, (cq_index)(first + 1));
+    cqi_set_twins(m, last, (cq_index)(first + 1));
 }
 
 static void cqi_close_loops(cq_mesh *m)
@@ -1807,8 +1807,8 @@ void cq_mesh_collapse(cq_mesh *m, cq_index h, cq_index *first, cq_index *last)
     cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[cq_next(h)]; /* A -> p, p -> B */
     cq_index to_q = m->twin[cq_prev(g)], from_q = m->twin[cq_next(g)]; /* B -> q, q -> A */
     for (s = cq_clockwise(m, g); s != g; s = cq_clockwise(m, s)) m->origin[s] = a;
-    cqi_pair(m, to_p, from_p);
-    cqi_pair(m, to_q, from_q);
+    cqi_set_twins(m, to_p, from_p);
+    cqi_set_twins(m, to_q, from_q);
     m->valence[a] = (cq_index)(m->valence[a] + m->valence[b] - 4);
     m->valence[p]--;
     m->valence[q]--;
@@ -1847,11 +1847,11 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     }
     cqi_set_face(m, f, p, a, b); /* p -> A, A -> B, B -> p */
     cqi_set_face(m, g, a, q, b); /* A -> q, q -> B, B -> A */
-    cqi_pair(m, (cq_index)(3 * f), first);
-    cqi_pair(m, (cq_index)(3 * f + 2), from_p);
-    cqi_pair(m, (cq_index)(3 * g), from_q);
-    cqi_pair(m, (cq_index)(3 * g + 1), last);
-    cqi_pair(m, (cq_index)(3 * f + 1), (cq_index)(3 * g + 2));
+    cqi_set_twins(m, (cq_index)(3 * f), first);
+    cqi_set_twins(m, (cq_index)(3 * f + 2), from_p);
+    cqi_set_twins(m, (cq_index)(3 * g), from_q);
+    cqi_set_twins(m, (cq_index)(3 * g + 1), last);
+    cqi_set_twins(m, (cq_index)(3 * f + 1), (cq_index)(3 * g + 2));
     m->valence[b] = (cq_index)(moved + 2);
     m->valence[a] = (cq_index)(m->valence[a] - moved + 2);
     m->valence[p]++;
@@ -1906,10 +1906,10 @@ static void cqi_flip(cq_mesh *m, cq_index h)
     m->origin[g] = m->origin[hn] = x;
     m->origin[hp] = a;
     m->origin[gp] = b;
-    cqi_pair(m, hn, a_to_x);
-    cqi_pair(m, hp, y_to_a);
-    cqi_pair(m, gn, b_to_y);
-    cqi_pair(m, gp, x_to_b);
+    cqi_set_twins(m, hn, a_to_x);
+    cqi_set_twins(m, hp, y_to_a);
+    cqi_set_twins(m, gn, b_to_y);
+    cqi_set_twins(m, gp, x_to_b);
     m->out[a] = hp;
     m->out[b] = gp;
     m->out[x] = hn;
@@ -2044,8 +2044,24 @@ void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size
     if (d->code == d->range) d->code--; /* no encoder writes that */
 }
 
-/* The part of the range for a 1: neither 0 nor all of it, since 1 <= model <= 65534 and range >= 2^24. */
-static inline uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
+/* The part of the range for a 1 with probability p / 65536: neither 0 nor all of it, since 0 < p < 65536 and
+ * range >= 2^24. */
+static inline uint32_t cqi_one_width(uint32_t range, uint32_t p) { return (range >> 16) * p; }
+
+/* A bit that is 1 with probability p / 65536, 0 < p < 65536. */
+static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
+{
+    const uint32_t one = cqi_one_width(e->range, p);
+    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+}
+
+static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
+{
+    const uint32_t one = cqi_one_width(d->range, p);
+    const int bit = d->code < one;
+    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
+    return bit;
+}
 
 /* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
@@ -2060,8 +2076,7 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 {
     CQ_ASSERT(e->range >= CQI_MIN_RANGE && *model >= 1 && *model <= 65534);
     CQ_ASSERT(rate >= 1 && rate <= 8);
-    uint32_t one = cqi_one_width(e->range, *model);
-    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+    cqi_encode_part(e, *model, bit);
     cqi_adapt_bit(model, rate, bit != 0);
 }
 
@@ -2080,21 +2095,6 @@ int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
     CQ_ASSERT(d->range >= CQI_MIN_RANGE && *model >= 1 && *model <= 65534);
     CQ_ASSERT(rate >= 1 && rate <= 8);
     return cqi_decode_adaptive(d, model, rate);
-}
-
-/* A bit whose probability of a 1 is p / 65536, 0 < p < 65536. */
-static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
-{
-    const uint32_t one = (e->range >> 16) * p;
-    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
-}
-
-static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
-{
-    const uint32_t one = (d->range >> 16) * p;
-    const int bit = d->code < one;
-    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
-    return bit;
 }
 
 /* Width of a symbol's part of the range. The last symbol also gets what the division leaves over, so that every code in
@@ -3362,7 +3362,7 @@ static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
     m->twin[d->base.before] = u_to_x;
     if (border != CQ_NONE) m->twin[border] = x_to_w;
     m->twin[x_to_w] = after;
-    cqi_pair(m, d->base.gate, k);
+    cqi_set_twins(m, d->base.gate, k);
 }
 
 /* The first open halfedge from *scan on becomes the second one before the gate. Halfedges never open again, so that all
@@ -3851,13 +3851,13 @@ static void cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
     f->slope_y = nearest ? -(n[f->axis[1]] * 256 / nearest) : 0;
 }
 
-/* Height above the plane through A. */
+/* Height above the plane, which goes through A. */
 static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
 {
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* The components in the order of the fan, which is a cyclic one. */
+/* Components in the order of the fan, which is a cyclic one. */
 static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
 {
     cqi_vector b = a;
@@ -3874,8 +3874,8 @@ static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
     return b;
 }
 
-/* Offset from A of a vertex beyond the ring. One that is more than twice as far off as the ring is large, along some
- * axis, has nothing to tell: false. */
+/* Offset from A of a vertex beyond the ring. 0 if, along some axis, it is more than twice as far away as the ring may
+ * be large: then it tells nothing. */
 static inline int cqi_locate_beyond(const cqi_fan *f, const cq_value *a, const cq_value *b, int shift, cqi_vector *x)
 {
     const uint32_t limit = (uint32_t)2 << CQI_RING_BITS;
@@ -3885,7 +3885,8 @@ static inline int cqi_locate_beyond(const cqi_fan *f, const cq_value *a, const c
     return (((uint32_t)x->x + limit) | ((uint32_t)x->y + limit) | ((uint32_t)x->z + limit)) < 2 * limit;
 }
 
-/* Offsets of B's neighbours and of what is beyond, and the mean of the neighbours. */
+/* Offsets of B's neighbours and of the vertices beyond, the mean of the neighbours, and feature 0: what parallelograms
+ * across the ring's edges predict, minus that mean. */
 static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values, int p, int q)
 {
     const cq_value *const a = values + 3 * (size_t)f->vertex[0];
@@ -3915,13 +3916,13 @@ static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values
 
 /* -- Positions: a linear prediction --
  *
- * The mean of B's neighbours, and weighted differences of other predictions from it; along the surface and above it the
- * weights are not the same. */
+ * The mean of B's neighbours, plus a weighted sum of features: other predictions, minus that mean. The weights along
+ * the surface differ from those above it. */
 
-/* Mean of the neighbours, the nearer the more; less their mean. And what residuals to expect, from how far they are
- * from their mean along each axis. */
-#define CQI_LESS 4        /* half bits of a residual less than of three times the mean offset */
-#define CQI_LESS_ABOVE 2  /* of the sum of heights */
+/* Feature 3: the mean of the neighbours with weights that are larger for nearer ones. And what to expect of residuals,
+ * from how far the neighbours are from their mean along each axis. */
+#define CQI_LESS 4        /* x, y: in half bits, a residual is expected that much below three times the mean distance */
+#define CQI_LESS_ABOVE 2  /* z: that much below the sum of heights */
 static cqi_vector cqi_feature_near(cqi_fan *f, int shift)
 {
     cqi_vector sum = { 0, 0, 0 }, extent = { 0, 0, 0 };
@@ -3949,7 +3950,7 @@ static cqi_vector cqi_feature_near(cqi_fan *f, int shift)
     }
     return cqi_product_of(sum, cqi_quotient((int32_t)1 << 24, (uint32_t)weights + 1), 24);
 }
-
+/* Features 1: A; 2: the middle between the two common neighbours. */
 static void cqi_find_features(cqi_fan *f, int shift)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -3958,6 +3959,7 @@ static void cqi_find_features(cqi_fan *f, int shift)
     f->feature[3] = cqi_feature_near(f, shift);
 }
 
+/* Weights differ by the number of neighbours; class 0: an incomplete ring. */
 static int cqi_fan_class(const cqi_fan *f) { return f->boundary || f->size < 3 ? 0 : cqi_at_most(f->size, 9) - 2; }
 
 /* The linear prediction, and its height above the plane through the mean. */
@@ -3981,7 +3983,7 @@ static void cqi_predict_linear(const cqi_model *m, cqi_fan *f)
     f->linear = cqi_plus(f->mean, x);
 }
 
-/* What the weights learn from B's place and its height above the plane through the mean. */
+/* Adapts the weights, once B's place and its height above the plane through the mean are known. */
 static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, int32_t rise)
 {
     int32_t *const along = m->linear + CQI_FEATURES * cqi_fan_class(f);
@@ -3997,9 +3999,10 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
 
 /* -- Positions: predictions that compete --
  *
- * On surfaces that were made by rules one of a few simple predictions is often exact, and then several agree. */
+ * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
+ * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Those further off than the ring is large are none. */
+/* Adds a prediction, unless it is further away than the ring may be large. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
@@ -4014,7 +4017,7 @@ static cqi_vector cqi_parallelogram(cqi_vector a, cqi_vector b, cqi_vector oppos
     return cqi_minus(cqi_plus(a, b), opposite);
 }
 
-/* Parallelograms across the edges of the fan and inside it, and the middles between its vertices. */
+/* Parallelograms across the edges of the fan and inside it, and midpoints of its vertices. */
 static void cqi_list_rivals(cqi_fan *f)
 {
     const cqi_vector *const at = f->at;
@@ -4038,7 +4041,7 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Votes of a rival for the first ones, of which those for it are the same. */
+/* Rival `from` and each of the first `count` vote for each other. Returns the votes for `from`. */
 static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
 {
     const int16_t x = f->rival_x[from], y = f->rival_y[from], half = (int16_t)(radius / 2);
@@ -4053,8 +4056,8 @@ static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
     return all;
 }
 
-/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for
- * what is not there. */
+/* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
+ * themselves, which is subtracted, and for places behind the last one, where nobody looks. */
 static void cqi_count_votes(cqi_fan *f, int16_t radius)
 {
     int k;
@@ -4069,7 +4072,7 @@ static void cqi_count_votes(cqi_fan *f, int16_t radius)
     }
 }
 
-/* The place that most predictions agree upon: within a radius, and those within half of it count twice. */
+/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. */
 static void cqi_vote(cqi_fan *f, int shift)
 {
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
@@ -4094,7 +4097,7 @@ static int cqi_vote_class(int votes)
     return votes < 3 ? votes : votes < 5 ? 3 : votes < 8 ? 4 : votes < 12 ? 5 : votes < 18 ? 6 : 7;
 }
 
-/* The question whether B is where predictions agree: by how many do, and how far that is from the linear one. */
+/* The question whether B is where predictions agree, by their votes and how far that is from the linear prediction. */
 static int cqi_hit_question(const cqi_fan *f)
 {
     const int32_t x = cqi_apart(f->agreed, f->linear);
@@ -4103,11 +4106,15 @@ static int cqi_hit_question(const cqi_fan *f)
     return CQI_HIT + 8 * cqi_vote_class(f->votes) + apart;
 }
 
+/* Is a place where predictions agree? */
 static int cqi_is_hit(const cqi_fan *f, cqi_vector place) { return cqi_apart(place, f->agreed) < f->radius * 3 / 2; }
 
-/* -- Questions that are asked while they pay -- */
+/* -- Questions that are asked while they pay --
+ *
+ * A question is a bit that says yes where the encoder could also do without it. Both sides keep a running mean of what
+ * asking has gained, or would have gained where it was not asked; while that is negative, the answer is no. */
 
-/* -log2(p / 65536), in 1/64 bit */
+/* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
 
 /* Asks, if that has paid so far. */
@@ -4119,7 +4126,7 @@ static int cqi_code_question(cq_decoder *d, int index, int yes)
     return yes;
 }
 
-/* What asking has gained, or would have, given what a yes saves, in 1/64 bit. Returns the gain if it was asked. */
+/* Updates what asking gains, given what a yes saves beside its cost, in 1/64 bit. Returns this gain, 0 if not asked. */
 static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
 {
     const uint32_t p = m->yes[index];
@@ -4130,16 +4137,18 @@ static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
     return asked ? gain : 0;
 }
 
-/* Bits that a residual takes, about, in 1/64; given in the scale of the ring. */
+/* Estimate of the bits that a residual takes, in 1/64; x is in the scale of the ring. */
 static int cqi_residual_cost(int32_t x, int shift)
 {
     const int32_t least = shift > 0 ? (int32_t)3 << shift >> 2 : 1;
     return 32 * (cqi_half_bits(cqi_abs(x) + (uint32_t)least) - 2 * shift);
 }
 
-/* -- Positions: coding -- */
+/* -- Positions: coding --
+ *
+ * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* Residual against a prediction in the scale of the ring. */
+/* A coordinate, by its residual. half_bits: what to expect of it; *halves: what it was. */
 static int32_t cqi_code_coordinate(cq_decoder *d, int kind, int half_bits, int32_t predicted, int32_t value,
                                    int *halves)
 {
@@ -4151,7 +4160,8 @@ static int32_t cqi_code_coordinate(cq_decoder *d, int kind, int half_bits, int32
     return p + x;
 }
 
-/* Component c that most of the fan's vertices have, of equal ones that nearest to a prediction; returns how many. */
+/* *value: the coordinate c that most of the fan's vertices have; of equally common ones that nearest to a prediction.
+ * Returns how many have it. */
 static int cqi_most_common(cqi_fan *f, int c, int32_t near, int32_t *value)
 {
     int32_t *const x = f->scratch, off = 0;
@@ -4171,8 +4181,9 @@ static int cqi_most_common(cqi_fan *f, int c, int32_t near, int32_t *value)
     return most;
 }
 
-/* Component c of B: as most of its neighbours have it, or by a residual. Questions are told apart by `place`. */
-#define CQI_EXACT_SAVES 192 /* what a hit saves beside the residual, in 1/64 bit */
+/* Component c of B: as most of its neighbours have it, or by a residual. `place`: 0, 1: x, y; 2, 3: z without and with
+ * a hit, for which questions have models of their own. */
+#define CQI_EXACT_SAVES 192 /* what a yes saves beside the residual's bits, in 1/64 bit */
 static int32_t cqi_code_component(cq_decoder *d, int place, int c, int kind, int half_bits, int32_t predicted,
                                   int32_t value, int *halves)
 {
@@ -4193,7 +4204,7 @@ static int32_t cqi_code_component(cq_decoder *d, int place, int c, int kind, int
     return value;
 }
 
-/* Does a coordinate relative to A have a place in the scale of the ring? No value is that far off. */
+/* Is a coordinate relative to A too large for the scale of the ring? No value of a valid stream is. */
 static int cqi_is_wild(cqi_vector value)
 {
     const int32_t most = (int32_t)1 << 25;
@@ -4201,7 +4212,7 @@ static int cqi_is_wild(cqi_vector value)
            cqi_clamp(value.z, -most, most - 1) != value.z;
 }
 
-/* x and y of B, given that predictions agree about it, or not. */
+/* x and y of B; hit: predictions agree about it. */
 static void cqi_code_along(cq_decoder *d, int hit, cqi_vector *value, int *halves_x, int *halves_y)
 {
     cqi_fan *f = &d->now.fan;
@@ -4218,7 +4229,7 @@ static void cqi_code_along(cq_decoder *d, int hit, cqi_vector *value, int *halve
     }
 }
 
-/* z of B, above the plane at x and y. */
+/* z of B, given that of the plane at its x and y. */
 static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, int32_t *value)
 {
     const cqi_fan *f = &d->now.fan;
@@ -4229,13 +4240,13 @@ static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, in
     *value = cqi_code_component(d, 2 + hit, 2, kind, half_bits, plane + rise, *value, &halves_z);
 }
 
-/* Competing predictions and common components take time, and only some surfaces gain by them. So they are looked at
- * while a vertex gains more than a little, on a running mean; else at one vertex of CQI_PROBE, to see whether they
- * would. */
-#define CQI_WORTH_IT 24    /* that little: in 1/1024 bit */
+/* Competing predictions and common components take time, and only on some surfaces they save bits. They are used as
+ * long as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that
+ * mean. */
+#define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
 #define CQI_PROBE 16
 
-/* Do predictions agree about B? Asks, if there are any; *question is the one that was asked. */
+/* Is B where predictions agree? Asks, if there are any; *question is the one that was asked. */
 static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
 {
     cqi_fan *f = &d->now.fan;
@@ -4248,7 +4259,7 @@ static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
     return cqi_code_question(d, *question, CQI_ENCODING(d) && cqi_is_hit(f, value));
 }
 
-/* What the questions have gained, now that the place is known. */
+/* Updates what both kinds of questions gain, now that the place is known. */
 static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
 {
     const cqi_fan *f = &d->now.fan;
@@ -4262,7 +4273,7 @@ static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
     if (f->same) d->model.worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - d->model.worth_same, 6);
 }
 
-/* Codes B relative to A; false if that is no position. */
+/* Codes B relative to A. 0 if what was decoded cannot be a position. */
 static int cqi_code_place(cq_decoder *d, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
@@ -4289,7 +4300,7 @@ static int cqi_code_place(cq_decoder *d, cqi_vector *value)
     return 1;
 }
 
-/* Codes the position of B; false if it is no position. */
+/* Codes the position of B into `to`. 0 if what was decoded is not a position. */
 static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_index input, cq_value *to)
 {
     cqi_fan *f = &d->now.fan;
@@ -4545,9 +4556,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * A patch is split as soon as it is conquered; then the vertices in front of its gates are queued, each with the first
- * gate that finds it. A vertex that is still free when its turn comes is the centre of the next patch: nothing around
- * it has changed since. */
+ * A patch is conquered, and if its flag says so, split at once. Then the vertices in front of its gates are queued,
+ * each with the first gate that found it. A vertex that is still free when its turn comes is the centre of the next
+ * patch: nothing around it has changed since. */
 
 static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
 
@@ -4562,7 +4573,7 @@ static const uint8_t cqi_valence_class[CQI_LARGE_VALENCE + 1] = {
     28, 28
 };
 
-/* Takes the ring of the spoke's origin, of at most CQ_MAX_VALENCE vertices. Returns how many of it were free. */
+/* Reads and holds the ring of the spoke's origin, of at most CQ_MAX_VALENCE vertices. Returns how many were free. */
 static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
@@ -4588,7 +4599,7 @@ static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
     return available;
 }
 
-/* Gives the ring back: the patch is not conquered. */
+/* Undoes cqi_read_ring: the patch is not conquered. */
 static void cqi_release_ring(cq_mesh *m, const cqi_ring *r)
 {
     int k;
@@ -4596,8 +4607,8 @@ static void cqi_release_ring(cq_mesh *m, const cqi_ring *r)
         if ((r->kind[k] & CQI_STATE) < CQI_HELD_OFTEN) m->mark[r->vertex[k]]--;
 }
 
-/* Queues a vertex that is free and does not wait yet, with its spoke to the L of the gate. The encoder gives up a level
- * for which there is no room, a decoder the stream. */
+/* Queues a vertex that is free and does not wait yet, with its spoke to the L of the gate. If there is no room, an
+ * encoder gives up the level, and a decoder the stream. */
 static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
 {
     if (m->mark[v] & (CQI_STATE | CQI_QUEUED)) return;
@@ -4611,8 +4622,8 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
     m->out[v] = spoke;
 }
 
-/* Queues the vertices in front of the patch's gates: first the entry edge, then on from R to L, which costs fewer bits
- * than from L to R. */
+/* Queues the vertices in front of the patch's gates: first that of the ring edge behind the last spoke, which ends at
+ * the first one, then on in the direction from R to L, which costs fewer bits than from L to R. */
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     int k;
@@ -4623,9 +4634,9 @@ static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
     }
 }
 
-/* Queues the neighbours of a vertex that is passed over, each with its spoke to it, clockwise from the entry spoke
- * on. A neighbour that is removed later, before its turn, makes no difference: what it is collapsed into is in the
- * queue before it. Takes as long as the vertex has neighbours. */
+/* Queues the neighbours of a vertex that is passed over, each with its spoke to that vertex, clockwise from the first
+ * spoke on. A neighbour that is removed before its turn makes no difference: the vertex that it is collapsed into is in
+ * the queue before it. Takes time proportional to the number of neighbours. */
 static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
 {
     cq_index h = spoke;
@@ -4636,7 +4647,7 @@ static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
     } while (h != spoke);
 }
 
-/* Keeps a vertex from becoming a centre or from being removed. */
+/* Keeps a vertex from becoming a centre and from being removed. */
 static void cqi_hold(cq_mesh *m, cq_index v)
 {
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
@@ -4654,8 +4665,9 @@ static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
     return CQ_NONE;
 }
 
-/* Entry spoke of the first patch of a component (section 2.4), given its first gate L -> R. The centre is, 0: the front
- * vertex, on the side where that is real; 1: L, and its ring ends at R; 2: R, and its ring begins at L. */
+/* The first spoke of the first patch of a component (section 2.4), given the first gate L -> R. `side` says which
+ * vertex is the centre. 0: the front vertex, on the side where that is real; 1: L, and its ring ends at R; 2: R, and
+ * its ring begins at L. */
 static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
 {
     if (side == 1) return cq_clockwise(m, gate);
@@ -4663,19 +4675,25 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
     return cq_prev(cq_is_virtual(m, m->origin[cq_prev(gate)]) ? m->twin[gate] : gate);
 }
 
-/* -- The pair: which two neighbours of A are those of B, too --
+/* -- The pair: which two neighbours of A are neighbours of B, too --
  *
- * D (D - 1) / 2 pairs p < q for a centre of valence D; the paper's indices are i = p and j = D - 1 - q. Each pair has a
- * score: the sum of weights of its features. Then pairs are asked about, the best first: "is it this one?", each time
- * by a logistic model of the score and of how much better it is than the next one; all weights follow the gradient.
+ * A centre of valence D has D (D - 1) / 2 pairs p < q; the paper's indices are i = p and j = D - 1 - q. A pair's score
+ * is the sum of the weights of its features. Pairs are tried in the order of their scores, the best first: "is it this
+ * one?" is asked with a probability that is a logistic function of the score and of how far it is above the next one.
+ * Each answer moves the weights along the gradient (online logistic regression). The features are
  *
- * Without positions lengths and angles are of one class, and say nothing. */
+ *     of p and q           length of the spoke, angles opposite to it, valence and state of the vertex
+ *     of p + 1 .. q - 1    the same: these become neighbours of B alone
+ *     of both              q - p, by the centre's valence
+ *     by the rule          whether the encoder's rule would rather have removed another vertex, see cqi_score_rule
+ *
+ * Without positions all lengths and angles are of one class, and tell nothing. */
 
-#define CQI_TRIED (-0x40000000) /* in place of the score of a pair that was asked about: no sum with it is a score */
-#define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
+#define CQI_TRIED (-0x40000000) /* instead of the score of a pair that was tried: far below any score */
+#define CQI_TRIES 16      /* pairs that are tried before the number of the pair is coded */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
-/* 65536 / (1 + exp(-(k - 63.5) / 8)) for k = 24 .. 103 */
+/* 65536 / (1 + exp(-(k - 63.5) / 8)) for k = 24 .. 103. */
 static const uint16_t cqi_logistic[80] = {
     467, 528, 598, 677, 766, 867, 980, 1109, 1253, 1417, 1601, 1808, 2041, 2303, 2598, 2928,
     3298, 3713, 4176, 4692, 5266, 5904, 6611, 7392, 8252, 9197, 10230, 11357, 12579, 13898, 15316, 16832,
@@ -4684,7 +4702,7 @@ static const uint16_t cqi_logistic[80] = {
     62608, 62938, 63233, 63495, 63728, 63935, 64119, 64283, 64427, 64556, 64669, 64770, 64859, 64938, 65008, 65069
 };
 
-/* Codes a decision of that score; *error: what the weights learn. */
+/* Codes a yes or no with the log-odds `score`. *error: what is to be added to the weights. */
 static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32_t *error)
 {
     const int shift = 16 - CQI_NAT_BITS + CQI_TUNED(learn, CQI_LEARN(d->located >= 0));
@@ -4698,7 +4716,7 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
-/* Offsets of the ring, in its own scale. */
+/* Offsets of the ring's vertices from the centre, in the ring's scale. */
 static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *r)
 {
     const cq_value *const a = values + 3 * (size_t)m->origin[r->spoke[0]];
@@ -4723,7 +4741,7 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
     }
 }
 
-/* Classes of the spokes' lengths, by their ratio to the mean of the two shortest. Logarithms are of squares. */
+/* Classes of the spokes' lengths: their ratio to the mean of the two shortest ones. Logarithms are of squares. */
 static void cqi_classify_lengths(cqi_ring *r)
 {
     int shortest = 255, second = 255, base, k;
@@ -4740,14 +4758,14 @@ static void cqi_classify_lengths(cqi_ring *r)
     if (r->boundary < CQ_MAX_VALENCE) r->length[r->boundary] = 15;
 }
 
-/* Classes of the sum of the two angles opposite to each spoke, by their cotangents: what a Delaunay triangulation would
- * ask. The triangle of spokes a and b has, opposite to a, the cotangent (b b - a b) / |a x b|. */
+/* Classes of the sum of the two angles opposite to each spoke, by the sum of their cotangents, as a Delaunay criterion
+ * would have it. In the triangle of spokes a and b, the angle opposite to a has the cotangent (b b - a b) / |a x b|. */
 static uint8_t cqi_angle_class(int32_t cotangents)
 {
     return (uint8_t)cqi_clamp(cqi_floor_shift(cotangents + 26, 2), 0, 15);
 }
 
-/* 2^16 / sqrt((k + 1/2) / 32) for k = 32 .. 127 */
+/* 2^16 / sqrt((k + 1/2) / 32) for k = 32 .. 127. */
 static const uint16_t cqi_inverse_root[96] = {
     65030, 64052, 63117, 62222, 61363, 60540, 59748, 58987, 58254, 57548, 56867, 56210, 55574, 54960, 54366, 53791,
     53233, 52693, 52169, 51660, 51165, 50685, 50218, 49763, 49321, 48890, 48470, 48061, 47663, 47273, 46894, 46523,
@@ -4775,7 +4793,7 @@ static void cqi_classify_angles(cqi_ring *r)
     r->opposite[0] = cqi_angle_class(first + before);
 }
 
-/* What positions say about the ring's vertices. */
+/* Classes of the ring's vertices by their positions. */
 static void cqi_classify_ring(cq_decoder *d)
 {
     const int channel = d->located;
@@ -4804,8 +4822,9 @@ static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* The smallest valence of a free vertex from the start of the ring to p, and from q to its end: what could have been B
- * instead. As a common neighbour it has one neighbour more now. The first with p added. */
+/* Before and after each place of the ring, the smallest valence of a free vertex, which could have been B instead: from
+ * the first spoke to p, and from q to the last one. p and q themselves have one neighbour more by now. before[] has p
+ * added, for the index of a weight. */
 static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 {
     int smallest = CQI_LARGE_VALENCE, k;
@@ -4821,10 +4840,12 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
     }
 }
 
-static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
+/* Weights of a pair by q - p. */
+static int cqi_steps_weights(const cqi_ring *r) { return CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
-/* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
- * of its valence minus that of B are added, for all p with a q. For another goal than that they would give 0.03 bit. */
+/* Adds to the scores of all p with a q how likely it is that the encoder's rule, the smallest valence, would have
+ * removed B rather than the best alternative before p, and than the one after q: weights by its valence minus that of
+ * B. With goals other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
 static void cqi_score_rule(const int16_t *w, const cqi_choice *c, int q, int32_t *score)
 {
     const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after =
@@ -4845,7 +4866,7 @@ static int32_t cqi_best_of(const int32_t *score, int n)
 static void cqi_score_pairs(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
-    const int16_t *const w = d->model.weight, *of_steps = w + cqi_joint(&d->ring);
+    const int16_t *const w = d->model.weight, *of_steps = w + cqi_steps_weights(&d->ring);
     int32_t *score = c->score;
     int p, q;
     cqi_score_ends(w, &d->ring, c);
@@ -4865,7 +4886,7 @@ static void cqi_score_pairs(cq_decoder *d)
     }
 }
 
-/* Takes the best of the pairs with a q out, of equal ones the first; returns its p. */
+/* Takes out the best of the pairs with a q, the first of equal ones; returns its p. */
 static int cqi_take_best(cqi_choice *c, int q)
 {
     int32_t *const score = c->score + ((unsigned)(q * (q - 1)) >> 1);
@@ -4877,7 +4898,7 @@ static int cqi_take_best(cqi_choice *c, int q)
     return p;
 }
 
-/* The q whose best pair is the best one, of equal ones the first. */
+/* The q of the best pair of all, the first of equal ones. */
 static int cqi_find_best_q(const cqi_choice *c, int size)
 {
     int32_t best = c->best[1];
@@ -4889,20 +4910,20 @@ static int cqi_find_best_q(const cqi_choice *c, int size)
     }
     return at;
 }
-
+/* Class of a score's distance from the next one, a >= b. */
 static int cqi_gap(int32_t a, int32_t b)
 {
     const uint32_t x = ((uint32_t)a - (uint32_t)b) >> (CQI_NAT_BITS - 2);
     return x > 31 ? 31 : (int)x;
 }
 
-/* Moves a weight, but not beyond 8 nats: so no sum of the at most 80 of a pair overflows. */
+/* Moves a weight, but not beyond 8 nats: so no sum of the at most 80 weights of a pair overflows. */
 static inline void cqi_nudge(int16_t *weight, int32_t error)
 {
     const int32_t x = *weight + error;
     if (x > -8 * CQI_NAT && x < 8 * CQI_NAT) *weight = (int16_t)x;
 }
-
+/* Moves all weights of a pair's score. */
 static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
 {
     const cqi_ring *r = &d->ring;
@@ -4914,7 +4935,7 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_END_KIND + 32 + r->kind[q]], error);
     cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[p]], error);
     cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[q]], error);
-    cqi_nudge(&w[cqi_joint(r) + q - p], error);
+    cqi_nudge(&w[cqi_steps_weights(r) + q - p], error);
     for (k = p + 1; k < q; k++) {
         cqi_nudge(&w[CQI_INNER_LENGTH + r->length[k]], error);
         cqi_nudge(&w[CQI_INNER_KIND + r->kind[k]], error);
@@ -4926,7 +4947,7 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
-/* Is it the pair p, q? Asks, given its score and the next one's, and learns from the answer. */
+/* Is it the pair p, q? Asks, given its score and that of the next one, and learns from the answer. */
 static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t score, int32_t next)
 {
     int16_t *const of_gap = d->model.weight + CQI_GAP + 32 * cqi_at_most(rank, 7) + cqi_gap(score, next);
@@ -4938,7 +4959,7 @@ static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t 
     return yes;
 }
 
-/* Codes the pair as one of all. */
+/* Codes the pair by its number among all. */
 static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
 {
     const uint32_t all = (uint32_t)(d->ring.size * (d->ring.size - 1) / 2);
@@ -4968,14 +4989,14 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
-/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
+/* A level must add one vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
 /* -- Patches -- */
 
-#define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
+#define CQI_AT_ONCE 1024 /* vertices that one step prepares: bounds its time */
 
-#define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that is passed over, see cqi_code_pass */
+#define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that may be passed over, see cqi_code_pass */
 
 /* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
 static int cqi_code_flag(cq_decoder *d, int available, int split)
