@@ -908,7 +908,7 @@ typedef struct cq_decoder {
     cqi_seams *seams;                      /* NULL without wedges */
     cqi_material *materials;               /* cqi_material[shape.num_materials], or NULL */
     cq_index new_face[2];                  /* with materials: those that a split makes, at p and at q */
-    cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
+    cq_bit_model *metadata_model;          /* cq_bit_model[256], see cqi_code_metadata_byte */
     uint32_t metadata_read;                /* bytes */
     struct {
         uint8_t buffer[CQI_BUFFER_BYTES];
@@ -7213,7 +7213,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-/* The faces of a component are complete. Whether another follows is known before its values. */
+/* The faces of a component are complete: tells whether another one follows, and turns to the values of this one. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
     d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
@@ -7231,13 +7231,15 @@ static CQI_APART cq_result cqi_step_base(cq_decoder *d)
     return cqi_grow_base(d);
 }
 
-/* -- Rows of the base, and what is aside -- */
+/* -- Rows of the base, and what is aside --
+ *
+ * Vertex by vertex: first the row of each corner around it, then the values of the rows that are new there. */
 
 static cq_result cqi_step_base_values(cq_decoder *d);
 
 #ifndef CQ_NO_WEDGES
 
-/* What is usual is so nine times in ten, to begin with. */
+/* To begin with, what is usual has a probability of 9/10. */
 static void cqi_init_seams(cqi_seams *s)
 {
     int j, k;
@@ -7266,9 +7268,9 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
     }
     values = (cq_value *)cqi_take(arena, s->num_rows * of_row, sizeof(cq_value));
     if (s->metadata_bytes) {
-        d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
+        d->metadata_model = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
         d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
-        for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < 256; k++) d->metadata_model[k] = CQ_BIT_MODEL_INIT;
     }
     if (s->num_materials) {
         d->materials = (cqi_material *)cqi_take(arena, s->num_materials, sizeof(cqi_material));
@@ -7302,8 +7304,8 @@ static cq_result cqi_begin_base_rows(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The row of a corner of the base, clockwise around its vertex: that of the corner before; or a new one; or any other
- * one of the vertex. */
+/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or by its number
+ * another one of the vertex. */
 static int cqi_code_base_corner(cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7330,7 +7332,7 @@ static int cqi_code_base_corner(cq_decoder *d)
     return 1;
 }
 
-/* What is around a row of the base whose values are read: of at most so many faces. */
+/* What predicts the values of a base row: that of CQI_BASE_FACES of its faces at most. */
 #define CQI_BASE_FACES 16
 typedef struct cqi_base_row {
     cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
@@ -7345,7 +7347,7 @@ static void cqi_add_known(cqi_base_row *b, cq_index row)
     if (k == b->num_known) b->known[b->num_known++] = row;
 }
 
-/* Adds what the face at h, whose origin has the row, tells. */
+/* Adds what the face of halfedge h tells, at whose origin the row is. */
 static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7358,8 +7360,8 @@ static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
     }
 }
 
-/* Rows are new at the corners of a vertex in the order of their numbers, so that looking for the first corner of each
- * goes around once. Of its other corners those count that follow it without a gap. */
+/* Finds what predicts a row. New rows have their numbers in the order of their first corners, so that the search for
+ * these goes around the vertex once. Of a row's other corners, those count that follow the first one without a gap. */
 static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7381,7 +7383,7 @@ static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
     }
 }
 
-/* The mean of what is known around; without that, what the row before has. */
+/* The mean of the known rows around; if there are none, the value of the row before. */
 static int32_t cqi_predict_base_row(const cq_decoder *d, uint32_t k, uint32_t c, cq_index row, const cqi_base_row *b)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -7420,7 +7422,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     return 1;
 }
 
-/* The next corner of the vertex. When all have their rows, the values of those that are new follow. */
+/* Turns to the next corner of the vertex; when all have their rows, to the values of the new ones. */
 static void cqi_next_base_corner(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -7437,7 +7439,7 @@ static void cqi_next_base_vertex(cq_decoder *d)
     if (++s->vertex < d->base.draft.num_vertices) s->corner = d->base.draft.out[s->vertex];
 }
 
-/* Which row the next corner has; or, when all corners of a vertex have theirs, one channel of a row. */
+/* The row of the next corner; or, when all corners of a vertex have theirs, one channel of a new row. */
 static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -7461,7 +7463,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
-/* Turns to what is aside, if that is not yet read. */
+/* Turns to what is aside, and to metadata, unless they have been read. */
 static int cqi_has_aside(cq_decoder *d)
 {
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
@@ -7495,7 +7497,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
     return 1;
 }
 
-/* Number of a row of the input in the stream. */
+/* The number in the stream of a row of the input. */
 static cq_index cqi_plan_row(const cqi_plan *p, cq_index row, cq_index num_rows)
 {
     const cq_index t = p->target[row];
@@ -7533,22 +7535,22 @@ static int cqi_code_aside_face(cq_decoder *d)
     return 1;
 }
 
-/* A byte of the metadata. */
-static void cqi_code_letter(cq_decoder *d)
+/* A byte of the metadata, from its highest bit on, each with a model by the bits before. */
+static void cqi_code_metadata_byte(cq_decoder *d)
 {
-    const int letter = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
+    const int byte = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
     int node = 1, k;
-    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->letters[node], letter >> k & 1);
+    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->metadata_model[node], byte >> k & 1);
     d->metadata[d->metadata_read++] = (uint8_t)node;
 }
 
-/* Have rows any values? Else there is nothing to read, nor memory that bounds how many there are. */
+/* Do rows have any values? Else there is nothing to read for them, nor does memory bound their number. */
 static int cqi_has_rows(const cq_shape *s)
 {
     return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
 }
 
-/* One channel of a row aside, or a face, or a byte of metadata; all rows, if they have no values. */
+/* One channel of a row aside; or a face; or a byte of metadata. If rows have no values, all rows at once. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -7563,7 +7565,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
         ok = cqi_code_aside_face(d);
         if (ok && !cqi_starved(d)) d->aside.num_faces++;
     } else if (d->metadata_read < d->shape.metadata_bytes) {
-        cqi_code_letter(d);
+        cqi_code_metadata_byte(d);
     } else {
         d->phase = CQI_LEVEL;
     }
@@ -7574,7 +7576,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Are there values of vertices or faces of the component to come? */
+/* Does a vertex or face of the component still have to get its values? */
 static int cqi_has_base_values(const cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
@@ -7583,7 +7585,7 @@ static int cqi_has_base_values(const cq_decoder *d)
     return d->base.value < n;
 }
 
-/* The mesh now has the component, too: the arrays are those of the draft. */
+/* Makes the component part of the mesh, whose arrays are those of the draft. */
 static void cqi_show_component(cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
@@ -7598,7 +7600,8 @@ static void cqi_show_component(cq_decoder *d)
     if (d->seams) d->num_rows = d->seams->num_rows;
 }
 
-/* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
+/* The values of a vertex or face; when all have theirs, the component becomes public. Behind the last one, levels
+ * follow. */
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (cqi_has_base_values(d)) return cqi_code_base_values(d);
@@ -7619,7 +7622,7 @@ static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A distance in 1/16 step: 0, then eighths of octaves from 1 on. */
+/* The distance in 1/16 step that a code stands for: 0, then in eighths of an octave from 1 on. */
 static uint32_t cqi_error_of_code(uint32_t code)
 {
     const uint32_t octave = code ? (code - 1) / 8 : 0;
@@ -7627,7 +7630,7 @@ static uint32_t cqi_error_of_code(uint32_t code)
     return code ? (uint32_t)(octave > 27 ? 0xffffffff : (eighths + 7) / 8) : 0;
 }
 
-/* What the stream says of the mesh's distance from the exact one: never more than before. */
+/* The mesh's distance from the exact one at the beginning of a level: never more than before. */
 static void cqi_code_error(cq_decoder *d)
 {
     uint32_t error = CQI_ENCODING(d) ? d->plan->level_error[d->plan->level] : 0;
@@ -7642,8 +7645,8 @@ static void cqi_code_error(cq_decoder *d)
     if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
 }
 
-/* Does another component take part from this level on? They follow those that do already. `active` is where the next
- * one begins, or on the way there. */
+/* Does another component take part from this level on? The next one does after those that do already. `active` is where
+ * it begins, or on the way there. */
 static cq_result cqi_step_active(cq_decoder *d)
 {
     int k, begins;
@@ -7666,14 +7669,14 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Turns to the level behind `level` others. */
+/* Turns to the level that follows `level` others. */
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
     p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
 }
 
-/* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
+/* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
     int regular = CQI_HAS_REGULAR && d->regular.count; /* the first gates are no edges any more */
@@ -7708,7 +7711,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Takes the marks of the level before from the next vertices that take part: base vertices and all new ones. */
+/* Clears marks of the level before, of the next vertices that take part: base vertices up to `active`, and all that are
+ * not of the base. */
 static cq_result cqi_step_clear(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -7776,7 +7780,7 @@ static cq_result cqi_step(cq_decoder *d)
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
-/* Gets ready for the first step. The memory holds at least cq_decoder_bytes of d->shape. */
+/* Divides the memory, which holds at least cq_decoder_bytes of d->shape, and prepares the first step. */
 static void cqi_start(cq_decoder *d)
 {
     cqi_arena arena;
@@ -7866,7 +7870,7 @@ static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
-/* Moves what is left in the buffer to its start; the two may overlap. */
+/* Moves what is left in the buffer to its start, byte by byte, as the two may overlap. */
 static void cqi_drop_used(cq_decoder *d)
 {
     const size_t left = d->range.size - d->range.count;
@@ -7895,7 +7899,7 @@ static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
     }
 }
 
-/* Enough input for any step: all that can be needed, or all that there is. */
+/* Is there enough input for any step: as much as one may need, or all that will come? */
 static int cqi_is_ready(const cq_decoder *d)
 {
     return d->range.size >= d->range.count + d->input.step_bytes || !d->input.payload_left || d->input.ended;
@@ -7963,7 +7967,7 @@ void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index coun
         memcpy(to, d->channel[k] + (follow ? d->vertex[r] : r) * n, n * sizeof(cq_value));
 }
 
-/* Values of the channel of faces that are turned over; or NULL. */
+/* Values of the channel CQ_TURNED, which is the last one; or NULL. */
 static const cq_value *cqi_turned(const cq_decoder *d)
 {
     const uint32_t last = d->shape.num_channels - 1;
@@ -7994,7 +7998,7 @@ void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *cou
     *count = d->materials[m].shown;
 }
 
-/* A row moves to a new vertex only, so those that have are around new vertices. */
+/* Rows only move to new vertices, so those that have moved are around these. */
 void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
 {
     CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
@@ -8011,7 +8015,7 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
 
 /* -- Levels of detail ---------------------------------------------------------------------------------------------- */
 
-/* The first level says its error when it begins, so that 0 is no error yet. */
+/* Is d->error known? The first level tells its error while it begins: until then it is 0. */
 static int cqi_knows_error(const cq_decoder *d)
 {
     return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
