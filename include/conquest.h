@@ -11909,7 +11909,7 @@ static double cqi_float(uint32_t bits)
     return (double)x;
 }
 
-/* The float nearest to x, never infinite or NaN. */
+/* The float nearest to x; never infinite, and 0 for a NaN. */
 static float cqi_round(double x)
 {
     const double largest = cqi_float(CQI_LARGEST_FLOAT);
@@ -11928,7 +11928,7 @@ static double cqi_magnitude(double x) { return x < 0 ? -x : x; }
 static double cqi_larger(double a, double b) { return a > b ? a : b; }
 static int cqi_is_finite(double x) { return cqi_magnitude(x) <= cqi_float(CQI_LARGEST_FLOAT); }
 
-/* The largest integer that is not above x, |x| < 2^31. */
+/* The largest integer that is not above x, for |x| < 2^31. */
 static int32_t cqi_floor(double x)
 {
     int32_t n = (int32_t)x;
@@ -11959,9 +11959,10 @@ static cq_result cqi_find_box(cqi_box *box, const float *from, size_t count, uin
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* A step is longer than the distance of two floats at the end of the box. The rounding of a point to a float is then
- * less than half a step, too little for another point to be nearer. Above 22 bits a step that was rounded down to a
- * float may leave the end of the box too far from the last point. */
+/* The step, so that the points of the grid reach over the box; `last` is the number of the last point. It is longer
+ * than the distance of neighbouring floats at the end of the box: rounding a point to a float then moves it by less
+ * than half a step, too little for another point to be nearer. With more than 22 bits, a step that was rounded down to
+ * a float may leave the end of the box half a step or more behind the last point; the next float is used then. */
 static uint32_t cqi_fit_step(const cqi_box *box, double last)
 {
     uint32_t least, step;
@@ -11992,16 +11993,16 @@ static int cqi_is_power_of_two(uint32_t float_bits)
     return exponent ? exponent < 255 && !fraction : fraction && !(fraction & (fraction - 1));
 }
 
-/* The multiple of a power of two at x or below it. A float of 2^24 steps or more is a multiple. */
+/* The largest multiple of step, a power of two, that is not above x. A float of 2^24 steps or more is a multiple. */
 static double cqi_align(double x, double step)
 {
     return cqi_magnitude(x) < step * 0x1000000 ? cqi_floor(x / step) * step : x;
 }
 
 /* Why there are no cracks: quantising finds the multiple n of step that is nearest to x, and reconstructing rounds
- * n * step, neither of which depends on the origin. For in (x - origin) / step + 1/2 rounding is an error below 2^-28,
- * and x is the middle of two multiples exactly, or further from it: middles are floats, or no float is between their
- * multiples; and the float next to a middle, which is half a step at least from 0, is 2^-25 of that away. */
+ * n * step; neither depends on the origin. For (x - origin) / step + 1/2 has a rounding error below 2^-28, which would
+ * only matter if x were that near to the middle of two multiples, but not equal to it. It is not: either the middle is
+ * a float, at least half a step from 0, and the next float is 2^-25 of that away; or no float lies between the multiples. */
 cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place)
 {
     const uint32_t step_bits = cqi_float_bits((double)step);
@@ -12026,9 +12027,9 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     return CQ_OK;
 }
 
-/* Floats as exact values, and back. Memory from malloc takes the type of what memcpy puts there (C99 6.5, paragraph 6),
- * so that an array of floats copied as a whole would still be one of floats: each goes through a local. Only bytes are
- * copied, since a signalling NaN would not survive the registers of an x87. */
+/* Floats as exact values, and back. Each goes through a local variable: memory from malloc takes the type of what
+ * memcpy puts there (C99 6.5, paragraph 6), so that an array of floats copied as a whole would still be one of floats.
+ * Only bytes are copied, as a signalling NaN would not survive the registers of an x87. */
 static void cqi_copy_floats(const float *from, size_t n, cq_value *to)
 {
     for (; n; n--) {
@@ -12072,7 +12073,7 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* The product is exact, so that it does not matter whether it is rounded before the sum. */
+/* The product is exact, so it makes no difference whether a compiler contracts it with the sum. */
 void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to)
 {
     CQ_ASSERT(channel->components >= 1 && channel->components <= CQ_MAX_COMPONENTS && (!count || (from && to)));
@@ -12089,12 +12090,13 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
 
 /* -- Octahedral normals --
  *
- * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded up around
- * the upper one into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. The numbers along an edge of the
- * square stand for the same points on both sides of its middle; those of the right or upper side are used.
+ * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded outwards
+ * around the upper one, into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. On an edge of the square,
+ * two points to both sides of its middle stand for the same direction; the one further to the right or up is used.
  *
- * The bound: a number is off by half a unit at most, a point of the octahedron then by sqrt(6) times that, and all of
- * its points are 1 / sqrt(3) or more from the middle, where the angle is seen: sqrt(18) / (2 half) = 2.1213 / half. */
+ * The bound: each number is off by at most half a unit, a point of the octahedron therefore by sqrt(6) times that. Seen
+ * from the centre, which is at least 1 / sqrt(3) away from it, that is an angle of sqrt(18) / 2 = 2.1213 times
+ * 1 / half. */
 
 static int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
 
@@ -12105,7 +12107,7 @@ static void cqi_fold(double *x, double *y)
     *y = *y < 0 ? -b : b;
 }
 
-/* 1 / sqrt(x) for 1/3 <= x <= 1: from 9 % off, five steps of Newton's method. */
+/* 1 / sqrt(x) for 1/3 <= x <= 1: five steps of Newton's method from a guess that is within 9 %. */
 static double cqi_reciprocal_root(double x)
 {
     double y = 2 - x;
@@ -12140,7 +12142,7 @@ cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_valu
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* From -1 to 1, whatever the value. */
+/* A number of a pair as -1 .. 1; values that are out of range are clamped. */
 static double cqi_octahedral_number(int32_t half, cq_value value)
 {
     const int32_t x = (int32_t)value - half;
