@@ -12002,7 +12002,8 @@ static double cqi_align(double x, double step)
 /* Why there are no cracks: quantising finds the multiple n of step that is nearest to x, and reconstructing rounds
  * n * step; neither depends on the origin. For (x - origin) / step + 1/2 has a rounding error below 2^-28, which would
  * only matter if x were that near to the middle of two multiples, but not equal to it. It is not: either the middle is
- * a float, at least half a step from 0, and the next float is 2^-25 of that away; or no float lies between the multiples. */
+ * a float, at least half a step from 0, and the next float is 2^-25 of that away; or no float lies between the
+ * multiples. */
 cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place)
 {
     const uint32_t step_bits = cqi_float_bits((double)step);
