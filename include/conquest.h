@@ -8075,7 +8075,7 @@ typedef struct cqi_encoder {
     cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
 } cqi_encoder;
 
-/* Behind it are the rows: no object of an AVR may have them in itself. */
+/* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
 #define CQI_ENCODER_BYTES (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + 7) / 8 * 8)
 
@@ -8084,7 +8084,7 @@ static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
 #endif
 
-/* With num_rows, which a call has found, that many vertices are enough for the mesh. */
+/* Where a call has found num_rows, the mesh has at most that many vertices. */
 size_t cq_encoder_bytes(const cq_shape *shape)
 {
     cq_shape coded, *s = &coded;
@@ -8122,35 +8122,34 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
     return sum;
 }
 
-/* -- What a collapse loses: the goal balanced --
+/* -- What a collapse loses: CQ_BALANCED --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
  * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes
  * of the triangles around B, times their areas; and from the lines of boundary edges, times their squared lengths. A
- * crease has planes on both sides, and so resists by itself. A collapse that turns a triangle over, or leaves it an
- * eighth of its area as seen along its normal, loses anything.
+ * crease has planes on both sides, and so resists by itself. If a collapse turns a triangle over, or leaves less than
+ * an eighth of its area as seen along its normal, its loss is infinite (CQI_ANY_LOSS).
  *
- * A level refuses collapses that lose more than a limit, and still takes the smallest valence of the others. At first
- * the limit is half of what half of the edges lose, or less. It grows from level to level about as the losses of a
- * smooth surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7
- * times. What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits.
- * It also grows when a level is not worth its walk; in the end it falls.
+ * A level refuses collapses that lose more than a limit, and of the others takes the one with the smallest valence. At
+ * first the limit is half of the median loss of edges, or less. It grows from level to level about as the losses on a
+ * smooth surface do: with a sixth fewer vertices, areas and distances from the planes are 1.2 times as large, and
+ * losses 1.7 times. What stays refused are features. If the limit grew less, more patches would be isolated, whose
+ * flags cost bits. It also grows when a level removes too few vertices, and is lifted in the end.
  *
- * Losses are compared as numbers that grow with their logarithm, in 1/256 octave.
+ * Losses are compared by their logarithms, in 1/256 octave.
  *
- * Bounds: offsets from the centre of a fan have 12 bits, half an edge 11, areas 25, volumes 38. So distances, in
- * sixteenths, are below 2^17, as cqi_norm is never less than half a length; their products with volumes are
- * below 2^55; squares of areas of a boundary's edge and half an edge below 2^50; and all of both fans together below
- * 2^57. */
+ * Bounds: offsets from the centre of a fan have 12 bits, areas 25, volumes 38. Distances in sixteenths are below 2^18,
+ * as cqi_norm is never less than half a length; so their products with volumes are below 2^56. Squares of areas at
+ * boundary edges and seams are below 2^52, and the sum over a fan is below 2^58. */
 #define CQI_ANY_LOSS 0xffffffffu
 #define CQI_OFFSET_BITS 12
 #define CQI_OCTAVE 256
 
-/* How much more a level may lose than the one before; and at least so much more than itself, if it is done again. */
+/* Growth of the limit from one level to the next; and at least, if a level is tried again. */
 #define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
 
-/* Vertices that a level with a limit must remove, of one that keeps so many: half of what one without can. */
+/* Vertices that a level with a limit must remove if it keeps so many: half of what a level without one can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
@@ -8158,9 +8157,9 @@ typedef struct cqi_fan_of_input {
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
-    cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
-    int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
-    uint8_t seam[CQ_MAX_VALENCE];                /* the edge to the vertex is one */
+    cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
+    int32_t norm[CQ_MAX_VALENCE];                /* length of that; -1: a boundary */
+    uint8_t seam[CQ_MAX_VALENCE];                /* 1: the edge to the vertex is a seam */
 } cqi_fan_of_input;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
@@ -8227,7 +8226,7 @@ static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     }
 }
 
-/* If the centre goes to x. Triangles without an area lose nothing. */
+/* What is lost if the centre moves to x. Triangles without area lose nothing. */
 static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 {
     uint64_t sum = 0;
@@ -8249,7 +8248,7 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
     return sum;
 }
 
-/* Is a triangle turned if the centre goes to x? Those that the collapse removes are not. */
+/* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
 static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
@@ -8264,7 +8263,7 @@ static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
     return 0;
 }
 
-/* A loss of 16^shift x. */
+/* The loss 16^shift x as a logarithm, in 1/CQI_OCTAVE octave. */
 static uint32_t cqi_loss(uint64_t x, int shift)
 {
     int n = x >> 32 ? 32 + cqi_bit_length((uint32_t)(x >> 32)) : cqi_bit_length((uint32_t)x);
@@ -8272,7 +8271,7 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
+/* The loss of collapsing h = A -> B, which moves B to A. Above the limit it need not be exact. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -8286,7 +8285,7 @@ static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
     return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
 
-/* Does the collapse of h lose no more than this level allows? What is refused is noted. */
+/* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
 static int cqi_allows(cqi_plan *p, cq_index h)
 {
     uint32_t loss;
@@ -8297,14 +8296,14 @@ static int cqi_allows(cqi_plan *p, cq_index h)
     return 0;
 }
 
-/* The limit for another try, when a level was not worth its walk. */
+/* Raises the limit for another try, after a level that removed too few vertices. */
 static void cqi_allow_more_loss(cqi_plan *p)
 {
     uint32_t more = p->most_loss + CQI_MORE_LOSS;
     p->most_loss = p->refused_loss > more ? p->refused_loss : more;
 }
 
-/* What half of the edges lose, in whole octaves, of 256 or more that are spread over the vertices. */
+/* The first limit: an octave below that of the median loss, of 256 edges or more that are spread over the vertices. */
 static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 {
     const cq_mesh *m = &p->mesh;
@@ -8327,18 +8326,19 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 
 /* -- How far a level is from the exact surface --
  *
- * Each vertex that has been removed is attached to a face. Its distance from the mesh is at most that from its face,
- * whichever face that is: so the largest such distance bounds the error, and needs no assumption. A collapse replaces
- * faces around A and B by its cover, the faces that A has instead of B's. What was attached to the old faces, and B, is
+ * Each vertex that has been removed is attached to a face. Whichever face that is, the vertex is no further from the
+ * mesh than from its face: so the largest such distance bounds the error, without any assumption. A collapse replaces
+ * faces around A and B by its cover: the faces that A has instead of B's. What was attached to the old faces, and B, is
  * attached to the cover, each vertex to a face that is near it; all others stay where they are.
  *
- * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly that is seen
- * without a division, and the first face for which it is seen will do. Else the nearest one is looked for; if that is
- * too far, also outside the cover, though in the same component, before the error grows.
+ * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly a test
+ * without a division shows that, and the first face that passes it will do. Else the nearest face of the cover is
+ * searched; if that is too far away, faces of the component outside the cover are tried before the error grows.
  *
- * Time: the faces of a level's patches are all different, and those that a collapse replaces and its cover belong to
- * one patch. So a level attaches each vertex once at most, to one of less than CQ_MAX_VALENCE faces. Looking outside
- * passes over the vertices of the component, CQI_LOOKS times a level, or more often if finer ones have not.
+ * Time: no face belongs to two patches of a level, while the faces that a collapse replaces and its cover belong to
+ * one. So a level attaches each vertex at most once, to one of less than CQ_MAX_VALENCE faces. The search outside
+ * visits all vertices of the component; it is done CQI_LOOKS times a level, and by coarser levels also as often as
+ * finer ones have not.
  *
  * Bounds: coordinates of corners, from the centre, are at most 2^13, edges 2^14, normals 2^27, areas below 2^56, to_u
  * and to_v at most 2^41. Attached vertices are below 2^15, and 2^15.4 from other corners. So their products with to_u
@@ -8346,16 +8346,16 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 #define CQI_CORNER_BITS 13
 #define CQI_LOOKS 4
 
-/* Coordinates that are shifted down lose less than a unit, all in the same direction: distances change by less than 2
- * units. In 1/16. */
+/* Coordinates that are shifted down lose less than one unit, all in the same direction: so distances change by less
+ * than 2 units; in 1/16. */
 #define CQI_ROUNDED 32
 
 typedef struct cqi_vector64 {
     int64_t x, y, z;
 } cqi_vector64;
 
-/* A face u -> A -> v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates times the
- * area, those of u and v; what is left of the area is that of A. */
+/* A face u, A, v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates for u and v,
+ * times the area; what is left of the area is that for A. */
 typedef struct cqi_facet {
     cq_index h;                             /* A -> v */
     cqi_vector64 u, v, normal, to_u, to_v;
@@ -8363,7 +8363,7 @@ typedef struct cqi_facet {
     int64_t limit, margin;                  /* see cqi_passes */
 } cqi_facet;
 
-/* How positions are seen: from a centre, in units of 2^shift. */
+/* Positions are seen from a centre, in units of 2^shift. */
 typedef struct cqi_view {
     cqi_vector64 centre;
     int shift;
@@ -8417,13 +8417,13 @@ static uint32_t cqi_root_above(uint64_t x)
     return root + ((uint64_t)root * root < x);
 }
 
-/* The largest distance, in 1/16 step, whose square can be seen as this, in 1/256 square unit of 2^shift. */
+/* An upper bound of a distance, in 1/16 step, given its square as seen in units of 2^shift, in 1/256. */
 static uint32_t cqi_error_of_square(uint64_t square, int shift)
 {
     return (cqi_root_above(square) + (shift ? CQI_ROUNDED : 0)) << shift;
 }
 
-/* The least code of a number in 1/16 step that stands for it or more: eighths of octaves. */
+/* The smallest code that stands for at least an error in 1/16 step, see cqi_error_of_code. */
 static uint8_t cqi_error_code(uint32_t error)
 {
     int code = error ? 1 + cqi_logarithm(error) : 0;
@@ -8454,7 +8454,7 @@ static inline cqi_vector64 cqi_see(const cqi_plan *p, const cqi_view *view, cq_i
     return cqi_shift64(x, view->shift);
 }
 
-/* From a vertex, in steps. */
+/* The view from a vertex, in steps. */
 static void cqi_set_view(const cqi_plan *p, cqi_view *view, cq_index centre)
 {
     memset(view, 0, sizeof *view);
@@ -8471,9 +8471,9 @@ static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
     f->to_v = cqi_cross64(f->normal, u);
 }
 
-/* What passes is within the slack s. Its barycentric coordinates are -margin / area or more, at most two of them below
- * 0. With these set to 0, and the others scaled so that they add up to 1, they are those of a point of the face: from
- * the foot of the perpendicular it is at most 2 margin / area times the longest edge away, that is s / 2 or less. The
+/* Does a point pass, which shows that it is within the slack s? Its barycentric coordinates are then -margin / area or
+ * more, at most two of them below 0. Set to 0, with the others scaled to a sum of 1, these give a point of the face
+ * that is at most 2 margin / area times the longest edge from the foot of the perpendicular, that is s / 2 or less. The
  * perpendicular is at most 13/16 s; and (1/2)^2 + (13/16)^2 < 1. */
 static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
 {
@@ -8482,8 +8482,7 @@ static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
     return cqi_abs64(cqi_dot64(f->normal, x)) <= f->limit;
 }
 
-/* Sets what passes, for a slack in 1/16 unit. A vector is at least as long as its largest coordinate, and at most 7/4
- * times as long. */
+/* Sets limit and margin for a slack in 1/16 unit. A vector's length is 1 to 7/4 times its largest coordinate. */
 static void cqi_set_slack(cqi_facet *f, int64_t slack)
 {
     const int64_t uv = cqi_larger64(cqi_largest(f->u), cqi_largest(f->v));
@@ -8492,7 +8491,7 @@ static void cqi_set_slack(cqi_facet *f, int64_t slack)
     f->margin = slack < 112 * longest ? f->area / (112 * longest) * slack : f->area;
 }
 
-/* Is x, as seen along a line at right angles to the segment from 0 to e, within the distance? */
+/* Does x lie beside the segment from 0 to e, within a distance from it? */
 static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
 {
     const cqi_vector64 n = cqi_cross64(x, e);
@@ -8500,7 +8499,7 @@ static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
     return at >= 0 && at <= length && cqi_dot64(n, n) <= distance * distance * length;
 }
 
-/* Is an edge of the face within the slack, if x is outside that edge? */
+/* Is x outside an edge of the face, and within the slack of it? */
 static int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), distance = slack / 16;
@@ -8518,7 +8517,7 @@ static uint64_t cqi_segment_square(cqi_vector64 x, cqi_vector64 e)
     return (uint64_t)(area / length * 256 + (area % length * 256 + length - 1) / length);
 }
 
-/* The same from the plane of a face. */
+/* The same for the plane of a face. */
 static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
 {
     const uint32_t length = cqi_root(256 * (uint64_t)f->area);
@@ -8526,7 +8525,7 @@ static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
     return distance * distance;
 }
 
-/* The same from the face: if that is not the distance from its plane, it is that from an edge which x is outside of. */
+/* The same for the face: if it is not the distance from the plane, it is that from an edge that x is outside of. */
 static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), w = f->area - u - v;
@@ -8546,8 +8545,8 @@ static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 
 /* -- Covers -- */
 
-/* Lists the real faces of a cover. Where a tip was cut off it has none, and those next to it serve. One of these is
- * real: else A and B had no others than the removed faces, and could not have been collapsed. */
+/* Lists the real faces of a cover. If there are none, as where a tip was cut off, those next to it are used. One of
+ * these is real: else A and B would have had no faces but the removed ones, and could not have been collapsed. */
 static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *cover)
 {
     const cq_index first = m->out[c->kept];
@@ -8562,8 +8561,8 @@ static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *c
     CQ_ASSERT(cover->size);
 }
 
-/* Reads the corners, and chooses the shift that keeps to the bounds: what is attached is within the error so far of the
- * old faces, whose corners are those of the cover and B. */
+/* Reads the corners, and chooses the shift by the bounds above: what is attached is within the error so far of the old
+ * faces, whose corners are those of the cover and B. */
 static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
 {
     const cq_mesh *m = &p->mesh;
@@ -8579,7 +8578,7 @@ static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_colla
     cover->view.shift = cqi_bit_length((uint32_t)(corner >> CQI_CORNER_BITS | reach >> (CQI_CORNER_BITS + 2)));
 }
 
-/* Lets pass what is within the error so far. */
+/* Sets the slack of the faces to the error so far. */
 static void cqi_open_cover(const cqi_plan *p, cqi_cover *c)
 {
     int k;
@@ -8600,7 +8599,7 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
 
 /* -- Outside the cover -- */
 
-/* Is the face of h nearer to v, and real? */
+/* Makes the face of h the nearest one if it is real and nearer to v. */
 static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
 {
     const cq_mesh *m = &p->mesh;
@@ -8622,7 +8621,7 @@ static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest 
     n->h = h;
 }
 
-/* Of the component, the vertex that is nearest to v. */
+/* The vertex of the component that is nearest to v. */
 static cq_index cqi_nearest_vertex(const cqi_plan *p, cq_index v)
 {
     uint64_t least = UINT64_MAX;
@@ -8651,7 +8650,7 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
 
 /* -- Attaching -- */
 
-/* The first face that x passes, from face `from` of the cover on; or an edge of one. CQ_NONE: there is none. */
+/* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
 static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
@@ -8664,7 +8663,7 @@ static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int fr
     return CQ_NONE;
 }
 
-/* Of the cover, the face that is nearest to x, and the square of its distance. */
+/* The face of the cover that is nearest to x; *least: the square of its distance. */
 static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_t *least)
 {
     cq_index h = c->facet[0].h;
@@ -8679,7 +8678,7 @@ static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_
     return h;
 }
 
-/* The nearest face to v that is found. The error grows if that is further away. */
+/* A face near v: in the cover, or outside. If the nearest one that is found is too far away, the error grows. */
 static cq_index cqi_nearest_face(cqi_plan *p, cqi_cover *c, cq_index v)
 {
     cqi_nearest n;
@@ -8700,7 +8699,7 @@ static void cqi_push(cqi_plan *p, cq_index *list, cq_index v)
     *list = v;
 }
 
-/* Attaches those of a list that pass, trying face `from` first. */
+/* Attaches the vertices of a list that pass, trying face `from` first; the others go to c->rest. */
 static void cqi_attach_passing(cqi_plan *p, cqi_cover *c, cq_index v, int from)
 {
     while (v != CQ_NONE) {
@@ -8741,7 +8740,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Takes the collapses of a level into account, from that note on. */
+/* Measures the error of a level, whose collapses begin with that note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
