@@ -654,8 +654,8 @@ enum {
     CQI_END_KIND = CQI_END_LENGTH + 2 * 16,                  /* [p or q][kind] */
     CQI_INNER_LENGTH = CQI_END_KIND + 2 * 32,                /* [length] */
     CQI_INNER_KIND = CQI_INNER_LENGTH + 16,                  /* [kind] */
-    CQI_JOINT = CQI_INNER_KIND + 32,                         /* [valence][steps] */
-    CQI_GAP = CQI_JOINT + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
+    CQI_STEPS = CQI_INNER_KIND + 32,                         /* [valence][steps] */
+    CQI_GAP = CQI_STEPS + 10 * CQ_MAX_VALENCE,                           /* [rank][score above the next] */
     CQI_END_OPPOSITE = CQI_GAP + 8 * 32,                     /* [opposite angles] */
     CQI_INNER_OPPOSITE = CQI_END_OPPOSITE + 16,              /* [opposite angles] */
     CQI_RULE = CQI_INNER_OPPOSITE + 16,                      /* [before p, after q][class], see cqi_score_rule */
@@ -908,7 +908,7 @@ typedef struct cq_decoder {
     cqi_seams *seams;                      /* NULL without wedges */
     cqi_material *materials;               /* cqi_material[shape.num_materials], or NULL */
     cq_index new_face[2];                  /* with materials: those that a split makes, at p and at q */
-    cq_bit_model *letters;                 /* cq_bit_model[256], of the bits of a byte of metadata after those before */
+    cq_bit_model *metadata_model;          /* cq_bit_model[256], see cqi_code_metadata_byte */
     uint32_t metadata_read;                /* bytes */
     struct {
         uint8_t buffer[CQI_BUFFER_BYTES];
@@ -1147,19 +1147,19 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 
 #include <string.h> /* memcpy, memset */
 
-/* Asserts state what the programmer got wrong, never what a stream contains. */
+/* Asserts state what the caller got wrong, never what a stream contains. */
 #ifndef CQ_ASSERT
 #define CQ_ASSERT(condition) ((void)0)
 #endif
 
-/* Has the processor vectors of 16-bit numbers? It makes no difference to the result. */
+/* Does the processor have vectors of 16-bit numbers? Results are the same with and without. */
 #if defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
 #define CQI_VECTORS 1
 #else
 #define CQI_VECTORS 0
 #endif
 
-/* A function that keeps its variables off the stack of its callers' other callees. */
+/* For functions whose variables should not take stack while their caller calls others. */
 #ifdef __GNUC__
 #define CQI_APART __attribute__((noinline))
 #else
@@ -1169,7 +1169,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* Modulo 2^32, for exact values; of all others no sum is that large. */
+/* Sums and differences modulo 2^32: exact values may overflow, all others are far too small. */
 static int32_t cqi_sum(int32_t a, int32_t b) { return (int32_t)((uint32_t)a + (uint32_t)b); }
 static int32_t cqi_difference(int32_t a, int32_t b) { return (int32_t)((uint32_t)a - (uint32_t)b); }
 
@@ -1198,8 +1198,7 @@ static int cqi_bit_length_wide(uint64_t x)
 #endif
 }
 
-/* x / 2^bits, rounded down: what >> does of negative numbers wherever it is an arithmetic shift, which C leaves open.
- * */
+/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers; where it is an arithmetic shift, that. */
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
@@ -1238,14 +1237,14 @@ const char *cq_result_string(cq_result result)
     return "unknown result";
 }
 
-/* -- Memory: carving the caller's block ---------------------------------------------------------------------------- */
+/* -- Memory: how the caller's block is divided --------------------------------------------------------------------- */
 
 typedef struct cqi_arena {
     uint8_t *next;
     size_t left;
 } cqi_arena;
 
-/* Takes the next `count` elements of `size` bytes; the caller has checked the sum. Blocks start at multiples of 4. */
+/* Takes the next `count` elements of `size` bytes, which the caller knows to fit. Blocks start at multiples of 4. */
 static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
 {
     uint8_t *block = arena->next;
@@ -1256,15 +1255,15 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
     return block;
 }
 
-/* As the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR. */
+/* Is memory aligned as the compiler aligns static uint32_t memory[]: to 4, but to 1 on AVR? */
 struct cqi_alignment { char before; uint32_t word; };
 static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
-/* Vertices with the virtual ones, faces with the virtual ones. */
+/* Counts that include virtual vertices and faces. */
 static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
-/* The channel of positions that the connectivity is coded with, or -1. */
+/* The channel of positions that connectivity is predicted from, or -1. */
 static int cqi_context_channel(const cq_shape *s)
 {
     uint32_t k;
@@ -1275,10 +1274,10 @@ static int cqi_context_channel(const cq_shape *s)
 }
 
 #if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_QUANTISER)
-/* Components of a channel, where a loop runs over an array of CQ_MAX_COMPONENTS: the bound must be one that the
- * compiler sees. From `components` alone LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop that
- * reads 8 elements and can never run, and infer from it that the elements read by the other copy are undefined
- * (llvm-project, issue 107996). */
+/* Components of a channel, for loops over an array of CQ_MAX_COMPONENTS elements: their bound must be one that the
+ * compiler sees. From `components` alone, LLVM 15 to 19 (-O3 -flto, AVX) also make a vectorised copy of the loop, which
+ * reads 8 elements and never runs, and conclude that the elements read by the other copy are undefined (llvm-project,
+ * issue 107996). */
 static uint32_t cqi_components(const cq_channel *c)
 {
     return c->components < CQ_MAX_COMPONENTS ? c->components : CQ_MAX_COMPONENTS;
@@ -1300,7 +1299,7 @@ static int cqi_class(const cq_shape *s, uint32_t k)
     return s->num_rows && cqi_is_of_corner(kind) ? CQI_OF_ROW : CQI_OF_VERTEX;
 }
 
-/* Numbers per vertex, per face or per row. */
+/* Components of all channels per vertex, per face or per row together. */
 static uint32_t cqi_all_components(const cq_shape *s, int of)
 {
     uint32_t k, n = 0;
@@ -1309,11 +1308,11 @@ static uint32_t cqi_all_components(const cq_shape *s, int of)
     return n;
 }
 
-/* 0 if size_t has too few bits. */
+/* A size, or 0 if size_t has too few bits. */
 static size_t cqi_bytes(cqi_size n) { return (size_t)n == n ? (size_t)n : 0; } /* unreachable: size_t of 16 bits */
 
-/* Everything that cq_index can number, and small enough that no cqi_size below overflows: an encoder needs at most 121
- * bytes for each of CQI_MAX_HALFEDGES halfedges. And a mesh whose size a size_t can say. */
+/* A shape is countable if cq_index can number its halfedges and rows, size_t can hold the size of its mesh, and no
+ * cqi_size below overflows: an encoder needs at most 121 bytes for each of CQI_MAX_HALFEDGES halfedges. */
 #define CQI_LARGEST_COUNT \
     (sizeof(size_t) < 4 ? 511 : sizeof(size_t) < 8 ? 0x01ffffffu : 0xffffffffu) /* unreachable: size_t of 64 bits */
 #define CQI_MAX_HALFEDGES (CQ_INDEX_BITS == 16 ? 0xffffu : CQI_LARGEST_COUNT)
@@ -1336,8 +1335,8 @@ size_t cq_mesh_bytes(const cq_shape *s)
     return cqi_bytes(CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s)));
 }
 
-/* Lays out a mesh without vertices and faces. Block sizes add up to CQ_MESH_BYTES: only the last one needs rounding
- * because 3 * 2 * faces + 2 * vertices indices are split as 6f and 2v, each an even number of 16-bit words. */
+/* Lays out a mesh without vertices and faces. Its blocks add up to CQ_MESH_BYTES, as only the last one needs rounding:
+ * the 6f + 2v indices before it are an even number of 16-bit words. */
 static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
 {
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
@@ -1371,7 +1370,7 @@ static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_
     return result;
 }
 
-/* Every face names three different vertices that exist. */
+/* Has every face three different vertices, all of which exist? */
 static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     cq_index f, k;
@@ -1385,7 +1384,7 @@ static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_
     return CQ_OK;
 }
 
-static void cqi_pair(cq_mesh *m, cq_index g, cq_index h)
+static void cqi_set_twins(cq_mesh *m, cq_index g, cq_index h)
 {
     m->twin[g] = h;
     m->twin[h] = g;
@@ -1403,7 +1402,7 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
     return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Sorts the halfedges by their smaller end, stable: first[v] is behind the last one of v. */
+/* Sorts the halfedges by their smaller end, stably. In the end first[v] is behind the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1418,7 +1417,7 @@ static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_in
     for (k = 0; k < n; k++) sorted[first[cqi_smaller_end(indices, k)]++] = k;
 }
 
-/* Pairs halfedge g with *last if that is of the same edge, and g is then the last one. */
+/* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
 static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index *last)
 {
     const cq_index h = *last;
@@ -1426,14 +1425,14 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
     m->twin[g] = CQ_NONE;
     if (h == CQ_NONE || !cqi_same_edge(indices, g, h)) return CQ_OK;
     if (m->twin[h] != CQ_NONE) return CQ_ERROR_EDGE;
-    cqi_pair(m, g, h);
+    cqi_set_twins(m, g, h);
     return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
 }
 
-/* Pairs the halfedges: twin[h], or CQ_NONE on a boundary. Linear time for any input: halfedges are visited by their
- * smaller end, and valence[v] is the last one so far that has v as the larger end. origin and out serve as scratch,
- * too; in the end origin = indices. An edge of three faces is reported, if there is none one of two that do not agree:
- * the first one in that order. */
+/* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
+ * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
+ * scratch, too; in the end origin = indices. Reports the first edge with three faces in that order; if there is none,
+ * the first one whose two faces do not agree. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1451,7 +1450,7 @@ static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_s
     return result;
 }
 
-/* out[v] = the one boundary halfedge that starts at v, or CQ_NONE. */
+/* Sets out[v] to the one boundary halfedge that starts at v, or to CQ_NONE, and counts boundary edges. */
 static cq_result cqi_find_boundary(cq_mesh *m, cq_shape *s, cq_place *place)
 {
     cq_index h;
@@ -1467,7 +1466,8 @@ static cq_result cqi_find_boundary(cq_mesh *m, cq_shape *s, cq_place *place)
     return CQ_OK;
 }
 
-/* As many boundary halfedges enter a vertex as leave it, and cqi_find_boundary allows one: so every walk closes. */
+/* Counts boundary loops. Every walk closes, since as many boundary halfedges enter a vertex as leave it, and
+ * cqi_find_boundary allows one. */
 static void cqi_count_loops(cq_mesh *m, cq_shape *s)
 {
     cq_index v, w;
@@ -1480,7 +1480,8 @@ static void cqi_count_loops(cq_mesh *m, cq_shape *s)
     memset(m->mark, 0, s->num_vertices);
 }
 
-/* Fans a virtual vertex w to the boundary loop that leaves v: for each boundary halfedge a -> b a face b, a, w. */
+/* Fills the boundary loop that leaves v with a fan around a virtual vertex w: each boundary halfedge a -> b gets a face
+ * b, a, w. */
 static void cqi_close_loop(cq_mesh *m, cq_index v)
 {
     cq_index w = (cq_index)(m->first_virtual + m->num_virtual++);
@@ -1491,14 +1492,14 @@ static void cqi_close_loop(cq_mesh *m, cq_index v)
         m->origin[g] = b;
         m->origin[g + 1] = m->origin[h];
         m->origin[g + 2] = w;
-        cqi_pair(m, g, h);
+        cqi_set_twins(m, g, h);
         if (before == CQ_NONE) first = g;
-        else cqi_pair(m, (cq_index)(before + 2), (cq_index)(g + 1)); /* w -> a and a -> w */
+        else cqi_set_twins(m, (cq_index)(before + 2), (cq_index)(g + 1)); /* w -> a and a -> w */
         before = g;
         h = m->out[b];
     }
     last = (cq_index)(before + 2);
-    cqi_pair(m, last, (cq_index)(first + 1));
+    cqi_set_twins(m, last, (cq_index)(first + 1));
 }
 
 static void cqi_close_loops(cq_mesh *m)
@@ -1518,7 +1519,7 @@ static void cqi_count_valences(cq_mesh *m, cq_index first, cq_index count)
     }
 }
 
-/* The halfedges around v form one cycle of its valence (that counts all of them). */
+/* Do the halfedges around v form one cycle of valence[v], the number of all that start at v? */
 static int cqi_is_one_fan(const cq_mesh *m, cq_index v)
 {
     cq_index h = m->out[v], n = 0;
@@ -1539,7 +1540,7 @@ static cq_result cqi_check_fans(const cq_mesh *m, cq_place *place)
     return CQ_OK;
 }
 
-/* Carves, pairs and counts; the shape is then complete and the mesh still open. */
+/* Lays out the mesh, finds twins and boundaries, and completes the shape; boundary loops are still open. */
 static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size,
                                 cq_place *place)
 {
@@ -1578,7 +1579,7 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
 
 /* -- Mesh: checking ------------------------------------------------------------------------------------------------ */
 
-#define CQI_SCRATCH 0x80 /* bit of mark[v] that the mesh operations use and clear again */
+#define CQI_SCRATCH 0x80 /* bit of mark[v], for the mesh operations, which clear it again */
 
 static int cqi_in_range(cq_index x, cq_index count, cq_index first, cq_index virtual_count)
 {
@@ -1599,7 +1600,7 @@ static int cqi_is_face(const cq_mesh *m, cq_index f)
 /* Is h a halfedge of a real face? */
 static inline int cqi_is_real_face(const cq_mesh *m, cq_index h) { return h < 3 * m->first_virtual_face; }
 
-/* Number of corners of a face that are virtual. */
+/* Number of virtual corners of a face. */
 static int cqi_virtual_corners(const cq_mesh *m, cq_index f)
 {
     return cq_is_virtual(m, m->origin[3 * f]) + cq_is_virtual(m, m->origin[3 * f + 1]) +
@@ -1638,7 +1639,7 @@ static cq_index cqi_mark_ring(const cq_mesh *m, cq_index v, int set)
     return repeated;
 }
 
-/* Is a real vertex next to at most one virtual vertex, a virtual one to none? */
+/* Is a real vertex next to at most one virtual vertex, and a virtual one to none? */
 static int cqi_boundary_is_simple(const cq_mesh *m, cq_index v)
 {
     cq_index h = m->out[v], n = 0;
@@ -1681,8 +1682,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1 and faces f .. num_faces - 1, and virtual ones from vv and vf on; other faces
- * with so many corners at these vertices are fine. */
+/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: how
+ * many corners other faces may have at these vertices. */
 static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
                                 cq_place *place)
 {
@@ -1708,9 +1709,9 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
 
 /* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
 
-/* A -> B may be collapsed, given that A's neighbours carry the scratch mark and `boundary` says whether one of them is
- * virtual. Common neighbours of A and B must be p and q only; they keep valence 3 or more; if both ends are on a
- * boundary, the edge must be too (else two loops, or two places of one, would touch). */
+/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
+ * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
+ * boundary, so must be the edge: else two loops would touch, or two places of one. */
 static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
 {
     cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
@@ -1787,7 +1788,7 @@ static cq_index cqi_new_face(cq_mesh *m, int is_virtual)
     return f;
 }
 
-/* Room for one vertex and the faces of a split with common neighbours p and q, of which at most one is virtual. */
+/* Is there room for a vertex and the faces of a split with common neighbours p and q, at most one of them virtual? */
 static int cqi_has_room(const cq_mesh *m, cq_index p, cq_index q)
 {
     cq_index want = (cq_index)(2 - cq_is_virtual(m, p) - cq_is_virtual(m, q)), f = m->free_face;
@@ -1806,8 +1807,8 @@ void cq_mesh_collapse(cq_mesh *m, cq_index h, cq_index *first, cq_index *last)
     cq_index to_p = m->twin[cq_prev(h)], from_p = m->twin[cq_next(h)]; /* A -> p, p -> B */
     cq_index to_q = m->twin[cq_prev(g)], from_q = m->twin[cq_next(g)]; /* B -> q, q -> A */
     for (s = cq_clockwise(m, g); s != g; s = cq_clockwise(m, s)) m->origin[s] = a;
-    cqi_pair(m, to_p, from_p);
-    cqi_pair(m, to_q, from_q);
+    cqi_set_twins(m, to_p, from_p);
+    cqi_set_twins(m, to_q, from_q);
     m->valence[a] = (cq_index)(m->valence[a] + m->valence[b] - 4);
     m->valence[p]--;
     m->valence[q]--;
@@ -1846,11 +1847,11 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     }
     cqi_set_face(m, f, p, a, b); /* p -> A, A -> B, B -> p */
     cqi_set_face(m, g, a, q, b); /* A -> q, q -> B, B -> A */
-    cqi_pair(m, (cq_index)(3 * f), first);
-    cqi_pair(m, (cq_index)(3 * f + 2), from_p);
-    cqi_pair(m, (cq_index)(3 * g), from_q);
-    cqi_pair(m, (cq_index)(3 * g + 1), last);
-    cqi_pair(m, (cq_index)(3 * f + 1), (cq_index)(3 * g + 2));
+    cqi_set_twins(m, (cq_index)(3 * f), first);
+    cqi_set_twins(m, (cq_index)(3 * f + 2), from_p);
+    cqi_set_twins(m, (cq_index)(3 * g), from_q);
+    cqi_set_twins(m, (cq_index)(3 * g + 1), last);
+    cqi_set_twins(m, (cq_index)(3 * f + 1), (cq_index)(3 * g + 2));
     m->valence[b] = (cq_index)(moved + 2);
     m->valence[a] = (cq_index)(m->valence[a] - moved + 2);
     m->valence[p]++;
@@ -1862,9 +1863,11 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 
 #ifndef CQ_NO_REGULAR
 
-/* -- Mesh: flip ---------------------------------------------------------------------------------------------------- */
+/* -- Mesh: flip ----------------------------------------------------------------------------------------------------
+ *
+ * Regular levels also turn edges. A flip keeps all slots, so that it needs no room. */
 
-/* Are two vertices joined? Walks around the one with fewer neighbours. */
+/* Does an edge join v and w? Walks around the one with fewer neighbours. */
 static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
 {
     const cq_index around = m->valence[v] < m->valence[w] ? v : w, wanted = around == v ? w : v;
@@ -1876,8 +1879,8 @@ static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
     return 0;
 }
 
-/* 1 if the edge of h can be turned to join the two vertices opposite it: all four are real, and the mesh stays simple,
- * with valences of 3 or more at the ends that lose the edge. */
+/* 1 if the edge of h can be flipped, to join the two vertices opposite to it: all four are real, the ends keep a
+ * valence of 3 or more, and no edge joins the opposite vertices yet. */
 static int cqi_can_flip(const cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g];
@@ -1886,7 +1889,7 @@ static int cqi_can_flip(const cq_mesh *m, cq_index h)
     return m->valence[a] > 3 && m->valence[b] > 3 && x != y && !cqi_joined(m, x, y);
 }
 
-/* Turns the edge a -> b of halfedge h.
+/* Flips the edge a -> b of halfedge h.
  *
  *            x                      x          h must satisfy cqi_can_flip.
  *          /   \                  / | \        Both faces keep their slots: that of h is now y, x, a, with h = y -> x,
@@ -1903,10 +1906,10 @@ static void cqi_flip(cq_mesh *m, cq_index h)
     m->origin[g] = m->origin[hn] = x;
     m->origin[hp] = a;
     m->origin[gp] = b;
-    cqi_pair(m, hn, a_to_x);
-    cqi_pair(m, hp, y_to_a);
-    cqi_pair(m, gn, b_to_y);
-    cqi_pair(m, gp, x_to_b);
+    cqi_set_twins(m, hn, a_to_x);
+    cqi_set_twins(m, hp, y_to_a);
+    cqi_set_twins(m, gn, b_to_y);
+    cqi_set_twins(m, gp, x_to_b);
     m->out[a] = hp;
     m->out[b] = gp;
     m->out[x] = hn;
@@ -1932,11 +1935,10 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* A split moves halfedges to its new vertex B, and they only leave B for newer ones: the faces that have changed are
- * those around new vertices. A regular level also flips edges, between vertices that have been there for a while: two
- * faces then change, with a vertex of the level each. So whoever has last looked when that level was under way, or just
- * done, looks at all of it again; and before that, at an earlier one or at its end: at everything. Who watches has the
- * marks of flips. */
+/* The first vertex whose faces may have changed since there were `since` vertices. A split moves halfedges to its new
+ * vertex B, and these leave B only for newer vertices: so changed faces have a new vertex. A regular level also flips
+ * edges between older vertices; of the two faces of a flip each has a vertex of that level. So if `since` is within the
+ * last regular level, the answer is its first vertex; if before the end of an earlier one, all faces may have. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -1971,10 +1973,9 @@ void cq_mesh_watch(cq_mesh *m, int shift, uint8_t *faces)
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
- * The interval [low, low + range) of the encoder narrows with each symbol; 2^24 <= range < 2^32 before each. The
- * decoder keeps code = value - low, so both sides compute the same ranges and 0 <= code < range holds for any input:
- * a step takes code to code - offset only if code >= offset, and the part it then takes is wider than what is left
- * of code. */
+ * The encoder's interval [low, low + range) narrows with each symbol; 2^24 <= range < 2^32 before each. The decoder
+ * keeps code = value - low, so that both sides compute the same ranges. 0 <= code < range holds for any input: a symbol
+ * is only decoded if code lies in its part [offset, offset + width) of the range, and then code - offset < width. */
 #define CQI_MIN_RANGE 0x1000000u
 
 static void cqi_put_byte(cq_range_encoder *e, int byte)
@@ -1984,8 +1985,8 @@ static void cqi_put_byte(cq_range_encoder *e, int byte)
     e->zeros = byte ? 0 : e->zeros + 1;
 }
 
-/* Moves the top byte of low out. A byte waits in cache, and 0xff bytes behind it in pending, until the carry is
- * known. */
+/* Moves the top byte of low out. Until it is known whether there will be a carry, a byte waits in cache, and the number
+ * of 0xff bytes behind it in pending. */
 static void cqi_shift_low(cq_range_encoder *e)
 {
     uint32_t low = (uint32_t)e->low;
@@ -2043,10 +2044,26 @@ void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size
     if (d->code == d->range) d->code--; /* no encoder writes that */
 }
 
-/* The part of the range that a 1 gets: never 0 and never all, since 1 <= model <= 65534 and range >= 2^24. */
-static inline uint32_t cqi_one_width(uint32_t range, cq_bit_model model) { return (range >> 16) * model; }
+/* The part of the range for a 1 with probability p / 65536: neither 0 nor all of it, since 0 < p < 65536 and
+ * range >= 2^24. */
+static inline uint32_t cqi_one_width(uint32_t range, uint32_t p) { return (range >> 16) * p; }
 
-/* What the other value has, of 65535, loses a 2^-rate of that, rounded down: so it stays above 0. */
+/* A bit that is 1 with probability p / 65536, 0 < p < 65536. */
+static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
+{
+    const uint32_t one = cqi_one_width(e->range, p);
+    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+}
+
+static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
+{
+    const uint32_t one = cqi_one_width(d->range, p);
+    const int bit = d->code < one;
+    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
+    return bit;
+}
+
+/* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const uint32_t flip = (0u - (uint32_t)bit) & 0xffff;
@@ -2059,8 +2076,7 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 {
     CQ_ASSERT(e->range >= CQI_MIN_RANGE && *model >= 1 && *model <= 65534);
     CQ_ASSERT(rate >= 1 && rate <= 8);
-    uint32_t one = cqi_one_width(e->range, *model);
-    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
+    cqi_encode_part(e, *model, bit);
     cqi_adapt_bit(model, rate, bit != 0);
 }
 
@@ -2081,22 +2097,8 @@ int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
     return cqi_decode_adaptive(d, model, rate);
 }
 
-/* A bit whose probability of a 1 is p / 65536, 0 < p < 65536. */
-static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
-{
-    const uint32_t one = (e->range >> 16) * p;
-    cqi_encode_interval(e, bit ? 0 : one, bit ? one : e->range - one);
-}
-
-static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
-{
-    const uint32_t one = (d->range >> 16) * p;
-    const int bit = d->code < one;
-    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
-    return bit;
-}
-
-/* The last symbol also gets what the division leaves over, so that every code of the interval means something. */
+/* Width of a symbol's part of the range. The last symbol also gets what the division leaves over, so that every code in
+ * the range means something. */
 static uint32_t cqi_freq_width(uint32_t range, uint32_t slot, uint32_t start, uint32_t freq, uint32_t total)
 {
     return start + freq == total ? range - slot * start : slot * freq;
@@ -2152,8 +2154,8 @@ uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
     return value;
 }
 
-/* Picks the number in [low, low + range) with the most zero bits at its end, writes it, and drops zero bytes. Any 2^24
- * numbers have one with 24 zero bits. */
+/* Of the numbers in [low, low + range), picks the one with the most zero bits at its end, writes it, and drops zero
+ * bytes. It has at least 24, as any 2^24 successive numbers include one with that many. */
 size_t cq_range_encoder_finish(cq_range_encoder *e)
 {
     uint64_t end = e->low + e->range, value;
@@ -2195,7 +2197,7 @@ static uint32_t cqi_crc32(uint32_t crc, const uint8_t *data, size_t size)
     return ~crc;
 }
 
-/* A reader of header bytes with a sticky result: CQ_NEED_INPUT past the end, CQ_ERROR_CORRUPT for a bad number. */
+/* Reads header bytes; its result is sticky: CQ_NEED_INPUT past the end, CQ_ERROR_CORRUPT for a bad number. */
 typedef struct cqi_reader {
     const uint8_t *data;
     size_t size, at;
@@ -2215,7 +2217,7 @@ static uint32_t cqi_read_uint(cqi_reader *r, int bytes)
     return value;
 }
 
-/* LEB128, 32 bits, in its shortest form only. */
+/* An unsigned LEB128 of up to 32 bits; only its shortest form is valid. */
 static uint32_t cqi_read_varint(cqi_reader *r)
 {
     uint32_t value = 0, byte;
@@ -2230,7 +2232,7 @@ static uint32_t cqi_read_varint(cqi_reader *r)
     return value;
 }
 
-#define CQI_NO_GRID 0x40 /* bit of the form of a channel: step and origin are 0 and left out */
+#define CQI_NO_GRID 0x40 /* bit of a channel's form: step and origin are 0 and left out */
 static void cqi_read_channel(cqi_reader *r, cq_channel *c)
 {
     const uint32_t form = cqi_read_uint(r, 1);
@@ -2254,7 +2256,7 @@ static int cqi_channel_is_valid(const cq_channel *c)
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
 
-/* Twice the Euler characteristic of the closed mesh, 2 (V - E + F) = 2 V - F, is 4 (components - genus). */
+/* Instead of faces, a stream has half the Euler characteristic of the closed mesh: 2 V - F = 4 (components - genus). */
 static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 {
     int64_t euler, faces;
@@ -2272,9 +2274,10 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Bits of the number of channels. A build without what they stand for leaves them, and so there are too many. */
+/* Bits beside the number of channels. Without what they stand for, a build leaves them in the number, which is then too
+ * large: CQ_ERROR_UNSUPPORTED. */
 #define CQI_REGULAR 0x40  /* there may be regular levels */
-#define CQI_EXTENDED 0x80 /* counts of what a mesh without seams does not have follow */
+#define CQI_EXTENDED 0x80 /* counts follow that a mesh without seams, materials, metadata and things aside has not */
 static int cqi_is_extended(const cq_shape *s)
 {
     return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
@@ -2295,7 +2298,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Regular levels have positions or nothing. */
+/* Streams with regular levels have one channel, of positions, or none. */
 static int cqi_allows_regular(const cq_shape *s)
 {
     return !s->num_rows && !s->num_materials &&
@@ -2338,7 +2341,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     return r->result;
 }
 
-/* The check value comes last: what the counts and channels say decides where it is, and is judged on the way. */
+/* The check value comes last. Where that is follows from the counts and channels, which are judged before it. */
 static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
 {
     static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
@@ -2380,8 +2383,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in numbers that
- * can't overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, which
+ * cannot overflow. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2407,8 +2410,8 @@ size_t cq_decoder_bytes(const cq_shape *s)
 /* -- Coding: one routine for both directions ------------------------------------------------------------------------
  *
  * Everything from here to the encoder is run by the decoder, and by the encoder when it replays its choices from the
- * base. A function called cqi_code_x returns the x of the stream: when decoding it reads it, when encoding it writes
- * the one that is passed in, which the plan has looked up. Nothing else differs, so the two cannot drift apart. */
+ * base on. A function cqi_code_x returns the x of the stream: a decoder reads it; an encoder writes the one that is
+ * passed in, which it has looked up in its plan. Nothing else differs, so the two cannot drift apart. */
 
 #ifdef CQ_NO_ENCODER
 #define CQI_ENCODING(d) 0
@@ -2422,21 +2425,21 @@ size_t cq_decoder_bytes(const cq_shape *s)
 #define CQI_REPORTING(d) ((d)->report != NULL)
 #endif
 
-/* A collapse of B into A as the encoder notes it, for the split that takes it back. Vertices and faces by their numbers
+/* A collapse of B into A, as the encoder notes it for the split that undoes it. Vertices and faces have their numbers
  * in the input. */
 typedef struct cqi_collapse {
     cq_index kept, removed;   /* A, B */
-    cq_index face[2];         /* removed too: at p, at q */
+    cq_index face[2];         /* removed with B: the faces at p and at q */
     uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
-    uint8_t first;            /* of a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
-    uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's */
+    uint8_t first;            /* at a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
+    uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's notes */
 } cqi_collapse;
 
-/* `first` also has, with wedges, which corner of the face at p is A's and which of the one at q is B's; and whether a
- * row of B has become one of A that goes on into it, on the left and on the right. */
+/* Further bits of `first`, with wedges: which corner of the face at p is A's, and which of the one at q is B's; and
+ * whether a row of B has become the row of A that it continues, on the left and on the right. */
 enum { CQI_SIDES = 3, CQI_CORNER_A = 2, CQI_CORNER_B = 4, CQI_TIED_LEFT = 0x40, CQI_TIED_RIGHT = 0x80 };
 
-/* A component: its first gate L -> R, and behind its last collapse that is not yet replayed. */
+/* A component: its first gate L -> R, and the end of its notes that are not yet replayed. */
 typedef struct cqi_seed {
     cq_index l, r, notes;
 } cqi_seed;
@@ -2444,76 +2447,76 @@ typedef struct cqi_seed {
 #define CQI_MAX_REGULAR 32
 #define CQI_ROWS 512
 
-/* For fitting weights of regular levels, see there. */
+/* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
     int16_t feature[3][CQI_FINE];
     int32_t offset[3];
-    int16_t edge_x, edge_y;             /* its direction, 1/4096 */
+    int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
-/* What the encoder noted while it simplified. Vertices of its own mesh have "input" numbers. */
+/* What the encoder noted while it simplified. Vertices and faces of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
     cq_range_encoder range;
-    cq_mesh mesh;                       /* simplified step by step, in the end the base */
+    cq_mesh mesh;                       /* simplified step by step; in the end the base */
     cqi_walk walk;
     cqi_ring ring;
-    const cq_value *positions;          /* those that decide what is collapsed; or NULL */
-    const cq_value *measured;           /* those that the levels' errors are measured with; or NULL */
-    uint32_t most_loss;                 /* of a collapse at this level; CQI_ANY_LOSS: whatever it is */
+    const cq_value *positions;          /* that decide what is collapsed; or NULL */
+    const cq_value *measured;           /* that the levels' errors are measured with; or NULL */
+    uint32_t most_loss;                 /* a collapse at this level may have; CQI_ANY_LOSS: any */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
-    int tries;                          /* of this level with other first patches */
+    int tries;                          /* of this level, with other first patches */
     const cq_value *const *input;       /* values as handed in */
     cqi_collapse *note;                 /* component after component, each from its finest level on */
     cq_index num_notes;
-    cq_index next;                      /* of the component and level that is replayed */
+    cq_index next;                      /* note that is replayed next, of this component and level */
     cq_index *attached;                 /* to each face: a removed vertex that is near it, or CQ_NONE */
     cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
     cq_index root;                      /* of the component that is measured: first in its list, see decoded */
     uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
     uint8_t *passed;                    /* last level that passed over the vertex */
-    cq_index *decoded;                  /* numbers of input vertices, virtual ones too, in the decoded mesh; CQ_NONE:
-                                           not yet there. Before: next vertex of the component */
+    cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
+                                           not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
     cqi_row *row;                       /* of CQI_ROWS vertices */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
-    cq_index *face_input, *face_decoded;  /* input halfedge of decoded 3f; decoded halfedge of input 3f; faces that a
-                                             split makes may be turned */
-    int follows_faces;                  /* of all levels, for their values or face_map; or of the base only */
+    cq_index *face_input, *face_decoded;  /* input halfedge of decoded halfedge 3f; decoded halfedge of input halfedge
+                                             3f: a face may start at another corner */
+    int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* and how many there may be */
-    int surely_regular;                 /* so regular that it needs no comparison */
-    cq_index count_of[CQI_MAX_REGULAR + 1]; /* vertices of each of them, */
+    uint32_t most_regular;              /* as many of them are allowed */
+    int surely_regular;                 /* 1: so regular that encoding without them need not be tried */
+    cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
     const uint8_t *locked;              /* of each vertex: it stays; or NULL */
     int clean;                          /* no row may move */
-    const cq_index *row_of_vertex;      /* rows of the input; NULL: of the same number, and none of the following */
+    const cq_index *row_of_vertex;      /* rows of the input; NULL: the same numbers, and none of the following */
     const cq_index *row_of_wedge;
-    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
-    const uint8_t *face_state;          /* of these */
+    const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
+    const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
-    cq_index *row_decoded;              /* and the other way round */
-    const cq_index *target;             /* of each row of the input: its wedge, or the number of wedges + its number
-                                           aside */
+    cq_index *row_decoded;              /* and rows of the wedges */
+    const cq_index *target;             /* of each row of the input: its wedge; or if it is aside, the number of wedges
+                                           + its number there */
     const cq_index *aside_row;          /* rows of the input that are aside */
     const cq_index *triangles;          /* as handed in */
     const uint8_t *metadata;            /* as handed in */
     const cq_index *materials;          /* as handed in */
-    cq_index num_wedges, aside_face;    /* the next face of the input that may be aside */
+    cq_index num_wedges, aside_face;    /* aside_face: the next face of the input that may be aside */
 } cqi_plan;
 
-/* Speed of adaptation of bit models (higher is slower). */
+/* Adaptation rate of the bit models; higher is slower. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 512 ? 4 : (num_vertices) < 4096 ? 5 : 6)
 
 /* -- The plan: what the encoder looks up while it replays -- */
 
-/* The spoke that runs from one vertex to a neighbour of it. */
+/* The halfedge from one vertex to a neighbour of it. */
 static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
 {
     cq_index h = m->out[from];
@@ -2521,10 +2524,10 @@ static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
     return h;
 }
 
-/* Corner k of the face at h, counted from h. */
+/* Corner k of the face of halfedge h, counted from h. */
 static cq_index cqi_corner(cq_index h, int k) { return k == 0 ? h : k == 1 ? cq_next(h) : cq_prev(h); }
 
-/* First gate of the next component, as an input halfedge. */
+/* The first gate of the next component, as an input halfedge. */
 static cq_index cqi_plan_seed(cqi_plan *p)
 {
     const cqi_seed *s = &p->seed[p->next_seed++];
@@ -2537,7 +2540,7 @@ static void cqi_plan_vertex(cqi_plan *p, cq_index input, cq_index decoded)
     p->to_input[decoded] = input;
 }
 
-/* Face at input halfedge h is now decoded face f, corner 0 at h. */
+/* The face of input halfedge h has become decoded face f, with corner 0 at h. */
 static void cqi_plan_face(cqi_plan *p, cq_index h, cq_index f)
 {
     p->face_input[f] = h;
@@ -2555,9 +2558,9 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
     return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
 }
 
-/* The border halfedge that ends at x, seen from a new face with halfedge x -> w: the gap at x that the face begins
- * to fill ends at the first face clockwise that is there already. More than a step only for a join, which splits the
- * gap in two: no valence is searched more often than joins meet at it. */
+/* The border halfedge that ends at x, for a new face with halfedge x -> w: the gap at x that the face begins to fill
+ * ends at the first face clockwise that is there already. Takes more than a step only for a join, which splits the gap
+ * in two: around a vertex, searches are as many as joins. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -2579,14 +2582,14 @@ static void cqi_plan_component(cqi_plan *p)
     p->next = s->notes;
 }
 
-/* The next collapse, if it was that of this patch; or NULL. */
+/* The next collapse if this patch was its; else NULL. */
 static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 {
     const cqi_collapse *c = &p->note[p->next];
     return c->level == p->level && p->decoded[c->kept] == centre ? c : NULL;
 }
 
-/* Which case of a first gate the next collapse is. */
+/* Which case of a first gate the next collapse is, see cqi_first_spoke. */
 static int cqi_plan_side(const cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[p->next];
@@ -2597,23 +2600,21 @@ static int cqi_plan_side(const cqi_plan *p)
 
 /* -- The plan of a regular level --
  *
- * A note says for each odd vertex: removed; kept and face[0], its parents a and b; p and q, what it knows of the
- * coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins, p->mesh is idle, for
- * the base has been read: its twin[h] then becomes the note of decoded halfedge h, and its origin[v] that of input
- * vertex v. */
+ * A note of each odd vertex (new at the level) has: removed, the vertex; kept and face[0], its parents a and b; p and
+ * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins,
+ * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
+ * note of input vertex v. */
 
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
-/* The halfedge between two vertices of the decoded mesh that are joined, from the one with fewer neighbours: the sum
- * of these over all edges is linear for any one genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms",
- * 1985). */
+/* The halfedge between two neighbours in the decoded mesh, found around the one with fewer neighbours. Over all edges
+ * this takes linear time at any fixed genus (Chiba, Nishizeki, "Arboricity and Subgraph Listing Algorithms", 1985). */
 static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
 {
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Turns to a level whose notes are first .. first + count - 1; nothing of it has been inserted in the decoded mesh
- * m. */
+/* Turns to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -2626,7 +2627,7 @@ static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_i
     }
 }
 
-/* The input vertex that goes into a decoded edge at this level, before any has; or CQ_NONE. */
+/* The input vertex that this level inserts in a decoded edge; or CQ_NONE. Asked before the first insertion. */
 static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
 {
     const cq_index k = p->mesh.twin[h];
@@ -2639,8 +2640,8 @@ static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
     return &p->note[p->mesh.origin[p->to_input[decoded]]];
 }
 
-/* What a note knows of the coarse face that a spoke of its vertex runs into. The spoke's end is no parent: of these,
- * counter-clockwise, a comes first on the left of a -> b, b on the right. */
+/* What a note knows of the coarse face that a spoke of its vertex runs into, if the spoke does not end at a parent:
+ * next to it counter-clockwise, parent a comes first on the left of a -> b, b on the right. */
 static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_collapse *c, cq_index spoke)
 {
     const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
@@ -2648,14 +2649,14 @@ static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_col
     return cq_target(m, spoke) == a ? c->p : c->q;
 }
 
-/* Is a new vertex the hub of the coarse face that its spoke runs into, which has two or three marks? */
+/* Is a new vertex the hub of the coarse face that its spoke runs into? That face has two or three marks. */
 static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     return cqi_plan_face_side(p, m, cqi_plan_odd(p, m->origin[spoke]), spoke) & CQI_SIDE_HUB;
 }
 
 /* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
- * mark: then both parents are next to the spoke. */
+ * mark: then the spoke lies between those to the two parents. */
 static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
@@ -2665,7 +2666,7 @@ static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
     return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Does the mark of halfedge `marked` say that a side of its face is dissolved? */
+/* Does the note of halfedge `marked` say that the next or previous side of its face is dissolved? */
 static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
 {
     const cq_index k = p->mesh.twin[marked];
@@ -2673,7 +2674,7 @@ static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index mark
     return ((p->decoded[p->note[k].kept] == m->origin[marked] ? p->note[k].p : p->note[k].q) & side) != 0;
 }
 
-/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces says it. */
+/* Is a decoded edge without a mark dissolved? Asked before the first insertion; each mark of its two faces knows. */
 static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h];
@@ -2687,7 +2688,7 @@ static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 
 /* -- Symbols -- */
 
-/* Bit with model number `index`. */
+/* A bit with model number `index`. */
 static inline int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
     cq_bit_model *model = &d->model.bit[index];
@@ -2703,7 +2704,7 @@ static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
     return value;
 }
 
-/* One of `count` equally likely numbers. */
+/* One of `count` numbers, all equally likely. */
 static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 {
     if (CQI_ENCODING(d)) {
@@ -2715,7 +2716,7 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
     return value;
 }
 
-/* Did the last symbols need bytes that are missing? Asked before what they say is applied. */
+/* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
 /* log2(x) in 1/65536, rounded down, x > 0. */
@@ -2732,7 +2733,7 @@ static uint32_t cqi_log2(uint32_t x)
     return result;
 }
 
-/* Adds what was coded since the last call to two entries of the report, in 1/65536 bit. */
+/* Adds the cost of what was coded since the last call to two entries of the report, in 1/65536 bit. */
 static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
 {
     uint64_t bytes = d->input.dropped + d->range.count, now;
@@ -2763,9 +2764,9 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 
 /* -- Priors: what the models know before the first symbol --
  *
- * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench; written
- * by it between the two marks. Bits: probability of a 1 in 1/256. Weights: in 1/16 nat, for bare connectivity and
- * with positions. They are part of the format: another table is another stream version. */
+ * Fitted by `make train` (tests/train) on meshes that are neither in the paper's Table 1 nor in the bench, and written
+ * by it between the two marks below. Bits: probability of a 1, in 1/256. Weights: in 1/16 nat, for connectivity alone
+ * and with positions. They are part of the format: other tables are another stream version. */
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
@@ -2989,9 +2990,9 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
         for (j = 0; j < 3; j++) m->plain[k][j] = m->linear[5 * CQI_FEATURES + j];
 }
 #else
-static void cqi_model_init(cqi_model *m, const cq_shape *s); /* the trainer's: both */
+static void cqi_model_init(cqi_model *m, const cq_shape *s); /* these three are the trainer's */
 static void cqi_model_keep(const cqi_model *m);
-static void cqi_model_omit(cqi_model *m);                     /* takes out what it is to do without */
+static void cqi_model_omit(cqi_model *m);                     /* takes out the parts that it is to do without */
 #endif
 
 /* What the next step does. */
@@ -3001,7 +3002,7 @@ enum {
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value, given those of what is near it. */
+/* A value that mostly is equal to one of the n beside it: asks for each different one of these, then the bits. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -3021,8 +3022,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 
 /* -- Materials: ranges of face numbers --
  *
- * The mesh has room for all faces from the start, and takes new ones from its stack of free faces; before each, the
- * slot that it is to get is put there. */
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. Before it does, the
+ * slot that the face is to get is put on that stack. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_code_base_material(d, input) 1
@@ -3041,7 +3042,7 @@ static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
     return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
 }
 
-/* The material of a face: the last one that does not begin behind it. */
+/* The material of a face: the last one whose range does not begin behind it. */
 static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
 {
     uint32_t low = 0, high = d->shape.num_materials;
@@ -3059,14 +3060,14 @@ static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
     return p->materials[p->face_of_input ? p->face_of_input[face] : face];
 }
 
-/* Counts the faces of each material of an encoder. */
+/* An encoder counts the faces of each material. */
 static void cqi_count_materials(cq_decoder *d)
 {
     cq_index f;
     for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
 }
 
-/* How many faces of each material the mesh will have: of each but the last a number of what is left. */
+/* The number of faces of the next material: of each but the last one, out of those that are left. */
 static cq_result cqi_step_materials(cq_decoder *d)
 {
     const uint32_t k = d->base.material++;
@@ -3090,14 +3091,14 @@ static cq_result cqi_step_materials(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A material, given those of faces nearby; or -1, if it is none. */
+/* A material, given those of faces nearby; -1 if there is no such material. */
 static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
 {
     const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
     return m < (int32_t)d->shape.num_materials ? m : -1;
 }
 
-/* The next face of the base, behind the gate, gets its slot. 0: it can't. */
+/* Gives the next face of the base, behind the gate, its slot. 0 if it cannot have one. */
 static int cqi_code_base_material(cq_decoder *d, cq_index input)
 {
     int32_t beside[2], m;
@@ -3115,7 +3116,7 @@ static int cqi_code_base_material(cq_decoder *d, cq_index input)
     return 1;
 }
 
-/* The slots of the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
+/* Finds slots for the faces that a split at p, q is going to make, in the order of cqi_code_new_faces. */
 static int cqi_code_new_materials(cq_decoder *d, int p, int q)
 {
     int32_t m = 0, beside[3];
@@ -3139,7 +3140,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
-/* Makes these the next free faces, the one at p first. */
+/* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
 {
     int end;
@@ -3147,7 +3148,7 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* They are there. */
+/* Counts them, once the split has made them. */
 static void cqi_count_new_faces(cq_decoder *d)
 {
     int end;
@@ -3159,15 +3160,15 @@ static void cqi_count_new_faces(cq_decoder *d)
     }
 }
 
-/* What has been added to the base becomes public. */
+/* Makes public what has been added to the base. */
 static void cqi_show_materials(cq_decoder *d)
 {
     uint32_t m;
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* Face number n of the component that is being read, in the order of numbers: the faces behind those that are shown of
- * each material. Asked for one after the other, and only if there is one. */
+/* Face n of the component that is being read, in the order of face numbers: these are, of each material, the faces
+ * behind those that are shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3178,7 +3179,7 @@ static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
     return f < m->first + m->shown ? (cq_index)(m->first + m->shown) : f;
 }
 
-/* Are the faces of the component well joined? *corners is how many they have. */
+/* Are the twins of the component's faces right? Adds the number of their corners to *corners. */
 static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners)
 {
     cq_result result = CQ_OK;
@@ -3192,7 +3193,7 @@ static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners
     return result;
 }
 
-/* The material of the next face aside, given that of the one before. 0: it is none. */
+/* The material of the next face aside, given that of the one before. 0 if there is no such material. */
 static int cqi_aside_material(cq_decoder *d, cq_index face)
 {
     const cq_index k = (cq_index)d->aside.num_faces;
@@ -3204,7 +3205,7 @@ static int cqi_aside_material(cq_decoder *d, cq_index face)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Faces of the mesh. */
+/* Faces that the mesh has by now, without gaps. */
 static cq_index cqi_num_faces(const cq_decoder *d)
 {
     cq_index n = 0;
@@ -3216,11 +3217,11 @@ static cq_index cqi_num_faces(const cq_decoder *d)
 
 /* -- Base ------------------------------------------------------------------------------------------------------------
  *
- * Components one after another, each grown face by face from the triangle of its first gate. It is in d->base.draft
- * until its values are there, too: then d->mesh becomes that, so that what can be seen is a mesh. While it grows,
- * twin[] is a permutation: border halfedges form loops, twin[h] being the border halfedge after h, and where a loop has
- * shrunk to two halfedges they are each other's twins in the sense of the mesh. So gluing needs no step of its own. The
- * gate is a border halfedge u -> w; what follows is a face w, u, x, and only x is coded:
+ * Components come one after another, each grown face by face from the triangle of its first gate, in d->base.draft.
+ * When its values are complete, d->mesh becomes the draft: so what a caller sees is always a mesh. While a component
+ * grows, twin[] is a permutation: border halfedges form loops, twin[h] being the border halfedge after h. A loop that
+ * has shrunk to two halfedges makes them each other's twins, just as in a mesh, so that gluing needs no step of its
+ * own. The gate is a border halfedge u -> w; behind it follows a face w, u, x, and only x is coded:
  *
  *     grow    x is new
  *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
@@ -3242,7 +3243,7 @@ static cq_index cqi_new_virtual(cq_mesh *m)
     return m->num_virtual < m->max_virtual ? (cq_index)(m->first_virtual + m->num_virtual++) : CQ_NONE;
 }
 
-/* A new vertex, virtual ones only where allowed. CQ_NONE if there is no room. */
+/* A new vertex, real or, where that is allowed, virtual. CQ_NONE if there is no room. */
 static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_virtual)
 {
     cq_mesh *m = &d->base.draft;
@@ -3254,7 +3255,7 @@ static cq_index cqi_code_base_vertex(cq_decoder *d, int may_be_virtual, int is_v
     return v;
 }
 
-/* The same for the vertex that the encoder knows by its input number. */
+/* The same for a vertex with an input number, by which the encoder knows it. */
 static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index input)
 {
     cq_index v = cqi_code_base_vertex(d, may_be_virtual, CQI_ENCODING(d) && cq_is_virtual(&d->plan->mesh, input));
@@ -3262,7 +3263,7 @@ static cq_index cqi_code_new_vertex(cq_decoder *d, int may_be_virtual, cq_index 
     return v;
 }
 
-/* Adds face a, b, c with its halfedges unlinked; `input` is where the encoder finds it. CQ_NONE if there is no room. */
+/* Adds face a, b, c without twins; `input` is its first halfedge in the encoder. CQ_NONE if there is no room. */
 static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, cq_index input)
 {
     cq_mesh *m = &d->base.draft;
@@ -3285,7 +3286,7 @@ static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, 
 
 #define CQI_SEED 0x40 /* bit of mark[v]: v is the L of its component's first gate, v + 1 the R */
 
-/* The first triangle L, R, X of a component. The first gate to be grown at is L -> R. */
+/* The first triangle L, R, X of a component. L -> R is the gate that grows first. */
 static cq_result cqi_start_component(cq_decoder *d)
 {
     cq_mesh *m = &d->base.draft;
@@ -3311,7 +3312,7 @@ static cq_result cqi_start_component(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Halfedges of the draft, real ones first, as numbers without a gap. */
+/* Halfedges of the draft, numbered without a gap: real ones, then virtual ones. */
 static cq_index cqi_num_halfedges(const cq_mesh *m) { return (cq_index)(3 * (m->num_faces + m->num_virtual_faces)); }
 
 static cq_index cqi_nth_halfedge(const cq_mesh *m, cq_index n)
@@ -3324,7 +3325,7 @@ static cq_index cqi_halfedge_number(const cq_mesh *m, cq_index h)
     return (cq_index)(h < 3 * m->num_faces ? h : h - 3 * m->first_virtual_face + 3 * m->num_faces);
 }
 
-/* The kind of the gate, and for a join the border halfedge. In an encoder *border is the right one already. */
+/* The kind of the gate, and for a join the border halfedge, which an encoder passes in. */
 static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3341,7 +3342,7 @@ static int cqi_code_gate(cq_decoder *d, int kind, cq_index *border)
     return CQI_JOIN;
 }
 
-/* What the encoder sees behind the gate: the kind, the apex and the border halfedge before it. */
+/* What the encoder sees behind the gate: the kind, x, and the border halfedge that ends at x. */
 static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, cq_index *border)
 {
     const cqi_plan *p = d->plan;
@@ -3352,8 +3353,7 @@ static int cqi_plan_gate(const cq_decoder *d, cq_index behind, cq_index *apex, c
     return *border == d->base.draft.twin[d->base.gate] ? CQI_CLOSE : CQI_JOIN;
 }
 
-/* Links the new face w, u, x at halfedge k into the border; n is the border halfedge after the gate, and `border`
- * the one that ends at x, or CQ_NONE if x is new. */
+/* Links the new face w, u, x, with halfedge k = w -> u, into the border. `border` ends at x; CQ_NONE if x is new. */
 static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
 {
     cq_mesh *m = &d->base.draft;
@@ -3362,11 +3362,11 @@ static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
     m->twin[d->base.before] = u_to_x;
     if (border != CQ_NONE) m->twin[border] = x_to_w;
     m->twin[x_to_w] = after;
-    cqi_pair(m, d->base.gate, k);
+    cqi_set_twins(m, d->base.gate, k);
 }
 
-/* The first open halfedge from *scan on becomes the gate's second predecessor. Halfedges never open again, so all scans
- * together take linear time. */
+/* The first open halfedge from *scan on becomes the second one before the gate. Halfedges never open again, so that all
+ * scans together take linear time. */
 static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3378,7 +3378,7 @@ static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
     return 1;
 }
 
-/* Another gate for a loop that is used up. 0 if there is none: the component is complete. */
+/* Finds a gate on another loop. 0 if there is none: the component is complete. */
 static int cqi_find_gate(cq_decoder *d)
 {
     cq_index virtual_end = (cq_index)(3 * (d->base.draft.first_virtual_face + d->base.draft.num_virtual_faces));
@@ -3392,7 +3392,7 @@ static int cqi_find_gate(cq_decoder *d)
            cqi_scan_gate(d, &d->base.virtual_scan, virtual_end);
 }
 
-/* One face behind the gate, then the next gate: at u again, or past w once u is closed. */
+/* Adds the face behind the gate, and finds the next gate: at u again, or past w once u is closed. */
 static cq_result cqi_grow_base(cq_decoder *d)
 {
     cq_mesh *m = &d->base.draft;
@@ -3428,7 +3428,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Has the complete base the header's boundary loops and Euler characteristic? */
+/* Has the complete base the header's number of boundary loops and Euler characteristic? */
 static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3438,8 +3438,8 @@ static int cqi_base_fits(const cq_decoder *d)
     return m->num_virtual == m->max_virtual && euler == full;
 }
 
-/* All faces of a component are there: it must be a mesh. What is in d->mesh are the components before it. Only open
- * halfedges are glued, and those before have none: so they have nothing in common. */
+/* All faces of a component are there: is it a mesh? d->mesh has the components before it, with which it shares nothing,
+ * as only open halfedges are glued, and they have none left. */
 static cq_result cqi_finish_component(const cq_decoder *d)
 {
     const cq_mesh *m = &d->mesh;
@@ -3453,12 +3453,13 @@ static cq_result cqi_finish_component(const cq_decoder *d)
 
 /* -- Values ----------------------------------------------------------------------------------------------------------
  *
- * A collapse of B into A leaves the values of A as they are, so a split has those of B to code: all but B is final. */
+ * A collapse of B into A leaves the values of A as they are, so that a split only has the values of B to code: those of
+ * all other vertices are final. */
 
 #define CQI_WILD 0x4000000 /* beyond any difference of values: stands for residuals that no encoder writes */
 
-/* Exact values: a number that grows with the float, which has the sign and the magnitude of its bits; and back. In
- * predictions the upper 24 bits take part. */
+/* Exact values are any 32 bits. cqi_number maps them to integers that are in the order of the floats, and back; the
+ * upper 24 bits of these take part in predictions (cqi_rough, cqi_unrough). Other channels' values stay as they are. */
 static int cqi_is_exact(const cq_channel *c)
 {
     return CQI_HAS_ATTRIBUTES && CQ_MAX_BITS >= 24 && c->bits == CQ_EXACT_BITS;
@@ -3475,7 +3476,7 @@ static int32_t cqi_unrough(const cq_channel *c, int32_t x)
     return cqi_is_exact(c) ? (int32_t)((uint32_t)x << 8) : x;
 }
 
-/* A number, 0 .. 38: up to seven times whether it is more, each time by a model of its own, then raw. */
+/* A number 0 .. 38: up to seven times whether it is larger, each time with a model of its own, then 5 raw bits. */
 static int cqi_code_count(cq_decoder *d, int index, int count)
 {
     int k = 0;
@@ -3483,7 +3484,7 @@ static int cqi_code_count(cq_decoder *d, int index, int count)
     return k < 7 ? k : 7 + (int)cqi_code_raw(d, (uint32_t)(count - 7), 5);
 }
 
-/* Bits of a magnitude, by their difference from the number that is expected. */
+/* Number of bits of a magnitude, as its difference from the number that is expected. */
 static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
 {
     int less;
@@ -3493,11 +3494,11 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
-/* Bits that a residual of the channel may have; and no more than 26 have a model for the second highest one. */
+/* Bits that a residual of the channel may have. The second highest one has a model for up to 26 bits. */
 static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
 
-/* The bits of a magnitude below the highest one, and the sign. The second highest one has a model of its kind, as has
- * the sign of small ones whose prediction had a fraction (in quarters, else -1); the others are equally likely. */
+/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model of its kind, and so
+ * has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had none). Others are raw. */
 static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
     const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
@@ -3514,7 +3515,7 @@ static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t mag
     return (int32_t)(negative ? (uint32_t)0 - x : x);
 }
 
-/* Number of bits, magnitude and sign, by the models of a kind; `row` of those of the number. */
+/* A residual: number of bits, magnitude and sign. kind: its tables of models; row: the one for the number of bits. */
 static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int fraction,
                                  int32_t residual)
 {
@@ -3525,14 +3526,14 @@ static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected,
     return cqi_code_low_bits(d, kind, bits, magnitude, residual < 0, fraction);
 }
 
-/* The residual of a split, of which half_bits / 2 bits are expected. */
+/* A residual, of which half_bits / 2 bits are expected. */
 static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
     return cqi_code_residual(d, kind, row, half_bits / 2, most, fraction, residual);
 }
 
-/* Bits to expect of a number of this size, in half bits: its logarithm, in halves. */
+/* Twice the base-2 logarithm of x, as a number of bits: what to expect of a residual of this size, in half bits. */
 static int cqi_half_bits(uint32_t x) { return x < 0x8000 ? cqi_bit_length(x * x) : 2 * cqi_bit_length(x); }
 
 static int cqi_value_fits(const cq_channel *c, int32_t value)
@@ -3540,7 +3541,7 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
-/* Value of the plan: component c of channel k of an input vertex or wedge, */
+/* Component c of channel k of an input vertex or wedge, as the caller of the encoder has it; */
 static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
     const cqi_plan *p = d->plan;
@@ -3549,7 +3550,7 @@ static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_ind
     return p->input[k][(size_t)input * d->shape.channel[k].components + c];
 }
 
-/* and as a number. */
+/* and as an integer in the order of the floats. */
 static int32_t cqi_plan_value(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
     return cqi_number(&d->shape.channel[k], cqi_plan_bits(d, k, c, input));
@@ -3563,7 +3564,7 @@ static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
     return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
-/* Base values are predicted by the mean of the neighbours that are known, those with lower numbers. */
+/* Base values are predicted by the mean of the neighbours that are known: those with lower numbers. */
 static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3583,7 +3584,7 @@ static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, 
     return cqi_is_exact(channel) ? 0 : (int32_t)1 << (channel->bits - 1);
 }
 
-/* A residual, given the size of those before. */
+/* A residual, given the running mean *size of those before, which it updates. */
 static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, int32_t x, int32_t *size)
 {
     x = cqi_code_residual(d, CQI_OF_BASE, 0, cqi_bit_length((uint32_t)*size), cqi_most_bits(channel), -1, x);
@@ -3591,7 +3592,7 @@ static int32_t cqi_code_base_residual(cq_decoder *d, const cq_channel *channel, 
     return x;
 }
 
-/* Component c of channel k, of base vertex v. `size`: that of the residuals before. */
+/* Component c of channel k of base vertex v. */
 static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v, int32_t *size)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -3604,7 +3605,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     return cqi_value_fits(channel, x);
 }
 
-/* -- Values of faces: mostly that of a face nearby -- */
+/* -- Values of faces: mostly equal to that of a face nearby -- */
 
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
@@ -3615,7 +3616,7 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
     values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
 }
 
-/* All channels of vertices or of faces, of the next vertex or face of the component. */
+/* All channels of the component's next vertex or face. */
 static cq_result cqi_code_base_values(cq_decoder *d)
 {
     const cq_index vertices = (cq_index)(d->base.draft.num_vertices - d->mesh.num_vertices);
@@ -3637,8 +3638,8 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
 }
 
-/* Values of the faces of channel k that a split at p, q is going to make, the one at p first, given those of the faces
- * that they will share an edge with. Virtual ones have none. */
+/* Channel k of the faces that a split at p, q is going to make, the one at p first, given the values of the faces that
+ * they will share an edge with. Virtual faces have none. */
 static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q)
 {
     const cq_mesh *m = &d->mesh;
@@ -3706,7 +3707,7 @@ static inline cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
 
 static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-/* Length within 10 %, of tiny vectors less: no square root, and no overflow below 2^26. */
+/* Length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
     const int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
@@ -3717,7 +3718,7 @@ static inline int32_t cqi_norm(cqi_vector a)
 
 static inline int32_t cqi_clamp(int32_t x, int32_t low, int32_t high) { return x < low ? low : x > high ? high : x; }
 
-/* a b / 2^shift, rounded down */
+/* a b / 2^shift, rounded down. */
 static inline int32_t cqi_product(int32_t a, int32_t b, int shift)
 {
     return (int32_t)cqi_floor_shift_wide((int64_t)a * b, shift);
@@ -3732,7 +3733,7 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 }
 
 #if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES) || !defined(CQ_NO_REGULAR)
-/* The square root, rounded down. */
+/* The square root, rounded down, bit by bit. */
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = (uint64_t)1 << 62;
@@ -3749,7 +3750,7 @@ static uint32_t cqi_root(uint64_t x)
 }
 #endif
 
-/* 65536 / n */
+/* 65536 / n, n = 1 .. CQ_MAX_VALENCE + 1. */
 static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
     0, 65535, 32768, 21845, 16384, 13107, 10923, 9362, 8192, 7282, 6554, 5958, 5461, 5041, 4681, 4369, 4096, 3855,
     3641, 3449, 3277, 3121, 2979, 2849, 2731, 2621
@@ -3771,14 +3772,14 @@ static inline int32_t cqi_quotient(int32_t x, uint32_t y)
     return cqi_product(x, cqi_inverse[mantissa], 14 + n);
 }
 
-/* Logarithm of a number above 0, in 1/8 octave. */
+/* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
     return 8 * n + (int)((n > 2 ? x >> (n - 3) : x << (3 - n)) & 7);
 }
 
-/* A number times 2^shift, and back to the nearest: the scale of a ring. */
+/* x times 2^shift, the scale of a ring; and back, to the nearest. */
 static inline int32_t cqi_scaled(int32_t x, int shift)
 {
     return shift >= 0 ? x * ((int32_t)1 << shift) : cqi_floor_shift(x, -shift);
@@ -3790,7 +3791,7 @@ static inline int32_t cqi_unscaled(int32_t x, int shift)
     return cqi_floor_shift(x + ((int32_t)1 << (shift - 1)), shift);
 }
 
-/* A weight follows the sign of the product of the error and what it was given (sign-sign LMS). */
+/* Adapts a weight: it moves by a constant step in the direction of the sign of error times input (sign-sign LMS). */
 #define CQI_LINEAR_STEP 200
 static inline void cqi_follow(int32_t *weight, int64_t product)
 {
@@ -3798,13 +3799,14 @@ static inline void cqi_follow(int32_t *weight, int64_t product)
     *weight = cqi_clamp(*weight + (product > 0 ? step : product < 0 ? -step : 0), -most, most);
 }
 
-/* -- Positions: what the ring of B tells --
+/* -- Positions: what the neighbours of B tell --
  *
- * Once the pair is known, B's neighbours are: A, and those from p to q. All are relative to A, in the scale of A's
- * ring, and with their components in another order: z is nearest to the normal of the fan, is coded last, and is
- * predicted above the fan's plane at the x and y that are known by then (shears, no rotation, so that all is exact). */
+ * Once the pair is known, so are B's neighbours: A, and those from p to q. All are relative to A, in the scale of A's
+ * ring, and with their components in another order: z is nearest to the normal of the fan. It is coded last, and
+ * predicted above the fan's plane at the x and y that are known by then: a shear instead of a rotation, so that all is
+ * exact in integers (A. Paeth, "A Fast Algorithm for General Raster Rotation", 1986). */
 
-/* Lists B's neighbours and what is beyond. A boundary leaves a gap in the ring, over which nothing is known. */
+/* Lists B's neighbours and the vertices beyond. A boundary leaves a gap in the ring, beyond which nothing is known. */
 static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
 {
     const cqi_ring *r = &d->ring;
@@ -3824,7 +3826,7 @@ static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
         if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
 }
 
-/* The plane: normal to the sum of the areas of the triangles that A has between p and q; and the order of the axes. */
+/* The plane, normal to the sum of the areas of A's triangles between p and q; and the order of the axes. */
 static void cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
 {
     cqi_vector normal = { 0, 0, 0 }, a = cqi_shift(r->at[p], 4);
@@ -3849,13 +3851,13 @@ static void cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
     f->slope_y = nearest ? -(n[f->axis[1]] * 256 / nearest) : 0;
 }
 
-/* Height above the plane through A. */
+/* Height above the plane, which goes through A. */
 static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
 {
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* The components in the order of the fan, which is a cyclic one. */
+/* Components in the order of the fan, which is a cyclic one. */
 static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
 {
     cqi_vector b = a;
@@ -3872,8 +3874,8 @@ static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
     return b;
 }
 
-/* Offset from A of a vertex beyond the ring. One that is more than twice as far off as the ring is large, along some
- * axis, has nothing to tell: false. */
+/* Offset from A of a vertex beyond the ring. 0 if, along some axis, it is more than twice as far away as the ring may
+ * be large: then it tells nothing. */
 static inline int cqi_locate_beyond(const cqi_fan *f, const cq_value *a, const cq_value *b, int shift, cqi_vector *x)
 {
     const uint32_t limit = (uint32_t)2 << CQI_RING_BITS;
@@ -3883,7 +3885,8 @@ static inline int cqi_locate_beyond(const cqi_fan *f, const cq_value *a, const c
     return (((uint32_t)x->x + limit) | ((uint32_t)x->y + limit) | ((uint32_t)x->z + limit)) < 2 * limit;
 }
 
-/* Offsets of B's neighbours and of what is beyond, and the mean of the neighbours. */
+/* Offsets of B's neighbours and of the vertices beyond, the mean of the neighbours, and feature 0: what parallelograms
+ * across the ring's edges predict, minus that mean. */
 static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values, int p, int q)
 {
     const cq_value *const a = values + 3 * (size_t)f->vertex[0];
@@ -3913,13 +3916,13 @@ static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values
 
 /* -- Positions: a linear prediction --
  *
- * The mean of B's neighbours, and weighted differences of other predictions from it; along the surface and above it the
- * weights are not the same. */
+ * The mean of B's neighbours, plus a weighted sum of features: other predictions, minus that mean. The weights along
+ * the surface differ from those above it. */
 
-/* Mean of the neighbours, the nearer the more; less their mean. And what residuals to expect, from how far they are
- * from their mean along each axis. */
-#define CQI_LESS 4        /* half bits of a residual less than of three times the mean offset */
-#define CQI_LESS_ABOVE 2  /* of the sum of heights */
+/* Feature 3: the mean of the neighbours with weights that are larger for nearer ones. And what to expect of residuals,
+ * from how far the neighbours are from their mean along each axis. */
+#define CQI_LESS 4        /* x, y: in half bits, a residual is expected that much below three times the mean distance */
+#define CQI_LESS_ABOVE 2  /* z: that much below the sum of heights */
 static cqi_vector cqi_feature_near(cqi_fan *f, int shift)
 {
     cqi_vector sum = { 0, 0, 0 }, extent = { 0, 0, 0 };
@@ -3947,7 +3950,7 @@ static cqi_vector cqi_feature_near(cqi_fan *f, int shift)
     }
     return cqi_product_of(sum, cqi_quotient((int32_t)1 << 24, (uint32_t)weights + 1), 24);
 }
-
+/* Features 1: A; 2: the middle between the two common neighbours. */
 static void cqi_find_features(cqi_fan *f, int shift)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -3956,6 +3959,7 @@ static void cqi_find_features(cqi_fan *f, int shift)
     f->feature[3] = cqi_feature_near(f, shift);
 }
 
+/* Weights differ by the number of neighbours; class 0: an incomplete ring. */
 static int cqi_fan_class(const cqi_fan *f) { return f->boundary || f->size < 3 ? 0 : cqi_at_most(f->size, 9) - 2; }
 
 /* The linear prediction, and its height above the plane through the mean. */
@@ -3979,7 +3983,7 @@ static void cqi_predict_linear(const cqi_model *m, cqi_fan *f)
     f->linear = cqi_plus(f->mean, x);
 }
 
-/* What the weights learn from B's place and its height above the plane through the mean. */
+/* Adapts the weights, once B's place and its height above the plane through the mean are known. */
 static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, int32_t rise)
 {
     int32_t *const along = m->linear + CQI_FEATURES * cqi_fan_class(f);
@@ -3995,9 +3999,10 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
 
 /* -- Positions: predictions that compete --
  *
- * On surfaces that were made by rules one of a few simple predictions is often exact, and then several agree. */
+ * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
+ * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Those further off than the ring is large are none. */
+/* Adds a prediction, unless it is further away than the ring may be large. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
@@ -4012,7 +4017,7 @@ static cqi_vector cqi_parallelogram(cqi_vector a, cqi_vector b, cqi_vector oppos
     return cqi_minus(cqi_plus(a, b), opposite);
 }
 
-/* Parallelograms across the edges of the fan and inside it, and the middles between its vertices. */
+/* Parallelograms across the edges of the fan and inside it, and midpoints of its vertices. */
 static void cqi_list_rivals(cqi_fan *f)
 {
     const cqi_vector *const at = f->at;
@@ -4036,7 +4041,7 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Votes of a rival for the first ones, of which those for it are the same. */
+/* Rival `from` and each of the first `count` vote for each other. Returns the votes for `from`. */
 static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
 {
     const int16_t x = f->rival_x[from], y = f->rival_y[from], half = (int16_t)(radius / 2);
@@ -4051,8 +4056,8 @@ static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
     return all;
 }
 
-/* All votes. Loops of a fixed length become vector instructions: these also let rivals vote for themselves, and for
- * what is not there. */
+/* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
+ * themselves, which is subtracted, and for places behind the last one, where nobody looks. */
 static void cqi_count_votes(cqi_fan *f, int16_t radius)
 {
     int k;
@@ -4067,7 +4072,7 @@ static void cqi_count_votes(cqi_fan *f, int16_t radius)
     }
 }
 
-/* The place that most predictions agree upon: within a radius, and those within half of it count twice. */
+/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. */
 static void cqi_vote(cqi_fan *f, int shift)
 {
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
@@ -4092,7 +4097,7 @@ static int cqi_vote_class(int votes)
     return votes < 3 ? votes : votes < 5 ? 3 : votes < 8 ? 4 : votes < 12 ? 5 : votes < 18 ? 6 : 7;
 }
 
-/* The question whether B is where predictions agree: by how many do, and how far that is from the linear one. */
+/* The question whether B is where predictions agree, by their votes and how far that is from the linear prediction. */
 static int cqi_hit_question(const cqi_fan *f)
 {
     const int32_t x = cqi_apart(f->agreed, f->linear);
@@ -4101,11 +4106,15 @@ static int cqi_hit_question(const cqi_fan *f)
     return CQI_HIT + 8 * cqi_vote_class(f->votes) + apart;
 }
 
+/* Is a place where predictions agree? */
 static int cqi_is_hit(const cqi_fan *f, cqi_vector place) { return cqi_apart(place, f->agreed) < f->radius * 3 / 2; }
 
-/* -- Questions that are asked while they pay -- */
+/* -- Questions that are asked while they pay --
+ *
+ * A question is a bit that says yes where the encoder could also do without it. Both sides keep a running mean of what
+ * asking has gained, or would have gained where it was not asked; while that is negative, the answer is no. */
 
-/* -log2(p / 65536), in 1/64 bit */
+/* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
 
 /* Asks, if that has paid so far. */
@@ -4117,7 +4126,7 @@ static int cqi_code_question(cq_decoder *d, int index, int yes)
     return yes;
 }
 
-/* What asking has gained, or would have, given what a yes saves, in 1/64 bit. Returns the gain if it was asked. */
+/* Updates what asking gains, given what a yes saves beside its cost, in 1/64 bit. Returns this gain, 0 if not asked. */
 static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
 {
     const uint32_t p = m->yes[index];
@@ -4128,16 +4137,18 @@ static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
     return asked ? gain : 0;
 }
 
-/* Bits that a residual takes, about, in 1/64; given in the scale of the ring. */
+/* Estimate of the bits that a residual takes, in 1/64; x is in the scale of the ring. */
 static int cqi_residual_cost(int32_t x, int shift)
 {
     const int32_t least = shift > 0 ? (int32_t)3 << shift >> 2 : 1;
     return 32 * (cqi_half_bits(cqi_abs(x) + (uint32_t)least) - 2 * shift);
 }
 
-/* -- Positions: coding -- */
+/* -- Positions: coding --
+ *
+ * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* Residual against a prediction in the scale of the ring. */
+/* A coordinate, by its residual. half_bits: what to expect of it; *halves: what it was. */
 static int32_t cqi_code_coordinate(cq_decoder *d, int kind, int half_bits, int32_t predicted, int32_t value,
                                    int *halves)
 {
@@ -4149,7 +4160,8 @@ static int32_t cqi_code_coordinate(cq_decoder *d, int kind, int half_bits, int32
     return p + x;
 }
 
-/* Component c that most of the fan's vertices have, of equal ones that nearest to a prediction; returns how many. */
+/* *value: the coordinate c that most of the fan's vertices have; of equally common ones that nearest to a prediction.
+ * Returns how many have it. */
 static int cqi_most_common(cqi_fan *f, int c, int32_t near, int32_t *value)
 {
     int32_t *const x = f->scratch, off = 0;
@@ -4169,8 +4181,9 @@ static int cqi_most_common(cqi_fan *f, int c, int32_t near, int32_t *value)
     return most;
 }
 
-/* Component c of B: as most of its neighbours have it, or by a residual. Questions are told apart by `place`. */
-#define CQI_EXACT_SAVES 192 /* what a hit saves beside the residual, in 1/64 bit */
+/* Component c of B: as most of its neighbours have it, or by a residual. `place`: 0, 1: x, y; 2, 3: z without and with
+ * a hit, for which questions have models of their own. */
+#define CQI_EXACT_SAVES 192 /* what a yes saves beside the residual's bits, in 1/64 bit */
 static int32_t cqi_code_component(cq_decoder *d, int place, int c, int kind, int half_bits, int32_t predicted,
                                   int32_t value, int *halves)
 {
@@ -4191,7 +4204,7 @@ static int32_t cqi_code_component(cq_decoder *d, int place, int c, int kind, int
     return value;
 }
 
-/* Does a coordinate relative to A have a place in the scale of the ring? No value is that far off. */
+/* Is a coordinate relative to A too large for the scale of the ring? No value of a valid stream is. */
 static int cqi_is_wild(cqi_vector value)
 {
     const int32_t most = (int32_t)1 << 25;
@@ -4199,7 +4212,7 @@ static int cqi_is_wild(cqi_vector value)
            cqi_clamp(value.z, -most, most - 1) != value.z;
 }
 
-/* x and y of B, given that predictions agree about it, or not. */
+/* x and y of B; hit: predictions agree about it. */
 static void cqi_code_along(cq_decoder *d, int hit, cqi_vector *value, int *halves_x, int *halves_y)
 {
     cqi_fan *f = &d->now.fan;
@@ -4216,7 +4229,7 @@ static void cqi_code_along(cq_decoder *d, int hit, cqi_vector *value, int *halve
     }
 }
 
-/* z of B, above the plane at x and y. */
+/* z of B, given that of the plane at its x and y. */
 static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, int32_t *value)
 {
     const cqi_fan *f = &d->now.fan;
@@ -4227,13 +4240,13 @@ static void cqi_code_above(cq_decoder *d, int hit, int32_t plane, int halves, in
     *value = cqi_code_component(d, 2 + hit, 2, kind, half_bits, plane + rise, *value, &halves_z);
 }
 
-/* Competing predictions and common components take time, and only some surfaces gain by them. So they are looked at
- * while a vertex gains more than a little, on a running mean; else at one vertex of CQI_PROBE, to see whether they
- * would. */
-#define CQI_WORTH_IT 24    /* that little: in 1/1024 bit */
+/* Competing predictions and common components take time, and only on some surfaces they save bits. They are used as
+ * long as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that
+ * mean. */
+#define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
 #define CQI_PROBE 16
 
-/* Do predictions agree about B? Asks, if there are any; *question is the one that was asked. */
+/* Is B where predictions agree? Asks, if there are any; *question is the one that was asked. */
 static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
 {
     cqi_fan *f = &d->now.fan;
@@ -4246,7 +4259,7 @@ static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
     return cqi_code_question(d, *question, CQI_ENCODING(d) && cqi_is_hit(f, value));
 }
 
-/* What the questions have gained, now that the place is known. */
+/* Updates what both kinds of questions gain, now that the place is known. */
 static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
 {
     const cqi_fan *f = &d->now.fan;
@@ -4260,7 +4273,7 @@ static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
     if (f->same) d->model.worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - d->model.worth_same, 6);
 }
 
-/* Codes B relative to A; false if that is no position. */
+/* Codes B relative to A. 0 if what was decoded cannot be a position. */
 static int cqi_code_place(cq_decoder *d, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
@@ -4287,7 +4300,7 @@ static int cqi_code_place(cq_decoder *d, cqi_vector *value)
     return 1;
 }
 
-/* Codes the position of B; false if it is no position. */
+/* Codes the position of B into `to`. 0 if what was decoded is not a position. */
 static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_index input, cq_value *to)
 {
     cqi_fan *f = &d->now.fan;
@@ -4543,9 +4556,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * A patch is split as soon as it is conquered; then the vertices in front of its gates are queued, each with the first
- * gate that finds it. A vertex that is still free when its turn comes is the centre of the next patch: nothing around
- * it has changed since. */
+ * A patch is conquered, and if its flag says so, split at once. Then the vertices in front of its gates are queued,
+ * each with the first gate that found it. A vertex that is still free when its turn comes is the centre of the next
+ * patch: nothing around it has changed since. */
 
 static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
 
@@ -4560,7 +4573,7 @@ static const uint8_t cqi_valence_class[CQI_LARGE_VALENCE + 1] = {
     28, 28
 };
 
-/* Takes the ring of the spoke's origin, of at most CQ_MAX_VALENCE vertices. Returns how many of it were free. */
+/* Reads and holds the ring of the spoke's origin, of at most CQ_MAX_VALENCE vertices. Returns how many were free. */
 static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
@@ -4586,7 +4599,7 @@ static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
     return available;
 }
 
-/* Gives the ring back: the patch is not conquered. */
+/* Undoes cqi_read_ring: the patch is not conquered. */
 static void cqi_release_ring(cq_mesh *m, const cqi_ring *r)
 {
     int k;
@@ -4594,8 +4607,8 @@ static void cqi_release_ring(cq_mesh *m, const cqi_ring *r)
         if ((r->kind[k] & CQI_STATE) < CQI_HELD_OFTEN) m->mark[r->vertex[k]]--;
 }
 
-/* Queues a vertex that is free and does not wait yet, with its spoke to the L of the gate. The encoder gives up a level
- * for which there is no room, a decoder the stream. */
+/* Queues a vertex that is free and does not wait yet, with its spoke to the L of the gate. If there is no room, an
+ * encoder gives up the level, and a decoder the stream. */
 static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
 {
     if (m->mark[v] & (CQI_STATE | CQI_QUEUED)) return;
@@ -4609,8 +4622,8 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
     m->out[v] = spoke;
 }
 
-/* Queues the vertices in front of the patch's gates: first the entry edge, then on from R to L, which costs fewer bits
- * than from L to R. */
+/* Queues the vertices in front of the patch's gates: first that of the ring edge behind the last spoke, which ends at
+ * the first one, then on in the direction from R to L, which costs fewer bits than from L to R. */
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     int k;
@@ -4621,9 +4634,9 @@ static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
     }
 }
 
-/* Queues the neighbours of a vertex that is passed over, each with its spoke to it, clockwise from the entry spoke
- * on. A neighbour that is removed later, before its turn, makes no difference: what it is collapsed into is in the
- * queue before it. Takes as long as the vertex has neighbours. */
+/* Queues the neighbours of a vertex that is passed over, each with its spoke to that vertex, clockwise from the first
+ * spoke on. A neighbour that is removed before its turn makes no difference: the vertex that it is collapsed into is in
+ * the queue before it. Takes time proportional to the number of neighbours. */
 static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
 {
     cq_index h = spoke;
@@ -4634,7 +4647,7 @@ static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
     } while (h != spoke);
 }
 
-/* Keeps a vertex from becoming a centre or from being removed. */
+/* Keeps a vertex from becoming a centre and from being removed. */
 static void cqi_hold(cq_mesh *m, cq_index v)
 {
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
@@ -4652,8 +4665,9 @@ static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
     return CQ_NONE;
 }
 
-/* Entry spoke of the first patch of a component (section 2.4), given its first gate L -> R. The centre is, 0: the front
- * vertex, on the side where that is real; 1: L, and its ring ends at R; 2: R, and its ring begins at L. */
+/* The first spoke of the first patch of a component (section 2.4), given the first gate L -> R. `side` says which
+ * vertex is the centre. 0: the front vertex, on the side where that is real; 1: L, and its ring ends at R; 2: R, and
+ * its ring begins at L. */
 static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
 {
     if (side == 1) return cq_clockwise(m, gate);
@@ -4661,19 +4675,25 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
     return cq_prev(cq_is_virtual(m, m->origin[cq_prev(gate)]) ? m->twin[gate] : gate);
 }
 
-/* -- The pair: which two neighbours of A are those of B, too --
+/* -- The pair: which two neighbours of A are neighbours of B, too --
  *
- * D (D - 1) / 2 pairs p < q for a centre of valence D; the paper's indices are i = p and j = D - 1 - q. Each pair has a
- * score: the sum of weights of its features. Then pairs are asked about, the best first: "is it this one?", each time
- * by a logistic model of the score and of how much better it is than the next one; all weights follow the gradient.
+ * A centre of valence D has D (D - 1) / 2 pairs p < q; the paper's indices are i = p and j = D - 1 - q. A pair's score
+ * is the sum of the weights of its features. Pairs are tried in the order of their scores, the best first: "is it this
+ * one?" is asked with a probability that is a logistic function of the score and of how far it is above the next one.
+ * Each answer moves the weights along the gradient (online logistic regression). The features are
  *
- * Without positions lengths and angles are of one class, and say nothing. */
+ *     of p and q           length of the spoke, angles opposite to it, valence and state of the vertex
+ *     of p + 1 .. q - 1    the same: these become neighbours of B alone
+ *     of both              q - p, by the centre's valence
+ *     by the rule          whether the encoder's rule would rather have removed another vertex, see cqi_score_rule
+ *
+ * Without positions all lengths and angles are of one class, and tell nothing. */
 
-#define CQI_TRIED (-0x40000000) /* in place of the score of a pair that was asked about: no sum with it is a score */
-#define CQI_TRIES 16      /* pairs that are asked about, before the number of the pair is told */
+#define CQI_TRIED (-0x40000000) /* instead of the score of a pair that was tried: far below any score */
+#define CQI_TRIES 16      /* pairs that are tried before the number of the pair is coded */
 #define CQI_LEARN(located) ((located) ? 7 : 8) /* a weight moves by 2^-7 or 2^-8 of the error */
 
-/* 65536 / (1 + exp(-(k - 63.5) / 8)) for k = 24 .. 103 */
+/* 65536 / (1 + exp(-(k - 63.5) / 8)) for k = 24 .. 103. */
 static const uint16_t cqi_logistic[80] = {
     467, 528, 598, 677, 766, 867, 980, 1109, 1253, 1417, 1601, 1808, 2041, 2303, 2598, 2928,
     3298, 3713, 4176, 4692, 5266, 5904, 6611, 7392, 8252, 9197, 10230, 11357, 12579, 13898, 15316, 16832,
@@ -4682,7 +4702,7 @@ static const uint16_t cqi_logistic[80] = {
     62608, 62938, 63233, 63495, 63728, 63935, 64119, 64283, 64427, 64556, 64669, 64770, 64859, 64938, 65008, 65069
 };
 
-/* Codes a decision of that score; *error: what the weights learn. */
+/* Codes a yes or no with the log-odds `score`. *error: what is to be added to the weights. */
 static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32_t *error)
 {
     const int shift = 16 - CQI_NAT_BITS + CQI_TUNED(learn, CQI_LEARN(d->located >= 0));
@@ -4696,7 +4716,7 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
-/* Offsets of the ring, in its own scale. */
+/* Offsets of the ring's vertices from the centre, in the ring's scale. */
 static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *r)
 {
     const cq_value *const a = values + 3 * (size_t)m->origin[r->spoke[0]];
@@ -4721,7 +4741,7 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
     }
 }
 
-/* Classes of the spokes' lengths, by their ratio to the mean of the two shortest. Logarithms are of squares. */
+/* Classes of the spokes' lengths: their ratio to the mean of the two shortest ones. Logarithms are of squares. */
 static void cqi_classify_lengths(cqi_ring *r)
 {
     int shortest = 255, second = 255, base, k;
@@ -4738,14 +4758,14 @@ static void cqi_classify_lengths(cqi_ring *r)
     if (r->boundary < CQ_MAX_VALENCE) r->length[r->boundary] = 15;
 }
 
-/* Classes of the sum of the two angles opposite to each spoke, by their cotangents: what a Delaunay triangulation would
- * ask. The triangle of spokes a and b has, opposite to a, the cotangent (b b - a b) / |a x b|. */
+/* Classes of the sum of the two angles opposite to each spoke, by the sum of their cotangents, as a Delaunay criterion
+ * would have it. In the triangle of spokes a and b, the angle opposite to a has the cotangent (b b - a b) / |a x b|. */
 static uint8_t cqi_angle_class(int32_t cotangents)
 {
     return (uint8_t)cqi_clamp(cqi_floor_shift(cotangents + 26, 2), 0, 15);
 }
 
-/* 2^16 / sqrt((k + 1/2) / 32) for k = 32 .. 127 */
+/* 2^16 / sqrt((k + 1/2) / 32) for k = 32 .. 127. */
 static const uint16_t cqi_inverse_root[96] = {
     65030, 64052, 63117, 62222, 61363, 60540, 59748, 58987, 58254, 57548, 56867, 56210, 55574, 54960, 54366, 53791,
     53233, 52693, 52169, 51660, 51165, 50685, 50218, 49763, 49321, 48890, 48470, 48061, 47663, 47273, 46894, 46523,
@@ -4773,7 +4793,7 @@ static void cqi_classify_angles(cqi_ring *r)
     r->opposite[0] = cqi_angle_class(first + before);
 }
 
-/* What positions say about the ring's vertices. */
+/* Classes of the ring's vertices by their positions. */
 static void cqi_classify_ring(cq_decoder *d)
 {
     const int channel = d->located;
@@ -4802,8 +4822,9 @@ static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* The smallest valence of a free vertex from the start of the ring to p, and from q to its end: what could have been B
- * instead. As a common neighbour it has one neighbour more now. The first with p added. */
+/* Before and after each place of the ring, the smallest valence of a free vertex, which could have been B instead: from
+ * the first spoke to p, and from q to the last one. p and q themselves have one neighbour more by now. before[] has p
+ * added, for the index of a weight. */
 static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 {
     int smallest = CQI_LARGE_VALENCE, k;
@@ -4819,10 +4840,12 @@ static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
     }
 }
 
-static int cqi_joint(const cqi_ring *r) { return CQI_JOINT + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
+/* Weights of a pair by q - p. */
+static int cqi_steps_weights(const cqi_ring *r) { return CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(r->size - 3, 0, 9); }
 
-/* Would the encoder's rule, the smallest valence, have preferred the best alternative before p or after q to B? Weights
- * of its valence minus that of B are added, for all p with a q. For another goal than that they would give 0.03 bit. */
+/* Adds to the scores of all p with a q how likely it is that the encoder's rule, the smallest valence, would have
+ * removed B rather than the best alternative before p, and than the one after q: weights by its valence minus that of
+ * B. With goals other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
 static void cqi_score_rule(const int16_t *w, const cqi_choice *c, int q, int32_t *score)
 {
     const int16_t *const before = w + CQI_RULE + CQ_MAX_VALENCE - q, *const after =
@@ -4843,7 +4866,7 @@ static int32_t cqi_best_of(const int32_t *score, int n)
 static void cqi_score_pairs(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
-    const int16_t *const w = d->model.weight, *of_steps = w + cqi_joint(&d->ring);
+    const int16_t *const w = d->model.weight, *of_steps = w + cqi_steps_weights(&d->ring);
     int32_t *score = c->score;
     int p, q;
     cqi_score_ends(w, &d->ring, c);
@@ -4863,7 +4886,7 @@ static void cqi_score_pairs(cq_decoder *d)
     }
 }
 
-/* Takes the best of the pairs with a q out, of equal ones the first; returns its p. */
+/* Takes out the best of the pairs with a q, the first of equal ones; returns its p. */
 static int cqi_take_best(cqi_choice *c, int q)
 {
     int32_t *const score = c->score + ((unsigned)(q * (q - 1)) >> 1);
@@ -4875,7 +4898,7 @@ static int cqi_take_best(cqi_choice *c, int q)
     return p;
 }
 
-/* The q whose best pair is the best one, of equal ones the first. */
+/* The q of the best pair of all, the first of equal ones. */
 static int cqi_find_best_q(const cqi_choice *c, int size)
 {
     int32_t best = c->best[1];
@@ -4887,20 +4910,20 @@ static int cqi_find_best_q(const cqi_choice *c, int size)
     }
     return at;
 }
-
+/* Class of a score's distance from the next one, a >= b. */
 static int cqi_gap(int32_t a, int32_t b)
 {
     const uint32_t x = ((uint32_t)a - (uint32_t)b) >> (CQI_NAT_BITS - 2);
     return x > 31 ? 31 : (int)x;
 }
 
-/* Moves a weight, but not beyond 8 nats: so no sum of the at most 80 of a pair overflows. */
+/* Moves a weight, but not beyond 8 nats: so no sum of the at most 80 weights of a pair overflows. */
 static inline void cqi_nudge(int16_t *weight, int32_t error)
 {
     const int32_t x = *weight + error;
     if (x > -8 * CQI_NAT && x < 8 * CQI_NAT) *weight = (int16_t)x;
 }
-
+/* Moves all weights of a pair's score. */
 static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
 {
     const cqi_ring *r = &d->ring;
@@ -4912,7 +4935,7 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_END_KIND + 32 + r->kind[q]], error);
     cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[p]], error);
     cqi_nudge(&w[CQI_END_OPPOSITE + r->opposite[q]], error);
-    cqi_nudge(&w[cqi_joint(r) + q - p], error);
+    cqi_nudge(&w[cqi_steps_weights(r) + q - p], error);
     for (k = p + 1; k < q; k++) {
         cqi_nudge(&w[CQI_INNER_LENGTH + r->length[k]], error);
         cqi_nudge(&w[CQI_INNER_KIND + r->kind[k]], error);
@@ -4924,7 +4947,7 @@ static void cqi_learn_pair(cq_decoder *d, int p, int q, int32_t error)
     cqi_nudge(&w[CQI_RULE_CLASSES + d->now.choice.after[q] + p], error);
 }
 
-/* Is it the pair p, q? Asks, given its score and the next one's, and learns from the answer. */
+/* Is it the pair p, q? Asks, given its score and that of the next one, and learns from the answer. */
 static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t score, int32_t next)
 {
     int16_t *const of_gap = d->model.weight + CQI_GAP + 32 * cqi_at_most(rank, 7) + cqi_gap(score, next);
@@ -4936,7 +4959,7 @@ static int cqi_code_try(cq_decoder *d, int rank, int p, int q, int yes, int32_t 
     return yes;
 }
 
-/* Codes the pair as one of all. */
+/* Codes the pair by its number among all. */
 static void cqi_code_any_pair(cq_decoder *d, int *p, int *q)
 {
     const uint32_t all = (uint32_t)(d->ring.size * (d->ring.size - 1) / 2);
@@ -4966,14 +4989,14 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
     cqi_code_any_pair(d, p, q);
 }
 
-/* A level must add a vertex for every 16 that take part in it: so all levels together take linear time. */
+/* A level must add one vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
 /* -- Patches -- */
 
-#define CQI_AT_ONCE 1024 /* vertices of a step that gets them ready: what bounds its time */
+#define CQI_AT_ONCE 1024 /* vertices that one step prepares: bounds its time */
 
-#define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that is passed over, see cqi_code_pass */
+#define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that may be passed over, see cqi_code_pass */
 
 /* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
 static int cqi_code_flag(cq_decoder *d, int available, int split)
@@ -7190,7 +7213,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
 
 /* -- Steps --------------------------------------------------------------------------------------------------------- */
 
-/* The faces of a component are complete. Whether another follows is known before its values. */
+/* The faces of a component are complete: tells whether another one follows, and turns to the values of this one. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
     d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
@@ -7208,13 +7231,15 @@ static CQI_APART cq_result cqi_step_base(cq_decoder *d)
     return cqi_grow_base(d);
 }
 
-/* -- Rows of the base, and what is aside -- */
+/* -- Rows of the base, and what is aside --
+ *
+ * Vertex by vertex: first the row of each corner around it, then the values of the rows that are new there. */
 
 static cq_result cqi_step_base_values(cq_decoder *d);
 
 #ifndef CQ_NO_WEDGES
 
-/* What is usual is so nine times in ten, to begin with. */
+/* To begin with, what is usual has a probability of 9/10. */
 static void cqi_init_seams(cqi_seams *s)
 {
     int j, k;
@@ -7243,9 +7268,9 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
     }
     values = (cq_value *)cqi_take(arena, s->num_rows * of_row, sizeof(cq_value));
     if (s->metadata_bytes) {
-        d->letters = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
+        d->metadata_model = (cq_bit_model *)cqi_take(arena, 256, sizeof(cq_bit_model));
         d->metadata = (uint8_t *)cqi_take(arena, s->metadata_bytes, 1);
-        for (k = 0; k < 256; k++) d->letters[k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < 256; k++) d->metadata_model[k] = CQ_BIT_MODEL_INIT;
     }
     if (s->num_materials) {
         d->materials = (cqi_material *)cqi_take(arena, s->num_materials, sizeof(cqi_material));
@@ -7279,8 +7304,8 @@ static cq_result cqi_begin_base_rows(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The row of a corner of the base, clockwise around its vertex: that of the corner before; or a new one; or any other
- * one of the vertex. */
+/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or by its number
+ * another one of the vertex. */
 static int cqi_code_base_corner(cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7307,7 +7332,7 @@ static int cqi_code_base_corner(cq_decoder *d)
     return 1;
 }
 
-/* What is around a row of the base whose values are read: of at most so many faces. */
+/* What predicts the values of a base row: that of CQI_BASE_FACES of its faces at most. */
 #define CQI_BASE_FACES 16
 typedef struct cqi_base_row {
     cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
@@ -7322,7 +7347,7 @@ static void cqi_add_known(cqi_base_row *b, cq_index row)
     if (k == b->num_known) b->known[b->num_known++] = row;
 }
 
-/* Adds what the face at h, whose origin has the row, tells. */
+/* Adds what the face of halfedge h tells, at whose origin the row is. */
 static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7335,8 +7360,8 @@ static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
     }
 }
 
-/* Rows are new at the corners of a vertex in the order of their numbers, so that looking for the first corner of each
- * goes around once. Of its other corners those count that follow it without a gap. */
+/* Finds what predicts a row. New rows have their numbers in the order of their first corners, so that the search for
+ * these goes around the vertex once. Of a row's other corners, those count that follow the first one without a gap. */
 static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -7358,7 +7383,7 @@ static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
     }
 }
 
-/* The mean of what is known around; without that, what the row before has. */
+/* The mean of the known rows around; if there are none, the value of the row before. */
 static int32_t cqi_predict_base_row(const cq_decoder *d, uint32_t k, uint32_t c, cq_index row, const cqi_base_row *b)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -7397,7 +7422,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     return 1;
 }
 
-/* The next corner of the vertex. When all have their rows, the values of those that are new follow. */
+/* Turns to the next corner of the vertex; when all have their rows, to the values of the new ones. */
 static void cqi_next_base_corner(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -7414,7 +7439,7 @@ static void cqi_next_base_vertex(cq_decoder *d)
     if (++s->vertex < d->base.draft.num_vertices) s->corner = d->base.draft.out[s->vertex];
 }
 
-/* Which row the next corner has; or, when all corners of a vertex have theirs, one channel of a row. */
+/* The row of the next corner; or, when all corners of a vertex have theirs, one channel of a new row. */
 static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -7438,7 +7463,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
-/* Turns to what is aside, if that is not yet read. */
+/* Turns to what is aside, and to metadata, unless they have been read. */
 static int cqi_has_aside(cq_decoder *d)
 {
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
@@ -7472,7 +7497,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
     return 1;
 }
 
-/* Number of a row of the input in the stream. */
+/* The number in the stream of a row of the input. */
 static cq_index cqi_plan_row(const cqi_plan *p, cq_index row, cq_index num_rows)
 {
     const cq_index t = p->target[row];
@@ -7510,22 +7535,22 @@ static int cqi_code_aside_face(cq_decoder *d)
     return 1;
 }
 
-/* A byte of the metadata. */
-static void cqi_code_letter(cq_decoder *d)
+/* A byte of the metadata, from its highest bit on, each with a model by the bits before. */
+static void cqi_code_metadata_byte(cq_decoder *d)
 {
-    const int letter = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
+    const int byte = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
     int node = 1, k;
-    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->letters[node], letter >> k & 1);
+    for (k = 7; k >= 0; k--) node = 2 * node + cqi_code_with(d, &d->metadata_model[node], byte >> k & 1);
     d->metadata[d->metadata_read++] = (uint8_t)node;
 }
 
-/* Have rows any values? Else there is nothing to read, nor memory that bounds how many there are. */
+/* Do rows have any values? Else there is nothing to read for them, nor does memory bound their number. */
 static int cqi_has_rows(const cq_shape *s)
 {
     return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
 }
 
-/* One channel of a row aside, or a face, or a byte of metadata; all rows, if they have no values. */
+/* One channel of a row aside; or a face; or a byte of metadata. If rows have no values, all rows at once. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -7540,7 +7565,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
         ok = cqi_code_aside_face(d);
         if (ok && !cqi_starved(d)) d->aside.num_faces++;
     } else if (d->metadata_read < d->shape.metadata_bytes) {
-        cqi_code_letter(d);
+        cqi_code_metadata_byte(d);
     } else {
         d->phase = CQI_LEVEL;
     }
@@ -7551,7 +7576,7 @@ static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Are there values of vertices or faces of the component to come? */
+/* Does a vertex or face of the component still have to get its values? */
 static int cqi_has_base_values(const cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
@@ -7560,7 +7585,7 @@ static int cqi_has_base_values(const cq_decoder *d)
     return d->base.value < n;
 }
 
-/* The mesh now has the component, too: the arrays are those of the draft. */
+/* Makes the component part of the mesh, whose arrays are those of the draft. */
 static void cqi_show_component(cq_decoder *d)
 {
     const cq_mesh *draft = &d->base.draft;
@@ -7575,7 +7600,8 @@ static void cqi_show_component(cq_decoder *d)
     if (d->seams) d->num_rows = d->seams->num_rows;
 }
 
-/* The next value; when all are there, the component can be seen. Behind the last one levels follow. */
+/* The values of a vertex or face; when all have theirs, the component becomes public. Behind the last one, levels
+ * follow. */
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
     if (cqi_has_base_values(d)) return cqi_code_base_values(d);
@@ -7596,7 +7622,7 @@ static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A distance in 1/16 step: 0, then eighths of octaves from 1 on. */
+/* The distance in 1/16 step that a code stands for: 0, then in eighths of an octave from 1 on. */
 static uint32_t cqi_error_of_code(uint32_t code)
 {
     const uint32_t octave = code ? (code - 1) / 8 : 0;
@@ -7604,7 +7630,7 @@ static uint32_t cqi_error_of_code(uint32_t code)
     return code ? (uint32_t)(octave > 27 ? 0xffffffff : (eighths + 7) / 8) : 0;
 }
 
-/* What the stream says of the mesh's distance from the exact one: never more than before. */
+/* The mesh's distance from the exact one at the beginning of a level: never more than before. */
 static void cqi_code_error(cq_decoder *d)
 {
     uint32_t error = CQI_ENCODING(d) ? d->plan->level_error[d->plan->level] : 0;
@@ -7619,8 +7645,8 @@ static void cqi_code_error(cq_decoder *d)
     if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
 }
 
-/* Does another component take part from this level on? They follow those that do already. `active` is where the next
- * one begins, or on the way there. */
+/* Does another component take part from this level on? The next one does after those that do already. `active` is where
+ * it begins, or on the way there. */
 static cq_result cqi_step_active(cq_decoder *d)
 {
     int k, begins;
@@ -7643,14 +7669,14 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Turns to the level behind `level` others. */
+/* Turns to the level that follows `level` others. */
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
     p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
 }
 
-/* Begins a level, or ends the stream when all vertices are there: then all bytes must have been used. */
+/* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
     int regular = CQI_HAS_REGULAR && d->regular.count; /* the first gates are no edges any more */
@@ -7685,7 +7711,8 @@ static cq_result cqi_step_level(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Takes the marks of the level before from the next vertices that take part: base vertices and all new ones. */
+/* Clears marks of the level before, of the next vertices that take part: base vertices up to `active`, and all that are
+ * not of the base. */
 static cq_result cqi_step_clear(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -7753,7 +7780,7 @@ static cq_result cqi_step(cq_decoder *d)
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
-/* Gets ready for the first step. The memory holds at least cq_decoder_bytes of d->shape. */
+/* Divides the memory, which holds at least cq_decoder_bytes of d->shape, and prepares the first step. */
 static void cqi_start(cq_decoder *d)
 {
     cqi_arena arena;
@@ -7843,7 +7870,7 @@ static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
     return result == CQ_OK ? cqi_open_stream(d, &h) : result;
 }
 
-/* Moves what is left in the buffer to its start; the two may overlap. */
+/* Moves what is left in the buffer to its start, byte by byte, as the two may overlap. */
 static void cqi_drop_used(cq_decoder *d)
 {
     const size_t left = d->range.size - d->range.count;
@@ -7872,7 +7899,7 @@ static void cqi_take_payload(cq_decoder *d, cq_bytes *in)
     }
 }
 
-/* Enough input for any step: all that can be needed, or all that there is. */
+/* Is there enough input for any step: as much as one may need, or all that will come? */
 static int cqi_is_ready(const cq_decoder *d)
 {
     return d->range.size >= d->range.count + d->input.step_bytes || !d->input.payload_left || d->input.ended;
@@ -7940,7 +7967,7 @@ void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index coun
         memcpy(to, d->channel[k] + (follow ? d->vertex[r] : r) * n, n * sizeof(cq_value));
 }
 
-/* Values of the channel of faces that are turned over; or NULL. */
+/* Values of the channel CQ_TURNED, which is the last one; or NULL. */
 static const cq_value *cqi_turned(const cq_decoder *d)
 {
     const uint32_t last = d->shape.num_channels - 1;
@@ -7971,7 +7998,7 @@ void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *cou
     *count = d->materials[m].shown;
 }
 
-/* A row moves to a new vertex only, so those that have are around new vertices. */
+/* Rows only move to new vertices, so those that have moved are around these. */
 void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows)
 {
     CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
@@ -7988,7 +8015,7 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
 
 /* -- Levels of detail ---------------------------------------------------------------------------------------------- */
 
-/* The first level says its error when it begins, so that 0 is no error yet. */
+/* Is d->error known? The first level tells its error while it begins: until then it is 0. */
 static int cqi_knows_error(const cq_decoder *d)
 {
     return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
@@ -8048,7 +8075,7 @@ typedef struct cqi_encoder {
     cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
 } cqi_encoder;
 
-/* Behind it are the rows: no object of an AVR may have them in itself. */
+/* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
 #define CQI_ENCODER_BYTES (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + 7) / 8 * 8)
 
@@ -8057,7 +8084,7 @@ static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
 #endif
 
-/* With num_rows, which a call has found, that many vertices are enough for the mesh. */
+/* Where a call has found num_rows, the mesh has at most that many vertices. */
 size_t cq_encoder_bytes(const cq_shape *shape)
 {
     cq_shape coded, *s = &coded;
@@ -8095,35 +8122,34 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
     return sum;
 }
 
-/* -- What a collapse loses: the goal balanced --
+/* -- What a collapse loses: CQ_BALANCED --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
  * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes
  * of the triangles around B, times their areas; and from the lines of boundary edges, times their squared lengths. A
- * crease has planes on both sides, and so resists by itself. A collapse that turns a triangle over, or leaves it an
- * eighth of its area as seen along its normal, loses anything.
+ * crease has planes on both sides, and so resists by itself. If a collapse turns a triangle over, or leaves less than
+ * an eighth of its area as seen along its normal, its loss is infinite (CQI_ANY_LOSS).
  *
- * A level refuses collapses that lose more than a limit, and still takes the smallest valence of the others. At first
- * the limit is half of what half of the edges lose, or less. It grows from level to level about as the losses of a
- * smooth surface do: a sixth fewer vertices make areas 1.2 times as large, distances from the planes too, losses 1.7
- * times. What stays refused are features; where the limit grows less, more patches are isolated, whose flags cost bits.
- * It also grows when a level is not worth its walk; in the end it falls.
+ * A level refuses collapses that lose more than a limit, and of the others takes the one with the smallest valence. At
+ * first the limit is half of the median loss of edges, or less. It grows from level to level about as the losses on a
+ * smooth surface do: with a sixth fewer vertices, areas and distances from the planes are 1.2 times as large, and
+ * losses 1.7 times. What stays refused are features. If the limit grew less, more patches would be isolated, whose
+ * flags cost bits. It also grows when a level removes too few vertices, and is lifted in the end.
  *
- * Losses are compared as numbers that grow with their logarithm, in 1/256 octave.
+ * Losses are compared by their logarithms, in 1/256 octave.
  *
- * Bounds: offsets from the centre of a fan have 12 bits, half an edge 11, areas 25, volumes 38. So distances, in
- * sixteenths, are below 2^17, as cqi_norm is never less than half a length; their products with volumes are
- * below 2^55; squares of areas of a boundary's edge and half an edge below 2^50; and all of both fans together below
- * 2^57. */
+ * Bounds: offsets from the centre of a fan have 12 bits, areas 25, volumes 38. Distances in sixteenths are below 2^18,
+ * as cqi_norm is never less than half a length; so their products with volumes are below 2^56. Squares of areas at
+ * boundary edges and seams are below 2^52, and the sum over a fan is below 2^58. */
 #define CQI_ANY_LOSS 0xffffffffu
 #define CQI_OFFSET_BITS 12
 #define CQI_OCTAVE 256
 
-/* How much more a level may lose than the one before; and at least so much more than itself, if it is done again. */
+/* Growth of the limit from one level to the next; and at least, if a level is tried again. */
 #define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
 
-/* Vertices that a level with a limit must remove, of one that keeps so many: half of what one without can. */
+/* Vertices that a level with a limit must remove if it keeps so many: half of what a level without one can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
@@ -8131,9 +8157,9 @@ typedef struct cqi_fan_of_input {
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
-    cqi_vector area[CQ_MAX_VALENCE];             /* twice, of the triangle with the next; of a boundary: its edge */
-    int32_t norm[CQ_MAX_VALENCE];                /* of that; -1: a boundary */
-    uint8_t seam[CQ_MAX_VALENCE];                /* the edge to the vertex is one */
+    cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
+    int32_t norm[CQ_MAX_VALENCE];                /* length of that; -1: a boundary */
+    uint8_t seam[CQ_MAX_VALENCE];                /* 1: the edge to the vertex is a seam */
 } cqi_fan_of_input;
 
 static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
@@ -8200,7 +8226,7 @@ static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     }
 }
 
-/* If the centre goes to x. Triangles without an area lose nothing. */
+/* What is lost if the centre moves to x. Triangles without area lose nothing. */
 static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 {
     uint64_t sum = 0;
@@ -8222,7 +8248,7 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
     return sum;
 }
 
-/* Is a triangle turned if the centre goes to x? Those that the collapse removes are not. */
+/* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
 static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
@@ -8237,7 +8263,7 @@ static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
     return 0;
 }
 
-/* A loss of 16^shift x. */
+/* The loss 16^shift x as a logarithm, in 1/CQI_OCTAVE octave. */
 static uint32_t cqi_loss(uint64_t x, int shift)
 {
     int n = x >> 32 ? 32 + cqi_bit_length((uint32_t)(x >> 32)) : cqi_bit_length((uint32_t)x);
@@ -8245,7 +8271,7 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
+/* The loss of collapsing h = A -> B, which moves B to A. Above the limit it need not be exact. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -8259,7 +8285,7 @@ static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
     return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
 
-/* Does the collapse of h lose no more than this level allows? What is refused is noted. */
+/* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
 static int cqi_allows(cqi_plan *p, cq_index h)
 {
     uint32_t loss;
@@ -8270,14 +8296,14 @@ static int cqi_allows(cqi_plan *p, cq_index h)
     return 0;
 }
 
-/* The limit for another try, when a level was not worth its walk. */
+/* Raises the limit for another try, after a level that removed too few vertices. */
 static void cqi_allow_more_loss(cqi_plan *p)
 {
     uint32_t more = p->most_loss + CQI_MORE_LOSS;
     p->most_loss = p->refused_loss > more ? p->refused_loss : more;
 }
 
-/* What half of the edges lose, in whole octaves, of 256 or more that are spread over the vertices. */
+/* The first limit: an octave below that of the median loss, of 256 edges or more that are spread over the vertices. */
 static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 {
     const cq_mesh *m = &p->mesh;
@@ -8300,18 +8326,19 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 
 /* -- How far a level is from the exact surface --
  *
- * Each vertex that has been removed is attached to a face. Its distance from the mesh is at most that from its face,
- * whichever face that is: so the largest such distance bounds the error, and needs no assumption. A collapse replaces
- * faces around A and B by its cover, the faces that A has instead of B's. What was attached to the old faces, and B, is
+ * Each vertex that has been removed is attached to a face. Whichever face that is, the vertex is no further from the
+ * mesh than from its face: so the largest such distance bounds the error, without any assumption. A collapse replaces
+ * faces around A and B by its cover: the faces that A has instead of B's. What was attached to the old faces, and B, is
  * attached to the cover, each vertex to a face that is near it; all others stay where they are.
  *
- * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly that is seen
- * without a division, and the first face for which it is seen will do. Else the nearest one is looked for; if that is
- * too far, also outside the cover, though in the same component, before the error grows.
+ * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly a test
+ * without a division shows that, and the first face that passes it will do. Else the nearest face of the cover is
+ * searched; if that is too far away, faces of the component outside the cover are tried before the error grows.
  *
- * Time: the faces of a level's patches are all different, and those that a collapse replaces and its cover belong to
- * one patch. So a level attaches each vertex once at most, to one of less than CQ_MAX_VALENCE faces. Looking outside
- * passes over the vertices of the component, CQI_LOOKS times a level, or more often if finer ones have not.
+ * Time: no face belongs to two patches of a level, while the faces that a collapse replaces and its cover belong to
+ * one. So a level attaches each vertex at most once, to one of less than CQ_MAX_VALENCE faces. The search outside
+ * visits all vertices of the component; it is done CQI_LOOKS times a level, and by coarser levels also as often as
+ * finer ones have not.
  *
  * Bounds: coordinates of corners, from the centre, are at most 2^13, edges 2^14, normals 2^27, areas below 2^56, to_u
  * and to_v at most 2^41. Attached vertices are below 2^15, and 2^15.4 from other corners. So their products with to_u
@@ -8319,16 +8346,16 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 #define CQI_CORNER_BITS 13
 #define CQI_LOOKS 4
 
-/* Coordinates that are shifted down lose less than a unit, all in the same direction: distances change by less than 2
- * units. In 1/16. */
+/* Coordinates that are shifted down lose less than one unit, all in the same direction: so distances change by less
+ * than 2 units; in 1/16. */
 #define CQI_ROUNDED 32
 
 typedef struct cqi_vector64 {
     int64_t x, y, z;
 } cqi_vector64;
 
-/* A face u -> A -> v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates times the
- * area, those of u and v; what is left of the area is that of A. */
+/* A face u, A, v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates for u and v,
+ * times the area; what is left of the area is that for A. */
 typedef struct cqi_facet {
     cq_index h;                             /* A -> v */
     cqi_vector64 u, v, normal, to_u, to_v;
@@ -8336,7 +8363,7 @@ typedef struct cqi_facet {
     int64_t limit, margin;                  /* see cqi_passes */
 } cqi_facet;
 
-/* How positions are seen: from a centre, in units of 2^shift. */
+/* Positions are seen from a centre, in units of 2^shift. */
 typedef struct cqi_view {
     cqi_vector64 centre;
     int shift;
@@ -8390,13 +8417,13 @@ static uint32_t cqi_root_above(uint64_t x)
     return root + ((uint64_t)root * root < x);
 }
 
-/* The largest distance, in 1/16 step, whose square can be seen as this, in 1/256 square unit of 2^shift. */
+/* An upper bound of a distance, in 1/16 step, given its square as seen in units of 2^shift, in 1/256. */
 static uint32_t cqi_error_of_square(uint64_t square, int shift)
 {
     return (cqi_root_above(square) + (shift ? CQI_ROUNDED : 0)) << shift;
 }
 
-/* The least code of a number in 1/16 step that stands for it or more: eighths of octaves. */
+/* The smallest code that stands for at least an error in 1/16 step, see cqi_error_of_code. */
 static uint8_t cqi_error_code(uint32_t error)
 {
     int code = error ? 1 + cqi_logarithm(error) : 0;
@@ -8427,7 +8454,7 @@ static inline cqi_vector64 cqi_see(const cqi_plan *p, const cqi_view *view, cq_i
     return cqi_shift64(x, view->shift);
 }
 
-/* From a vertex, in steps. */
+/* The view from a vertex, in steps. */
 static void cqi_set_view(const cqi_plan *p, cqi_view *view, cq_index centre)
 {
     memset(view, 0, sizeof *view);
@@ -8444,9 +8471,9 @@ static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
     f->to_v = cqi_cross64(f->normal, u);
 }
 
-/* What passes is within the slack s. Its barycentric coordinates are -margin / area or more, at most two of them below
- * 0. With these set to 0, and the others scaled so that they add up to 1, they are those of a point of the face: from
- * the foot of the perpendicular it is at most 2 margin / area times the longest edge away, that is s / 2 or less. The
+/* Does a point pass, which shows that it is within the slack s? Its barycentric coordinates are then -margin / area or
+ * more, at most two of them below 0. Set to 0, with the others scaled to a sum of 1, these give a point of the face
+ * that is at most 2 margin / area times the longest edge from the foot of the perpendicular, that is s / 2 or less. The
  * perpendicular is at most 13/16 s; and (1/2)^2 + (13/16)^2 < 1. */
 static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
 {
@@ -8455,8 +8482,7 @@ static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
     return cqi_abs64(cqi_dot64(f->normal, x)) <= f->limit;
 }
 
-/* Sets what passes, for a slack in 1/16 unit. A vector is at least as long as its largest coordinate, and at most 7/4
- * times as long. */
+/* Sets limit and margin for a slack in 1/16 unit. A vector's length is 1 to 7/4 times its largest coordinate. */
 static void cqi_set_slack(cqi_facet *f, int64_t slack)
 {
     const int64_t uv = cqi_larger64(cqi_largest(f->u), cqi_largest(f->v));
@@ -8465,7 +8491,7 @@ static void cqi_set_slack(cqi_facet *f, int64_t slack)
     f->margin = slack < 112 * longest ? f->area / (112 * longest) * slack : f->area;
 }
 
-/* Is x, as seen along a line at right angles to the segment from 0 to e, within the distance? */
+/* Does x lie beside the segment from 0 to e, within a distance from it? */
 static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
 {
     const cqi_vector64 n = cqi_cross64(x, e);
@@ -8473,7 +8499,7 @@ static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
     return at >= 0 && at <= length && cqi_dot64(n, n) <= distance * distance * length;
 }
 
-/* Is an edge of the face within the slack, if x is outside that edge? */
+/* Is x outside an edge of the face, and within the slack of it? */
 static int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), distance = slack / 16;
@@ -8491,7 +8517,7 @@ static uint64_t cqi_segment_square(cqi_vector64 x, cqi_vector64 e)
     return (uint64_t)(area / length * 256 + (area % length * 256 + length - 1) / length);
 }
 
-/* The same from the plane of a face. */
+/* The same for the plane of a face. */
 static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
 {
     const uint32_t length = cqi_root(256 * (uint64_t)f->area);
@@ -8499,7 +8525,7 @@ static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
     return distance * distance;
 }
 
-/* The same from the face: if that is not the distance from its plane, it is that from an edge which x is outside of. */
+/* The same for the face: if it is not the distance from the plane, it is that from an edge that x is outside of. */
 static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), w = f->area - u - v;
@@ -8519,8 +8545,8 @@ static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
 
 /* -- Covers -- */
 
-/* Lists the real faces of a cover. Where a tip was cut off it has none, and those next to it serve. One of these is
- * real: else A and B had no others than the removed faces, and could not have been collapsed. */
+/* Lists the real faces of a cover. If there are none, as where a tip was cut off, those next to it are used. One of
+ * these is real: else A and B would have had no faces but the removed ones, and could not have been collapsed. */
 static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *cover)
 {
     const cq_index first = m->out[c->kept];
@@ -8535,8 +8561,8 @@ static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *c
     CQ_ASSERT(cover->size);
 }
 
-/* Reads the corners, and chooses the shift that keeps to the bounds: what is attached is within the error so far of the
- * old faces, whose corners are those of the cover and B. */
+/* Reads the corners, and chooses the shift by the bounds above: what is attached is within the error so far of the old
+ * faces, whose corners are those of the cover and B. */
 static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
 {
     const cq_mesh *m = &p->mesh;
@@ -8552,7 +8578,7 @@ static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_colla
     cover->view.shift = cqi_bit_length((uint32_t)(corner >> CQI_CORNER_BITS | reach >> (CQI_CORNER_BITS + 2)));
 }
 
-/* Lets pass what is within the error so far. */
+/* Sets the slack of the faces to the error so far. */
 static void cqi_open_cover(const cqi_plan *p, cqi_cover *c)
 {
     int k;
@@ -8573,7 +8599,7 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
 
 /* -- Outside the cover -- */
 
-/* Is the face of h nearer to v, and real? */
+/* Makes the face of h the nearest one if it is real and nearer to v. */
 static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
 {
     const cq_mesh *m = &p->mesh;
@@ -8595,7 +8621,7 @@ static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest 
     n->h = h;
 }
 
-/* Of the component, the vertex that is nearest to v. */
+/* The vertex of the component that is nearest to v. */
 static cq_index cqi_nearest_vertex(const cqi_plan *p, cq_index v)
 {
     uint64_t least = UINT64_MAX;
@@ -8624,7 +8650,7 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
 
 /* -- Attaching -- */
 
-/* The first face that x passes, from face `from` of the cover on; or an edge of one. CQ_NONE: there is none. */
+/* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
 static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
@@ -8637,7 +8663,7 @@ static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int fr
     return CQ_NONE;
 }
 
-/* Of the cover, the face that is nearest to x, and the square of its distance. */
+/* The face of the cover that is nearest to x; *least: the square of its distance. */
 static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_t *least)
 {
     cq_index h = c->facet[0].h;
@@ -8652,7 +8678,7 @@ static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_
     return h;
 }
 
-/* The nearest face to v that is found. The error grows if that is further away. */
+/* A face near v: in the cover, or outside. If the nearest one that is found is too far away, the error grows. */
 static cq_index cqi_nearest_face(cqi_plan *p, cqi_cover *c, cq_index v)
 {
     cqi_nearest n;
@@ -8673,7 +8699,7 @@ static void cqi_push(cqi_plan *p, cq_index *list, cq_index v)
     *list = v;
 }
 
-/* Attaches those of a list that pass, trying face `from` first. */
+/* Attaches the vertices of a list that pass, trying face `from` first; the others go to c->rest. */
 static void cqi_attach_passing(cqi_plan *p, cqi_cover *c, cq_index v, int from)
 {
     while (v != CQ_NONE) {
@@ -8714,7 +8740,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Takes the collapses of a level into account, from that note on. */
+/* Measures the error of a level, whose collapses begin with that note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -11882,7 +11908,7 @@ static double cqi_float(uint32_t bits)
     return (double)x;
 }
 
-/* The float nearest to x, never infinite or NaN. */
+/* The float nearest to x; never infinite, and 0 for a NaN. */
 static float cqi_round(double x)
 {
     const double largest = cqi_float(CQI_LARGEST_FLOAT);
@@ -11901,7 +11927,7 @@ static double cqi_magnitude(double x) { return x < 0 ? -x : x; }
 static double cqi_larger(double a, double b) { return a > b ? a : b; }
 static int cqi_is_finite(double x) { return cqi_magnitude(x) <= cqi_float(CQI_LARGEST_FLOAT); }
 
-/* The largest integer that is not above x, |x| < 2^31. */
+/* The largest integer that is not above x, for |x| < 2^31. */
 static int32_t cqi_floor(double x)
 {
     int32_t n = (int32_t)x;
@@ -11932,9 +11958,10 @@ static cq_result cqi_find_box(cqi_box *box, const float *from, size_t count, uin
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* A step is longer than the distance of two floats at the end of the box. The rounding of a point to a float is then
- * less than half a step, too little for another point to be nearer. Above 22 bits a step that was rounded down to a
- * float may leave the end of the box too far from the last point. */
+/* The step, so that the points of the grid reach over the box; `last` is the number of the last point. It is longer
+ * than the distance of neighbouring floats at the end of the box: rounding a point to a float then moves it by less
+ * than half a step, too little for another point to be nearer. With more than 22 bits, a step that was rounded down to
+ * a float may leave the end of the box half a step or more behind the last point; the next float is used then. */
 static uint32_t cqi_fit_step(const cqi_box *box, double last)
 {
     uint32_t least, step;
@@ -11965,16 +11992,17 @@ static int cqi_is_power_of_two(uint32_t float_bits)
     return exponent ? exponent < 255 && !fraction : fraction && !(fraction & (fraction - 1));
 }
 
-/* The multiple of a power of two at x or below it. A float of 2^24 steps or more is a multiple. */
+/* The largest multiple of step, a power of two, that is not above x. A float of 2^24 steps or more is a multiple. */
 static double cqi_align(double x, double step)
 {
     return cqi_magnitude(x) < step * 0x1000000 ? cqi_floor(x / step) * step : x;
 }
 
 /* Why there are no cracks: quantising finds the multiple n of step that is nearest to x, and reconstructing rounds
- * n * step, neither of which depends on the origin. For in (x - origin) / step + 1/2 rounding is an error below 2^-28,
- * and x is the middle of two multiples exactly, or further from it: middles are floats, or no float is between their
- * multiples; and the float next to a middle, which is half a step at least from 0, is 2^-25 of that away. */
+ * n * step; neither depends on the origin. For (x - origin) / step + 1/2 has a rounding error below 2^-28, which would
+ * only matter if x were that near to the middle of two multiples, but not equal to it. It is not: either the middle is
+ * a float, at least half a step from 0, and the next float is 2^-25 of that away; or no float lies between the
+ * multiples. */
 cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place)
 {
     const uint32_t step_bits = cqi_float_bits((double)step);
@@ -11999,9 +12027,9 @@ cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size
     return CQ_OK;
 }
 
-/* Floats as exact values, and back. Memory from malloc takes the type of what memcpy puts there (C99 6.5, paragraph 6),
- * so that an array of floats copied as a whole would still be one of floats: each goes through a local. Only bytes are
- * copied, since a signalling NaN would not survive the registers of an x87. */
+/* Floats as exact values, and back. Each goes through a local variable: memory from malloc takes the type of what
+ * memcpy puts there (C99 6.5, paragraph 6), so that an array of floats copied as a whole would still be one of floats.
+ * Only bytes are copied, as a signalling NaN would not survive the registers of an x87. */
 static void cqi_copy_floats(const float *from, size_t n, cq_value *to)
 {
     for (; n; n--) {
@@ -12045,7 +12073,7 @@ cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* The product is exact, so that it does not matter whether it is rounded before the sum. */
+/* The product is exact, so it makes no difference whether a compiler contracts it with the sum. */
 void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to)
 {
     CQ_ASSERT(channel->components >= 1 && channel->components <= CQ_MAX_COMPONENTS && (!count || (from && to)));
@@ -12062,12 +12090,13 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
 
 /* -- Octahedral normals --
  *
- * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded up around
- * the upper one into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. The numbers along an edge of the
- * square stand for the same points on both sides of its middle; those of the right or upper side are used.
+ * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded outwards
+ * around the upper one, into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. On an edge of the square,
+ * two points to both sides of its middle stand for the same direction; the one further to the right or up is used.
  *
- * The bound: a number is off by half a unit at most, a point of the octahedron then by sqrt(6) times that, and all of
- * its points are 1 / sqrt(3) or more from the middle, where the angle is seen: sqrt(18) / (2 half) = 2.1213 / half. */
+ * The bound: each number is off by at most half a unit, a point of the octahedron therefore by sqrt(6) times that. Seen
+ * from the centre, which is at least 1 / sqrt(3) away from it, that is an angle of sqrt(18) / 2 = 2.1213 times
+ * 1 / half. */
 
 static int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
 
@@ -12078,7 +12107,7 @@ static void cqi_fold(double *x, double *y)
     *y = *y < 0 ? -b : b;
 }
 
-/* 1 / sqrt(x) for 1/3 <= x <= 1: from 9 % off, five steps of Newton's method. */
+/* 1 / sqrt(x) for 1/3 <= x <= 1: five steps of Newton's method from a guess that is within 9 %. */
 static double cqi_reciprocal_root(double x)
 {
     double y = 2 - x;
@@ -12113,7 +12142,7 @@ cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_valu
     return cqi_error(place, CQ_OK, CQ_NONE, CQ_NONE, CQ_NONE);
 }
 
-/* From -1 to 1, whatever the value. */
+/* A number of a pair as -1 .. 1; values that are out of range are clamped. */
 static double cqi_octahedral_number(int32_t half, cq_value value)
 {
     const int32_t x = (int32_t)value - half;

@@ -43,9 +43,9 @@ ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize-recover=all $(ASSERTIONS)
 
 # The implementation is compiled once for each way to build, for both widths of indices. Programs that look at what is
-# private compile their own, and so does one with assertions of its own: $(call linked,FLAGS) are the flags for those. With
+# private compile their own, and so do those with assertions or parts of their own: $(call linked,FLAGS) are the flags for those. With
 # sanitizers an optimising compiler takes longer than what it saves.
-NEEDS_OWN = cqi_|CQI_|define CQ_ASSERT
+NEEDS_OWN = cqi_|CQI_|define CQ_(ASSERT|NO_)
 linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),-DCONQUEST_IMPLEMENTATION_DONE)
 
 # $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags

@@ -14,13 +14,4 @@ for set in inputs=$out/inputs "$@"; do
     test -d "${set#*=}"
     find "${set#*=}" -type f | grep -iE "\.($kinds)\$"
 done | LC_ALL=C sort >$out/asset_files.txt
-
-# A pipe would hide the exit status.
-status=0
-xargs -d '\n' $out/assets <$out/asset_files.txt >$out/assets.tsv 2>$out/assets.txt || status=1
-python3 tests/peers/assets_report.py $out/assets.tsv
-echo
-echo "$(wc -l <$out/asset_files.txt) files, $(grep -c '^not compared' $out/assets.txt || true) of them not compared" \
-    "($out/assets.txt); each mesh in $out/assets.tsv"
-if grep '^FAILED' $out/assets.txt; then status=1; fi
-exit $status
+tests/peers/compare.sh $out/asset_files.txt $out/assets tests/peers/assets_report.py $out/assets.tsv $out/assets.txt

@@ -36,7 +36,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("CENTRAL", "CENTRAL", "17.7"), ("SHORTEST", "SHORTEST", "17.7"), ("SHORTER", "SHORTER", "17.7"),
               ("NEW_ALONG", "NEW_ALONG", "17.6"), ("NEW_ABOVE", "NEW_ABOVE", "17.6"), ("PLAIN", "PLAIN", "6.1"),
               ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("SUM", "SUM", "9.9")]
-WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "JOINT", "GAP", "END_OPPOSITE",
+WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "STEPS", "GAP", "END_OPPOSITE",
                  "INNER_OPPOSITE", "RULE"]
 
 

@@ -45,7 +45,7 @@ class Tables:
 TABLES = Tables()
 
 # 8.2
-END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, JOINT, GAP, END_OPPOSITE, INNER_OPPOSITE, RULE = \
+END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, STEPS, GAP, END_OPPOSITE, INNER_OPPOSITE, RULE = \
     0, 32, 96, 112, 144, 384, 640, 656, 672
 
 
@@ -713,7 +713,7 @@ class Ring:
             numbers = end(p, 0) + end(q, 1)
             for k in range(p + 1, q):
                 numbers += [INNER_LENGTH + self.length[k], INNER_KIND + self.kind[k], INNER_OPPOSITE + self.opposite[k]]
-            numbers.append(JOINT + 24 * clamp(self.size - 3, 0, 9) + q - p)
+            numbers.append(STEPS + 24 * clamp(self.size - 3, 0, 9) + q - p)
             if ruled:
                 numbers += [RULE + low[p] + 24 - (q - p), RULE + 56 + high[q] + 24 - (q - p)]
             result.append(numbers)

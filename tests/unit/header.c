@@ -1,65 +1,9 @@
 /* Headers: what cq_peek tells, every prefix, every damage; sizes of memory; result strings. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
+#include "header.h"
 #include "sample.h"
 #include "test.h"
-
-/* -- Headers by hand ----------------------------------------------------------------------------------------------- */
-
-typedef struct header {
-    uint8_t bytes[CQ_MAX_HEADER_BYTES + 64];
-    size_t size;
-} header;
-
-static void put(header *h, uint32_t value, int bytes) {
-    for (; bytes > 0; --bytes, value >>= 8) h->bytes[h->size++] = (uint8_t)value;
-}
-
-static void put_varint(header *h, uint32_t value) {
-    for (; value >= 128; value >>= 7) h->bytes[h->size++] = (uint8_t)(value | 128);
-    h->bytes[h->size++] = (uint8_t)value;
-}
-
-/* CRC-32 of IEEE 802.3, bit by bit; a header ends in its low 16 bits. */
-static uint32_t crc32(const uint8_t *data, size_t size) {
-    uint32_t crc = 0xffffffffu;
-    size_t k;
-    int bit;
-    for (k = 0; k < size; ++k) {
-        crc ^= data[k];
-        for (bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
-    }
-    return ~crc;
-}
-
-static void put_start(header *h, uint32_t vertices, uint32_t loops, uint32_t edges, int32_t euler) {
-    h->size = 0;
-    put(h, 'C', 1);
-    put(h, 'Q', 1);
-    put(h, CQ_STREAM_VERSION, 1);
-    put_varint(h, vertices);
-    put_varint(h, loops);
-    if (loops > 0) put_varint(h, edges);
-    put_varint(h, euler < 0 ? ~((uint32_t)euler << 1) : (uint32_t)euler << 1);
-}
-
-enum { NO_GRID = 64 }; /* bit of the form: step and origin are not there */
-
-static void put_channel(header *h, uint32_t form, uint32_t components, uint32_t bits) {
-    uint32_t k;
-    put(h, form, 1);
-    put(h, components, 1);
-    put(h, bits, 1);
-    if (form & NO_GRID) return;
-    put(h, 0x3f800000u, 4);
-    for (k = 0; k < components; ++k) put(h, k, 4);
-}
-
-static void put_end(header *h, uint32_t payload) {
-    put_varint(h, payload);
-    put(h, 0x12345678u, 4);
-    put(h, crc32(h->bytes, h->size), 2);
-}
 
 static cq_result peek(const header *h, cq_shape *shape) {
     uint8_t *bytes = (uint8_t *)exact_copy(h->bytes, h->size);
@@ -418,7 +362,7 @@ TEST(regular_levels_have_one_channel_of_positions_or_none) {
                 cq_shape shape;
                 uint32_t n;
                 put_start(&h, 4, 0, 0, 1);
-                put(&h, 64 + 128 * rows + count, 1);
+                put(&h, REGULAR + EXTENDED * rows + count, 1);
                 for (n = 0; n < count; ++n)
                     put_channel(&h, channels[k].kind | channels[k].merge << 4, channels[k].components, channels[k].bits);
                 if (rows) put(&h, 5, 4);

@@ -160,6 +160,12 @@ static void shape_sample(sample *s, int which, int located) {
     smooth(s, &random);
 }
 
+static cq_result shape_code(sample *s, coded *c, int which, int located) {
+    shape_sample(s, which, located);
+    code(c, &s->input);
+    return c->result;
+}
+
 static uint32_t regular_levels(const cq_report *r) {
     uint32_t k, n = 0;
     for (k = 0; k < r->num_levels; ++k) n += r->level[k].regular;
@@ -188,9 +194,7 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
             sample s;
             coded c;
             decoding d;
-            shape_sample(&s, which, located);
-            code(&c, &s.input);
-            REQUIRE_EQ(c.result, CQ_OK);
+            REQUIRE_EQ(shape_code(&s, &c, which, located), CQ_OK);
             counted += regular_levels(c.report) > 0;
             decoding_begin(&d, c.bytes, c.size);
             decoding_report(&d);
@@ -250,9 +254,7 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
             decoding d;
             seen often, seldom;
             cq_bytes in;
-            shape_sample(&s, which, located);
-            code(&c, &s.input);
-            REQUIRE_EQ(c.result, CQ_OK);
+            REQUIRE_EQ(shape_code(&s, &c, which, located), CQ_OK);
             decoding_begin(&d, c.bytes, c.size);
             often.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
             often.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
@@ -299,9 +301,7 @@ TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
         decoding whole;
         size_t size;
         cq_index before = 0;
-        shape_sample(&s, which, 1);
-        code(&c, &s.input);
-        REQUIRE_EQ(c.result, CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, 1), CQ_OK);
         decoding_begin(&whole, c.bytes, c.size);
         REQUIRE_EQ(decoding_run(&whole, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
         for (size = 40; size < c.size; size += which < 3 ? 1 : 7) {
@@ -327,9 +327,7 @@ TEST(damaged_streams_leave_a_valid_mesh) {
     for (which = 0; which < SHAPES; ++which) {
         sample s;
         coded c;
-        shape_sample(&s, which, which % 2);
-        code(&c, &s.input);
-        REQUIRE_EQ(c.result, CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, which % 2), CQ_OK);
         for (tries = 0; tries < 100; ++tries) {
             uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size);
             const size_t first = c.size > 60 ? 45 : 20;
@@ -384,9 +382,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
     for (which = 0; which < SHAPES; ++which) {
         sample s;
         coded c;
-        shape_sample(&s, which, which % 2);
-        code(&c, &s.input);
-        REQUIRE_EQ(c.result, CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, which % 2), CQ_OK);
         for (tries = 0; tries < 60; ++tries) {
             const uint32_t marks = 2000 + (uint32_t)(next_random(&random) % 60000);
             const uint32_t flips = 500 + (uint32_t)(next_random(&random) % 40000);
