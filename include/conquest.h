@@ -8173,14 +8173,6 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
 #endif
 
-static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
 static cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq_index to)
 {
     const cq_value *a = positions + 3 * (size_t)from, *b = positions + 3 * (size_t)to;
@@ -8253,7 +8245,7 @@ static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
     for (k = 0; k < f->size; k++) {
-        cqi_vector along = cqi_subtract(f->at[k + 1], f->at[k]);
+        cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
         int64_t before, less;
         if (f->norm[k] <= 0 || f->vertex[k] == removed || f->vertex[k + 1] == removed) continue;
         before = cqi_wide_dot(f->area[k], f->area[k]);
@@ -8752,9 +8744,9 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 
 /* -- Encoder: wedges of an edge that is collapsed --
  *
- * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one
- * of A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only
- * be collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
+ * B's corners go to A with their wedges. Where one of the two faces joins a wedge of B to a wedge of A, and both are
+ * also in other faces, the two are tied: they become one, A's, of which the split will make two again. An edge may only
+ * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
 static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
@@ -8773,7 +8765,7 @@ static int cqi_is_seam(const cqi_plan *p, cq_index h)
     return p->index && cqi_seam_class(cqi_wedge_at(p, h), cqi_wedge_at(p, cq_clockwise(&p->mesh, h))) == 1;
 }
 
-/* Is the wedge one of the corners of the spokes between two, clockwise? */
+/* Does a corner strictly between two spokes, clockwise, have the wedge? */
 static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_index wedge)
 {
     cq_index s = cq_clockwise(&p->mesh, from);
@@ -8781,7 +8773,7 @@ static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_inde
     return s != to;
 }
 
-/* Corners of the two faces at h = A -> B. */
+/* Wedges of the corners of the two faces at h = A -> B. */
 static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h];
@@ -8793,7 +8785,7 @@ static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
     corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
 }
 
-/* Which wedges of B become one of A. The right one does not if both would become the same. */
+/* Which wedges of B are tied to one of A: bits. If both sides have the same wedge of A or B, the right one is not. */
 static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
@@ -8805,7 +8797,7 @@ static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
     return (left ? CQI_TIED_LEFT : 0) | (right ? CQI_TIED_RIGHT : 0);
 }
 
-/* Does each corner have what the split offers: one of two, or a wedge that is nowhere else? */
+/* Can the split name the wedge of each corner: as one of its choices, or as one that is nowhere else? */
 static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_mesh *m = &p->mesh;
@@ -8834,7 +8826,7 @@ static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corne
     return 1;
 }
 
-/* Would a wedge of B go along with it? */
+/* Would a wedge of B move to A, so that a row of the decoder moves back? */
 static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
 {
     const cq_index t = p->mesh.twin[h];
@@ -8847,7 +8839,7 @@ static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int 
     return 0;
 }
 
-/* May B go, for its wedges and what is locked? */
+/* May B be removed, as far as its wedges and locks decide? */
 static int cqi_goes(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
@@ -8873,7 +8865,7 @@ static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change
         if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
 }
 
-/* The wedges for the collapse of h, which comes next, and what its note says of them. */
+/* Changes the wedges as the collapse of h, which comes next, will want them, and notes how. */
 static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
 {
     cq_index corner[CQI_CORNERS], s;
@@ -8890,8 +8882,8 @@ static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
     cqi_count_corners_of(p, corner, -1);
 }
 
-/* The same backwards, before the split that takes a collapse back: B's run, and the two faces, which the split makes
- * in this order of corners. */
+/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, whose corners the split
+ * makes in this order. */
 static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
 {
     cq_index s = first, corner[CQI_CORNERS];
@@ -8914,7 +8906,7 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
 
 /* -- Choosing collapses -- */
 
-/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
+/* Is b better to collapse into a than the best one so far? That is, of smaller valence; or with CQ_BALANCED nearer. */
 static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
 {
     cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
@@ -8922,8 +8914,8 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
- * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
+ * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -8940,7 +8932,7 @@ static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candi
     return n;
 }
 
-/* The best of the candidates, of equal ones the first. */
+/* The best of the candidates, the first of equal ones. */
 static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
 {
     int best = 0, k;
@@ -8949,8 +8941,8 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
     return best;
 }
 
-/* The neighbour B to collapse into A, the spoke's origin, as the halfedge A -> B: the best one that can be, and loses
- * no more than is allowed. CQ_NONE: the patch is isolated. */
+/* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, and loses no
+ * more than is allowed. CQ_NONE: the patch is isolated. */
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
@@ -8968,7 +8960,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     return chosen;
 }
 
-/* The number of a spoke on the ring that begins with another. */
+/* The place of a spoke on the ring that begins with another. */
 static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
 {
     uint8_t n = 0;
@@ -8976,7 +8968,7 @@ static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wante
     return n;
 }
 
-/* Collapses A -> B in the patch entered by that spoke. first: 0, or 1 + the side of a first gate. */
+/* Notes the collapse of h = A -> B, but for p and q. first: 0, or 1 + the side of a first gate. */
 static void cqi_note_collapse(cqi_plan *p, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
@@ -8989,7 +8981,7 @@ static void cqi_note_collapse(cqi_plan *p, cq_index h, int first)
     c->first = (uint8_t)first;
 }
 
-/* Takes back the last collapse. */
+/* Undoes the last collapse. */
 static void cqi_undo_collapse(cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[--p->num_notes];
@@ -9001,7 +8993,7 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_mesh_split(&p->mesh, first, last);
 }
 
-/* One patch: a neighbour is collapsed into the centre, or none. A centre that is too large is passed over. */
+/* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
 static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
@@ -9027,8 +9019,8 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
-/* Cases of a first gate in the order in which they are tried: by the valence of the centre, since a large one leaves
- * few vertices to others; or, in another try, from the next one on. */
+/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a patch
+ * with a large one leaves few vertices to others. Other tries begin with the second or the third. */
 static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int *order)
 {
     int k, j;
@@ -9046,8 +9038,8 @@ static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int
     }
 }
 
-/* The first patch of a component: one with L, R and the front vertex in it, of which L and R stay. If nothing
- * collapses, its centre is the front vertex. */
+/* Conquers the first patch of a component. It contains L, R and the front vertex, of which L and R stay. If nothing can
+ * be collapsed in it, its centre is the front vertex. */
 static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
 {
     cq_mesh *m = &p->mesh;
@@ -9066,7 +9058,7 @@ static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
     cqi_conquer_patch(p, spoke, h, h == CQ_NONE ? 0 : 1 + side);
 }
 
-/* Takes the marks from the vertices of a component that are left; returns their number. */
+/* Clears the marks of a component's vertices that are left, unlists the others, and returns how many are left. */
 static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
 {
     cq_mesh *m = &p->mesh;
@@ -9084,7 +9076,7 @@ static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
     return n;
 }
 
-/* Simplifies a component by one level. False if that is not worth it; the mesh is then unchanged. */
+/* Simplifies a component by one level. 0: it removed too few vertices, and the mesh is unchanged. */
 static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
 {
     const cq_index before = cqi_clear_component(p, seed->notes), notes = p->num_notes;
@@ -9105,15 +9097,15 @@ static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
     return 1;
 }
 
-/* The vertex that stands for all that are known to be connected with v: the end of a chain, halved on the way. */
+/* Union-find with path halving: the vertex that stands for all that are known to be connected with v. */
 static cq_index cqi_find_root(cq_index *parent, cq_index v)
 {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
 }
 
-/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
- * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
+/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
+ * p->decoded, beginning with the smallest. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
@@ -9148,30 +9140,29 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
 
 /* -- Encoder: preparation --
  *
- * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs,
- * and the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All
- * is sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
+ * Triangles over rows become an oriented manifold: faces that no surface can have go aside, halfedges are glued in
+ * pairs, and the corners that glued edges join, a fan, become one vertex. cq_preparation tells what it took. Nearly all
+ * of it is sorting, in linear time except for rows, and uses nothing but the caller's memory.
  *
- * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in
- * the mesh. */
+ * Halfedges are numbered here through the faces that stay, in the orientation that the mesh will have. */
 
 #ifndef CQ_NO_WEDGES
 
 enum { CQI_FACE_CUT_OFF = 4 }; /* bit of the state of a face, beside CQI_FACE_ASIDE and _TURNED */
 
-/* What ends of halfedges are compared by. */
+/* What makes two ends of halfedges equal: the row, its values, its place, or the fan. */
 enum { CQI_BY_ROW, CQI_BY_VALUES, CQI_BY_PLACE, CQI_BY_FAN };
 
 typedef struct cqi_preparer {
     const cq_input *in;
     cq_preparation counts;
-    const cq_value *positions;         /* NULL: not to be had as integers */
-    int located;                       /* there are positions: equal ones are one place */
-    cq_index num_faces;                /* that stay */
+    const cq_value *positions;         /* NULL: there are none, or only exact ones */
+    int located;                       /* 1: there are positions; equal ones are one place */
+    cq_index num_faces;                /* of those that stay */
     uint8_t *state;                    /* of each face of the input */
     uint8_t *locked;                   /* of each fan */
     cq_index *same;                    /* of each row: the first one with the same values */
-    cq_index *place;                   /* number of its values of the mesh vertex */
+    cq_index *place;                   /* and the number of its values of the channels per mesh vertex */
     cq_index *source;                  /* of each face that stays: its number in the input */
     cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
     cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
@@ -9187,7 +9178,7 @@ static int cqi_is_of_row(const cq_channel *c)
 
 /* -- Rows with the same values -- */
 
-/* Compares two rows in the channels of the mesh vertex, or in those of rows. */
+/* Orders two rows by the channels per mesh vertex, or by those per row: below, equal to or above 0. */
 static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
 {
     uint32_t k, c;
@@ -9278,13 +9269,13 @@ static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
            cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
 }
 
-/* Number of different keys, at most. */
+/* All keys are below that. */
 static cq_index cqi_num_keys(const cqi_preparer *p, int by)
 {
     return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
 }
 
-/* Turns counts into where each key begins. */
+/* Turns counts of keys into the place where each key begins. */
 static void cqi_sum_counts(cq_index *count, cq_index n)
 {
     cq_index k, sum = 0;
@@ -9295,7 +9286,7 @@ static void cqi_sum_counts(cq_index *count, cq_index n)
     }
 }
 
-/* Sorts a list of halfedges by one end of their edges, stable. */
+/* Sorts a list of halfedges by the larger or the smaller end of their edges, stably. */
 static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_index *from, cq_index *to, cq_index n)
 {
     cq_index k;
@@ -9318,7 +9309,7 @@ static cq_index cqi_list_edges(const cqi_preparer *p, int by, int which)
     return n;
 }
 
-/* The end of the group of halfedges of one edge, which begins there in the list. */
+/* The end of the group of halfedges that are of the same edge as the one at `begin` in the list. */
 static cq_index cqi_group_end(const cqi_preparer *p, int by, cq_index begin, cq_index n)
 {
     cq_index end = (cq_index)(begin + 1);
@@ -9384,11 +9375,12 @@ static void cqi_put_faces_aside(cqi_preparer *p)
 
 /* -- Faces that are turned over --
  *
- * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges are a
- * patch; its smaller part is turned. */
+ * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
+ * sheet; of each sheet the smaller part is turned over. */
 
-/* The root of a face, and whether it is to be turned against that: parent[f] is 2 * parent + turned. */
-static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
+/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned against it.
+ * parent[f] is 2 * the parent of f + whether it is to be turned against that. */
+static cq_index cqi_find_sheet(cq_index *parent, cq_index f, cq_index *turned)
 {
     cq_index root = f, sum = 0;
     while (parent[root] / 2 != root) {
@@ -9405,18 +9397,18 @@ static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
     return root;
 }
 
-static void cqi_join_patches(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
+static void cqi_join_sheets(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
 {
     cq_index *const parent = p->fan, of_g, of_h;
-    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g),
-                   b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
+    const cq_index a = cqi_find_sheet(parent, (cq_index)(g / 3), &of_g),
+                   b = cqi_find_sheet(parent, (cq_index)(h / 3), &of_h);
     const cq_index turned = (cq_index)(of_g ^ of_h ^ differ);
     if (a < b) parent[b] = (cq_index)(2 * a + turned);
     if (b < a) parent[a] = (cq_index)(2 * b + turned);
 }
 
-/* Joins the faces over edges of two, those that agree before the others. False if all agree. */
-static int cqi_find_patches(cqi_preparer *p)
+/* Joins faces over edges with two of them: those that agree first, then the others. Returns 0 if all agree. */
+static int cqi_find_sheets(cqi_preparer *p)
 {
     const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
     cq_index differ, begin, end;
@@ -9427,7 +9419,7 @@ static int cqi_find_patches(cqi_preparer *p)
             end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
             if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ)
                 continue;
-            cqi_join_patches(p, g, h, differ);
+            cqi_join_sheets(p, g, h, differ);
             any |= (int)differ;
         }
     }
@@ -9439,15 +9431,15 @@ static void cqi_turn_faces(cqi_preparer *p)
     cq_index *const parent = p->fan, *const balance = p->count, f, turned, root;
     if (p->in->shape.num_channels == CQ_MAX_CHANNELS) return;
     for (f = 0; f < p->num_faces; f++) parent[f] = (cq_index)(2 * f);
-    if (!cqi_find_patches(p)) return;
+    if (!cqi_find_sheets(p)) return;
     memset(balance, 0, p->num_faces * sizeof(cq_index));
     for (f = 0; f < p->num_faces; f++) {
-        root = cqi_find_patch(parent, f, &turned);
+        root = cqi_find_sheet(parent, f, &turned);
         balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do
                                                                        not */
     }
     for (f = 0; f < p->num_faces; f++) {
-        root = cqi_find_patch(parent, f, &turned);
+        root = cqi_find_sheet(parent, f, &turned);
         if (balance[root] >> (CQ_INDEX_BITS - 1)) turned ^= 1;
         if (!turned) continue;
         p->state[p->source[f]] |= CQI_FACE_TURNED;
@@ -9484,7 +9476,7 @@ static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_ind
     return cqi_offset(p->positions, cqi_row_of_corner(p, from), cqi_row_of_corner(p, to));
 }
 
-/* Normal of a face, of length 2^14. Offsets have 25 bits, products of two 50. */
+/* Normal of a face, with length 2^14. Offsets have 25 bits, products of two 50. */
 static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -9510,7 +9502,8 @@ static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
     return n;
 }
 
-/* A face's copy lies on the same three places. */
+/* May two open halfedges of one place be glued: are they opposite, and are their faces not copies of each other, with
+ * the same three places? */
 static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
 {
     return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && g / 3 != h / 3 &&
@@ -9518,7 +9511,7 @@ static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
            cqi_key(p, CQI_BY_PLACE, cq_prev(g)) != cqi_key(p, CQI_BY_PLACE, cq_prev(h));
 }
 
-/* Glues halfedges of one place, the flattest pair first. Of more than that many halfedges none is. */
+/* Glues open halfedges of one place, the flattest pair first. If there are more than CQI_MOST_AT_EDGE, none is. */
 #define CQI_MOST_AT_EDGE 32
 static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n)
 {
@@ -9555,9 +9548,9 @@ static void cqi_glue_places(cqi_preparer *p)
 
 /* -- Fans --
  *
- * No two edges may join the same two fans, and none a fan with itself. If there are two open ones that fit, they are
- * glued; else faces are cut off all around, which leaves them fans of their own. Cutting off never makes a second edge,
- * and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+ * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
+ * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
+ * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
 
 static void cqi_union(cq_index *parent, cq_index a, cq_index b)
 {
@@ -9580,7 +9573,7 @@ static void cqi_find_fans(cqi_preparer *p)
     for (h = 0; h < n; h++) p->fan[h] = cqi_find_root(p->fan, h);
 }
 
-/* An edge that some halfedges are of, which should be one. */
+/* Mends edges that join the same two fans, a halfedge of each being in the group; or one that joins a fan to itself. */
 static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, int may_glue)
 {
     const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
@@ -9628,7 +9621,7 @@ static void cqi_mend_fans(cqi_preparer *p)
     }
 }
 
-/* Edges where faces meet that are not glued. */
+/* Counts the edges where faces meet that are not glued. */
 static void cqi_count_cuts(cqi_preparer *p)
 {
     const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
@@ -9651,7 +9644,7 @@ static void cqi_number_fans(cqi_preparer *p)
     }
 }
 
-/* Boundary edges and loops: a fan has one open halfedge that leaves it, or none. */
+/* Counts boundary edges and loops. At most one open halfedge leaves a fan. */
 static void cqi_count_borders(cqi_preparer *p)
 {
     cq_index *const leaving = p->count, h, next;
@@ -9672,10 +9665,10 @@ static void cqi_count_borders(cqi_preparer *p)
 
 /* -- Locks --
  *
- * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet,
- * whose faces are copies of each other, are none. */
+ * Several fans at one place are a junction; its vertices stay in the base, so that no gap opens there. The two sides of
+ * a double-sided face, which are copies of each other, do not make one. */
 
-/* Joins the fans of faces that are copies of each other: of p->twin, sorted by places. */
+/* Joins the fans of faces that are copies of each other; p->twin has the faces, sorted by their places. */
 static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
 {
     cq_index k, j, i;
@@ -9689,8 +9682,8 @@ static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
     }
 }
 
-/* Lists the faces that stay in the order of their places, by their numbers among these: source[] is ascending, so that
- * one pass turns a sorted list of input faces into such numbers, given where each is. */
+/* Lists the faces that stay in p->twin, sorted by their places, by their numbers among those that stay: these are
+ * looked up in source[], which is ascending. */
 static void cqi_sort_by_places(cqi_preparer *p)
 {
     cq_index k;
@@ -9734,7 +9727,7 @@ static void cqi_find_locks(cqi_preparer *p)
 
 /* -- Wedges, and numbers of rows -- */
 
-/* Sorts the corners by their fans, and these by rows, into p->list. */
+/* Sorts the corners into p->list: by their fans, and within a fan by rows. */
 static void cqi_sort_corners(cqi_preparer *p)
 {
     const cq_index n = (cq_index)(3 * p->num_faces), rows = (cq_index)p->in->shape.num_vertices;
@@ -9749,9 +9742,8 @@ static void cqi_sort_corners(cqi_preparer *p)
     for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
 }
 
-/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then
- * that of each wedge. These
- * take the place of p->twin and, behind that, of the part of p->list that has been read. */
+/* Numbers the wedges in the order of their fans: p->sorted becomes the wedge of each corner. Behind it follow a row of
+ * each fan and the row of each wedge: in the place of p->twin, and of the part of p->list that has been read. */
 static void cqi_number_wedges(cqi_preparer *p)
 {
     const cq_index n = (cq_index)(3 * p->num_faces);
@@ -9768,8 +9760,8 @@ static void cqi_number_wedges(cqi_preparer *p)
     }
 }
 
-/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh first, then those of
- * faces aside, and those of none. */
+/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh, then rows of faces
+ * aside, then rows of no face. */
 static void cqi_find_targets(cqi_preparer *p)
 {
     const cq_index rows = (cq_index)p->in->shape.num_vertices, *const indices = p->in->indices;
@@ -9798,7 +9790,7 @@ static void cqi_find_targets(cqi_preparer *p)
 
 /* -- The whole -- */
 
-/* Bytes for preparing, and of what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
+/* Bytes for the preparation, and for what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
 static uint64_t cqi_preparing_bytes(const cq_shape *s)
 {
     const uint64_t v = s->num_vertices, f = s->num_faces;
@@ -9826,7 +9818,7 @@ static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
     p->count = (cq_index *)cqi_take(arena, v > 3 * f ? v : 3 * f, sizeof(cq_index));
 }
 
-/* Has the input vertex values that decide where it is? */
+/* Is there a channel of positions, exact ones included? */
 static int cqi_has_places(const cq_shape *s)
 {
     uint32_t k;
@@ -10765,7 +10757,7 @@ static int cqi_settle(cqi_labels *l)
  * products have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
 static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
-    const cqi_vector along = cqi_subtract(b, a);
+    const cqi_vector along = cqi_minus(b, a);
     const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
     const int64_t part = at <= 0 || !length ? 0 : at >= length ? 4096 : at * 4096 / length;
     cqi_vector x;
@@ -10914,7 +10906,7 @@ static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, c
     sum.x = to_a.x + to_b.x;
     sum.y = to_a.y + to_b.y;
     sum.z = to_a.z + to_b.z;
-    to_a = cqi_subtract(to_a, to_b);
+    to_a = cqi_minus(to_a, to_b);
     return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_root((uint64_t)cqi_wide_dot(sum, sum)) /
                       (cqi_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
 }
