@@ -9903,49 +9903,49 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
 /* -- Regular levels: labels ----------------------------------------------------------------------------------------
  *
  * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
- * goes); an odd one has two parents, real even neighbours, and goes back to be the middle of their edge. An edge is
- * cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons,
- * whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
+ * is removed). An odd one has two parents, real even neighbours, whose edge it was inserted in. An edge is cut if both
+ * ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons. Their corners
+ * are even vertices; their sides are one edge, or two edges with an odd vertex between.
  *
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
  *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
- *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite
- *   corners.
+ *   3. The vertices around each even vertex are all different: the other ends of its sides, and the opposite corners of
+ *      its polygons of 4 corners.
  *
- * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
- * triangulations these are left: one, with no odd vertex or with one (a mark); two, with two marks; four, with three:
- * the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its side:
- * one of two marks, one or none of three.
+ * A polygon of 3 corners is a coarse face. Its odd vertices are its marks. No edge inside joins two corners, as that
+ * would be cut: so it has one triangulation with no mark or one; two with two marks; and with three marks four, a
+ * triangle in the middle or one of three fans. The hub of a face is the odd vertex that is joined to the corner
+ * opposite to its side: one of two marks, one or none of three.
  *
- * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it is flipped when both are
- * triangulated. That is: an edge x - y inside has A and C as the third corners of its triangles. Turned back, each
- * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. In a half
- * with one mark x, the edge from x to the corner opposite it may have been flipped afterwards, too; that flip is
- * called the second one.
+ * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it was flipped after both
+ * had been triangulated. So there is an edge x - y inside whose triangles have A and C as their third corners; if it is
+ * flipped back, each half is a polygon of 3 corners as above. The polygon has at least one odd vertex, or the edge
+ * inside would be cut. In a half with one mark x, the edge from x to the corner opposite to it may have been flipped
+ * afterwards, too: the second flip.
  *
- * Then the coarse mesh is simple, as coarse edges are sides or diagonals of polygons of 4, and by 3 those at a vertex
- * lead to different vertices. And at least three polygons meet at each even vertex v that has an odd one in one of its
- * polygons. For if two did, they would have both sides at v in common, to a and b. If a polygon has 4 corners, b is
- * opposite a in it, and in the other one opposite a or the end of a side, against 3. If both have 3, their third sides
- * lead from a to b: by 3 they are the same. Then both have the same vertices, and, as all triangulations with as many
- * marks have an edge in common, the mesh would have one twice.
+ * Then the coarse mesh is simple: coarse edges are sides, or diagonals of polygons of 4 corners, and by 3 those at a
+ * vertex lead to different vertices. And at least three polygons meet at each even vertex v with an odd vertex in one
+ * of its polygons. For if only two did, they would share both sides at v, to a and b. If one of them has 4 corners, b
+ * is opposite to a in it, and in the other one opposite to a or the end of a side at a, against 3. If both have 3
+ * corners, their third sides lead from a to b, and are the same by 3. Then both have the same vertices; and as any two
+ * triangulations with as many marks share an edge, the mesh would have this edge twice.
  *
- * Every order is legal in which a decoder inserts odd vertices, then flips to the wanted triangulations of faces, then
- * dissolves, then does the second flips; each polygon by itself. Valences: in every state a polygon has a triangle at
- * each of its corners, and two at each odd vertex; so vertices keep three neighbours and more. Edges: every edge
- * inside of a polygon has an odd end x, but for coarse ones. It could only be there twice if the two polygons at x had
- * another vertex in common than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around
- * each. If c is the last corner of the second one, too, that is f, or e where there is no f, then both sides b - c are
- * the same by 3, and two polygons meet at b. The same holds for d, or c, and e at a. So a common odd vertex, whose
- * parents would be common, is none either. What is left are four corners each, and c = e or d = f: then c is opposite
- * a in one and the end of a side from a in the other, or d is so for b, against 3. */
+ * A decoder may insert odd vertices, then flip to the wanted triangulations of faces, then dissolve, then do the second
+ * flips, in any order of polygons: the mesh stays valid. Valences: in every state a polygon has a triangle at each of
+ * its corners, and two at each odd vertex; so all vertices keep three or more neighbours. Edges: every edge inside of a
+ * polygon, if it is no coarse one, has an odd end x. It could only be there twice if the two polygons at x shared
+ * another vertex than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around each. If c is
+ * also the last corner of the second one, which is f, or e where there is no f, then both sides b - c are the same by
+ * 3, and only two polygons meet at b. The same holds at a for d, or c where there is no d, and e. So no side is shared,
+ * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
+ * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
 enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
-#define CQI_REGION_FACES 24  /* looked at of what is none */
+#define CQI_REGION_FACES 24  /* looked at of a region that is no polygon */
 
 typedef struct cqi_labels {
     const cq_mesh *mesh;
@@ -9971,7 +9971,7 @@ typedef struct cqi_labels {
 #define CQI_LABEL_BYTES(v, f) \
     (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
 
-/* Lays out memory that holds nothing now. 0: it does not suffice. */
+/* Lays out labels in memory that is idle. 0: it does not suffice. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
 {
     const size_t v = (size_t)m->first_virtual + m->max_virtual;
@@ -9996,7 +9996,7 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
 static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
 static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
 
-/* Vertices and faces with the virtual ones and the slots between. */
+/* Ends of the numbers of vertices and faces, virtual ones and the slots before them included. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
 static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
 
@@ -10021,24 +10021,25 @@ static cq_index cqi_count_odd(const cqi_labels *l)
 
 /* -- Regular levels: polygons -- */
 
-/* A polygon, or as much of a region as was looked at. Its border is counter-clockwise; place k is the origin of border
- * halfedge k. What follows `border` is for polygons only. */
+/* A polygon, or as much of a region as was looked at. Its border runs counter-clockwise; place k is the origin of
+ * border halfedge k. What follows `border` is for polygons only. Sets of places are bits. */
 typedef struct cqi_polygon {
     int faces, size, inner;                       /* size: of the border; inner: edges inside */
     cq_index face[CQI_REGION_FACES];
     cq_index border[CQI_REGION_FACES + 2];
     int corners, corner[4];                       /* places of the corners */
     int edge[CQI_REGION_FACES][2];                /* places that an edge inside joins */
-    uint8_t joined[CQI_POLYGON_FACES + 2];        /* to which places is a place joined? */
-    uint8_t even, second;                         /* places of corners, of odd vertices with a second flip */
+    uint8_t joined[CQI_POLYGON_FACES + 2];        /* of each place: those that it is joined to */
+    uint8_t even, second;                         /* places of corners; of odd vertices with a second flip */
     int undone, undo[3][2];                       /* flips that lead to the coarse faces; the last one is of x - y */
     int diagonal;                                 /* of 4 corners: 0 or 1, the first corner at the dissolved edge */
 } cqi_polygon;
 
 static cq_index cqi_place(const cqi_labels *l, const cqi_polygon *p, int k) { return l->mesh->origin[p->border[k]]; }
 
-/* Walks over the region that face f lies in, face by face across edges that are not cut; 0 if it has more faces than
- * `most`, or comes back on itself. The faces form a tree then, so the region is a disc without inner vertices. */
+/* Walks over the region that face f lies in, face by face across edges that are not cut. 0 if it has more than `most`
+ * faces, or if the walk comes back to a face. Otherwise the faces form a tree, so that the region is a disc without
+ * inner vertices. */
 static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygon *p)
 {
     const cq_mesh *m = l->mesh;
@@ -10069,7 +10070,7 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
     return 1;
 }
 
-/* Are the corners 3, or 4 real ones, and all vertices different? Fills in the corners and what is joined. */
+/* Does the region have 3 corners, or 4 real ones, and are all its vertices different? Fills in corners and joined. */
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
     int k, j, any_virtual = 0;
@@ -10102,7 +10103,7 @@ static int cqi_lowest_bit(int x)
     return k;
 }
 
-/* The third corners of the two triangles at edge e: two places are joined to both its ends. */
+/* The third corners of the two triangles at edge e: the two places that are joined to both its ends. */
 static void cqi_third_corners(const cqi_polygon *p, int e, int *low, int *high)
 {
     const int both = p->joined[p->edge[e][0]] & p->joined[p->edge[e][1]];
@@ -10138,8 +10139,8 @@ static void cqi_undo_inside(cqi_polygon *p, int e)
     cqi_flip_inside(p, e);
 }
 
-/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is
- * not -1. */
+/* Flips the dissolved edge x - y back: one whose triangles have opposite corners of four as their third corners; those
+ * at `diagonal` if that is not -1. */
 static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
 {
     int e, low, high;
@@ -10158,9 +10159,9 @@ static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
 static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size ? k + 1 : 0; }
 static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
 
-/* Turns edge e back if it can be a second flip: it runs from a corner B to an odd vertex, and has on one side the odd
- * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or
- * -1. */
+/* Flips edge e back if a second flip can have made it: it runs from a corner B to an odd vertex, and has on one side
+ * the odd vertex of a side at B, on the other side the corner C next to B. Returns the diagonal that must then be
+ * dissolved, that at C; or -1. */
 static int cqi_undo_second(cqi_polygon *p, int e)
 {
     int b = p->edge[e][0], odd, c;
@@ -10181,7 +10182,7 @@ static int cqi_undo_second(cqi_polygon *p, int e)
     return cqi_corner_number(p, c) & 1;
 }
 
-/* Takes the last second flip, of edge e, back. */
+/* Does the last second flip, of edge e, again. */
 static void cqi_redo_inside(cqi_polygon *p, int e, int second)
 {
     cqi_flip_inside(p, e);
@@ -10189,8 +10190,8 @@ static void cqi_redo_inside(cqi_polygon *p, int e, int second)
     p->second = (uint8_t)second;
 }
 
-/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that
- * diagonal if it is not -1. */
+/* Flips a polygon of 4 corners back to two coarse faces: without second flips, or with one, or with two; at the
+ * diagonal `wanted` if that is not -1. */
 static int cqi_find_faces(cqi_polygon *p, int wanted)
 {
     int i, j;
@@ -10210,21 +10211,21 @@ static int cqi_find_faces(cqi_polygon *p, int wanted)
     return 0;
 }
 
-/* Is there an odd vertex behind that corner? */
+/* Is there an odd vertex on the side behind that corner? */
 static int cqi_is_marked(const cqi_polygon *p, int corner)
 {
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these;
- * or -1. */
+/* Where two opposite sides have marks: the diagonal by which all such polygons are dissolved alike, which ends at the
+ * ends of these sides; or -1. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
     return cqi_is_marked(p, 0);
 }
 
-/* The polygon of face f, if it can be coded; p is then in its coarse state. */
+/* Reads the polygon of face f, and flips it back to coarse faces. 0 if it cannot be coded. */
 static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
     int alike;
@@ -10234,7 +10235,7 @@ static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
 }
 
-/* What is said of the coarse face at the odd vertex behind a corner. */
+/* What the note of the odd vertex behind a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
 static int cqi_side_of(const cqi_polygon *p, int corner)
 {
     const int place = cqi_next_place(p, p->corner[corner]);
@@ -10252,12 +10253,12 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
 
 /* -- Regular levels: the wave --
  *
- * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind
- * w as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet
- * and disagree. */
+ * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd, with v and the vertex straight
+ * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
+ * waves meet and disagree. */
 
-/* The vertex straight behind the target of h: across an even valence, or along a boundary; CQ_NONE: there is none. Only
- * valence 6, unless `any_valence`. */
+/* The vertex straight behind the target of h: on the opposite spoke of an even valence, which must be 6 unless
+ * `any_valence`; or along a boundary. CQ_NONE: there is none. */
 static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
     const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
@@ -10305,7 +10306,7 @@ static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
     }
 }
 
-/* Virtual vertices are even, and slots that are free. */
+/* Takes all labels off; virtual vertices and free slots count as even. */
 static void cqi_clear_labels(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10316,7 +10317,7 @@ static void cqi_clear_labels(cqi_labels *l)
     l->clock = 0;
 }
 
-/* Waves from the seed, then from what they have not reached: irregular vertices, then any. */
+/* Waves from the seed, then from vertices that none has reached: irregular ones, then any. */
 static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 {
     cq_index v;
@@ -10330,16 +10331,16 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 
 /* -- Regular levels: strips --
  *
- * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and
- * below an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up,
- * down, right and left, each may be missing, and the wave carries frames on: along a row past one or two edges,
- * whichever way the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and
- * in `waiting`. */
+ * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row is
+ * taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even vertex has a
+ * frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on: along a row
+ * past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in arrays of
+ * which only odd vertices use their entries, and in `waiting`. */
 
 #define CQI_STRIP_SAMPLE 1024
 enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
 
-/* The cosine of the angle a, v, b in 1/1024. */
+/* The cosine of the angle a v b, in 1/1024. */
 static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
 {
     cqi_vector x = cqi_offset(l->positions, v, a), y = cqi_offset(l->positions, v, b);
@@ -10349,7 +10350,8 @@ static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
                  ((int64_t)cqi_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
 }
 
-/* The real spoke of v, other than h, that goes straight on from vertex `from`; CQ_NONE if it bends by 60 degrees. */
+/* The real spoke at the origin of h, other than h, that goes on straightest from vertex `from`; CQ_NONE if all bend by
+ * 60 degrees or more. */
 static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
 {
     const cq_mesh *m = l->mesh;
@@ -10366,8 +10368,8 @@ static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
     return best;
 }
 
-/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the
- * middle one of three, or the straightest; from CQ_NONE the middle one. */
+/* The real spoke strictly between two, counter-clockwise, that goes on from vertex `from`: the only one, the middle one
+ * of three, or else the straightest. If `from` is CQ_NONE, the middle one. */
 static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, cq_index from)
 {
     const cq_mesh *m = l->mesh;
@@ -10389,8 +10391,8 @@ static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, 
     return best;
 }
 
-/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad
- * between them, or CQ_NONE. left: u is counter-clockwise of r. */
+/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that is parallel to u on the other
+ * side of the quad between them; or CQ_NONE. left: u is counter-clockwise of r. */
 static cq_index cqi_carry(const cq_mesh *m, cq_index r, cq_index u, int left)
 {
     const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]); /* the edge from the end of r to the corner beside */
@@ -10411,7 +10413,7 @@ static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
          : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
 }
 
-/* Makes v even, if it has no label: then it waits for its turn. */
+/* If v has no label, makes it even and lets it wait for its turn. */
 static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
 {
     int k;
@@ -10433,13 +10435,13 @@ static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
         f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
 }
 
-/* What lies beside along h, to its right or left: spoke u carried, or CQ_NONE. */
+/* Spoke u carried along h, on its right or left; CQ_NONE if there is no u. */
 static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
 {
     return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
 }
 
-/* The spoke straight on from h, whose end's right and left are known or not. */
+/* The spoke that goes straight on at the end of h; right, left: the spokes of that end, or CQ_NONE. */
 static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_index left)
 {
     const cq_mesh *m = l->mesh;
@@ -10447,7 +10449,7 @@ static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_in
     return cqi_straightest(l, m->origin[h], m->twin[h]);
 }
 
-/* Up or down, along h from v: an odd vertex, and an even one behind it. right, left: of v as seen along h. */
+/* Goes up or down, along h from v: to an odd vertex, and an even one behind it. right, left: of v, as seen along h. */
 static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index left, int down, cq_index *tail)
 {
     const cq_mesh *m = l->mesh;
@@ -10472,7 +10474,7 @@ static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index l
     cqi_begin_frame(l, w, frame, tail);
 }
 
-/* Right or left, along h from v: an even vertex of the same row. */
+/* Goes right or left, along h: to an even vertex of the same row. */
 static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left, cq_index *tail)
 {
     const cq_mesh *m = l->mesh;
@@ -10485,7 +10487,7 @@ static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left
     if (frame[CQI_UP] != CQ_NONE || frame[CQI_DOWN] != CQ_NONE) cqi_begin_frame(l, cq_target(m, h), frame, tail);
 }
 
-/* The wave of strips from a vertex whose up is that spoke; it ends when so many even vertices have had their turn. */
+/* A wave of strips from the origin of `up`; it ends when `most` even vertices have had their turn. */
 static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
 {
     const cq_mesh *m = l->mesh;
@@ -10506,14 +10508,14 @@ static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
     }
 }
 
-/* A real spoke. */
+/* A spoke of v whose end is real. */
 static cq_index cqi_real_spoke(const cq_mesh *m, cq_index v)
 {
     const cq_index h = m->out[v];
     return cq_is_virtual(m, cq_target(m, h)) ? cq_counterclockwise(m, h) : h;
 }
 
-/* Strips everywhere, from the seed and from what is then left. */
+/* Waves of strips from the seed, then from vertices that none has reached. */
 static void cqi_label_strips(cqi_labels *l, cq_index seed)
 {
     const cq_mesh *m = l->mesh;
@@ -10524,8 +10526,8 @@ static void cqi_label_strips(cqi_labels *l, cq_index seed)
         if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
 }
 
-/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The
- * frames need a face for each vertex. */
+/* Is the mesh one of quads? In these, 42 % or more of the vertices that a wave of strips reaches first are odd; in
+ * other meshes less than 40 %. Frames need as many faces as vertices, for their memory. */
 static int cqi_are_quads(cqi_labels *l, cq_index seed)
 {
     const cq_mesh *m = l->mesh;
