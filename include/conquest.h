@@ -10543,12 +10543,14 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
 
 /* -- Regular levels: repair --
  *
- * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such
- * polygons around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each
- * piece of a polygon that they cut has a face there, so only the faces there are checked again. It ends, for with no
- * odd vertices left each face is a polygon; but if half of them must go, there is no level, which bounds the time. */
+ * As long as there is a polygon that cannot be coded, one of its odd vertices becomes even: the one that leaves the
+ * fewest such polygons around it; of several the one that was labelled last. That adds cut edges only at this vertex,
+ * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. It comes to an
+ * end, as each face is a polygon when no odd vertex is left; but if half of them must go, the level is given up, which
+ * bounds the time. */
 
-enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
+enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* bits of a face: to be checked; in the list of those
+                                                                 that wait; its polygon has 4 corners */
 
 static void cqi_wait(cqi_labels *l, cq_index f)
 {
@@ -10569,8 +10571,8 @@ static void cqi_make_even(cqi_labels *l, cq_index v)
     } while (h != m->out[v]);
 }
 
-/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around
- * it is one region. */
+/* Number of polygons around an even vertex that cannot be coded. Each begins at a cut edge; if there is none, all faces
+ * around the vertex are in one region. */
 static int cqi_count_bad(const cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10606,7 +10608,7 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     return best;
 }
 
-/* Notes that a polygon has been checked. What lies around its corners may be new, and these may be filled now. */
+/* Notes that a polygon has been checked: its corners are to be looked around again, and may be filled. */
 static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
 {
     int k;
@@ -10644,7 +10646,9 @@ static void cqi_wait_all(cqi_labels *l)
         if (cqi_is_face(m, f)) cqi_wait(l, f);
 }
 
-/* -- Regular levels: what lies around an even vertex -- */
+/* -- Regular levels: what lies around an even vertex --
+ *
+ * Where condition 3 above does not hold, odd vertices become even until it does. */
 
 #define CQI_ROUNDS 64
 
@@ -10660,8 +10664,8 @@ static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
     return last;
 }
 
-/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE; since[w] is then its place in the list. If it
- * has been noted before: the odd vertex that is to become even. */
+/* Lists vertex w as one that lies around; `odd` is the odd vertex that puts it there, or CQ_NONE. since[w] becomes its
+ * place in the list. If w is listed already, returns the odd vertex that is to become even. */
 static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
 {
     if (l->mesh->mark[w] & CQI_SCRATCH) return odd == CQ_NONE ? l->waiting[l->since[w]] : odd;
@@ -10672,8 +10676,8 @@ static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index
     return CQ_NONE;
 }
 
-/* Puts an odd vertex behind those that are in conflict already, from the end of the queue on. What was noted is even,
- * so both fit. */
+/* Adds an odd vertex to those in conflict, a list that grows down from the end of the queue. The other list there has
+ * even vertices only, so both fit. */
 static void cqi_list_conflict(cqi_labels *l, cq_index odd, cq_index *conflicts)
 {
     if (odd == CQ_NONE || l->label[odd] & CQI_CONFLICT) return;
@@ -10699,7 +10703,7 @@ static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f,
     return cqi_place(l, p, p->corner[(k + 2) % 4]);
 }
 
-/* Lists the odd vertices near v that must become even, as vertices lie around v twice; returns how many. */
+/* Lists the odd vertices near v that must become even because a vertex lies around v twice; returns their number. */
 static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10720,9 +10724,9 @@ static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
     return conflicts;
 }
 
-/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
- * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and
- * polygons are not what faces say of them. */
+/* Makes vertices even until there is no conflict; corners of polygons that have changed are looked around again. 0
+ * after too many rounds, which bounds the time at vertices with many neighbours; or if the repair has given up, so that
+ * faces no longer say what their polygons are. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10748,15 +10752,15 @@ static int cqi_settle(cqi_labels *l)
 
 /* -- Regular levels: limits --
  *
- * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these
- * edges survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around
- * it from the nearest point of the parents' edge. */
+ * On a mesh with sharp edges, an odd vertex becomes even if its parents' edge runs too far from the surface: so sharp
+ * edges survive in the coarse mesh, which then predicts better. The distance is that from the planes of the faces
+ * around the vertex to the point of the parents' edge that is nearest to it. */
 
 #define CQI_LIMIT 8 /* steps */
 #define CQI_NORMAL_BITS 12
 
 /* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so
- * products have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
+ * products have 2 * 13 + 2; the result has 18. */
 static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
     const cqi_vector along = cqi_minus(b, a);
@@ -10769,8 +10773,8 @@ static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
     return x;
 }
 
-/* Square of the distance of a point, in 1/16, from the plane through the origin and two others, in 1/256. The normal is
- * reduced to 12 bits, so its product with the point has 32, and the square 64. */
+/* Square of the distance of `point`, in 1/16, from the plane through the origin and a, b, in 1/256. The normal is
+ * reduced to 12 bits, so its product with the point has 32, and the square of that 64. */
 static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector point)
 {
     cqi_vector normal = cqi_cross(a, b);
@@ -10782,7 +10786,7 @@ static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector poin
     return (uint64_t)product * (uint64_t)product / ((uint64_t)cqi_wide_dot(normal, normal) + !product);
 }
 
-/* Square of how far v is from the edge a - b, in 1/256 step. */
+/* Square of the distance between the edge a - b and the surface at v, in 1/256 square step. */
 static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     const cq_mesh *m = l->mesh;
@@ -10816,7 +10820,7 @@ static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_i
 
 static uint64_t cqi_square_limit(int64_t steps) { return (uint64_t)(256 * steps * steps); }
 
-/* Is v farther from the edge a - b than l->limit allows? */
+/* Does the edge a - b run too far from the surface at v for l->limit? */
 static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
@@ -10830,9 +10834,8 @@ static void cqi_refuse(cqi_labels *l)
         if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
 }
 
-/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
- * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. */
+/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
+ * three fifths are above 16, and an eighth is above 32; more of these if many are above 8. */
 static int cqi_has_sharp_edges(const cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -10850,16 +10853,16 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
 
 /* -- Regular levels: filling --
  *
- * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even
- * neighbours a, b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be
- * coded the best one is taken, if it costs less than a dissolved edge: dissolved edges more than before, and four
- * times the distance from the middle of the parents in relation to their distance. On a boundary the parents are those
- * along it. */
+ * Vertices that the waves left even can often be odd, too: an even vertex v that is no parent, between two even
+ * neighbours a and b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs a, b whose
+ * polygons can be coded, the one with the lowest cost is taken, if that is below the cost of a dissolved edge. The cost
+ * is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
+ * divided by the parents' distance. On a boundary, the parents are those along it. */
 
 #define CQI_FILL_VALENCE 8
 #define CQI_FILL_COST 64 /* of a dissolved edge */
 
-/* The ring of v: spokes, counter-clockwise. Place `virtual_one` is of a virtual vertex, or -1. */
+/* The spokes of v, counter-clockwise. virtual_one: place of the virtual neighbour, or -1. */
 typedef struct cqi_fill_ring {
     int size, virtual_one;
     cq_index spoke[CQI_FILL_VALENCE];
@@ -10880,7 +10883,8 @@ static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r
     } while (h != m->out[v]);
 }
 
-/* Could places i and j be the parents? Even vertices between are corners, two at most; a virtual one lies alone. */
+/* Could places i and j be the parents? Even vertices on each side become corners, of which there may be two; a virtual
+ * vertex must be alone on its side. */
 static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
 {
     int inside = 0, outside = 0, k;
@@ -10898,7 +10902,7 @@ static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
     return r->virtual_one == 0 && i == 1 && j == r->size - 1;
 }
 
-/* Four times the distance of v from the middle of a and b, divided by their distance. */
+/* Four times the distance of v from the middle of a and b, divided by their distance, in 1/CQI_FILL_COST. */
 static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     cqi_vector to_a, to_b, sum;
@@ -10922,8 +10926,7 @@ static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
     return n;
 }
 
-/* Makes v odd, if there are parents for it. Another try can only end otherwise when a polygon with the corner v is
- * new. */
+/* Makes v odd, if there are parents for it. A failure is final until one of the polygons with the corner v changes. */
 static int cqi_fill(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10993,7 +10996,8 @@ static void cqi_fill_all(cqi_labels *l)
 
 /* -- Regular levels: the best labelling -- */
 
-/* A seed: an inner vertex, if there is one, from about that place in their order on: irregular, or of valence 8. */
+/* A seed for waves: the first inner vertex that is irregular, or of valence 8, from a place on that depends on the
+ * number of the try; if there is none, any vertex. */
 static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 {
     const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
@@ -11007,9 +11011,9 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
     return any;
 }
 
-/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices:
- * they were there before the subdivision. Waves across any even valence are for quads whose diagonals alternate, with
- * valences 8, where the wave must begin, and 4; elsewhere those across valence 6 leave more to filling. */
+/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices, which were there before the
+ * subdivision. Waves across any even valence are for quads whose diagonals alternate, so that valences are 4 and 8;
+ * they must begin at an 8. Elsewhere waves across valence 6 only leave more to filling. */
 enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
 #define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
 
@@ -11022,7 +11026,7 @@ static void cqi_try_waves(cqi_labels *l, int number)
     else cqi_label_all(l, cqi_find_seed(l->mesh, (uint32_t)number, any_valence), any_valence);
 }
 
-/* What follows waves: all polygons can be coded then, or too many odd vertices have become even: 0. */
+/* Repairs what waves have labelled, so that all polygons can be coded. 0: too many odd vertices had to become even. */
 static int cqi_finish_waves(cqi_labels *l)
 {
     cqi_refuse(l);
@@ -11032,7 +11036,7 @@ static int cqi_finish_waves(cqi_labels *l)
     return l->spare != 0;
 }
 
-/* A labelling from the waves to the end. */
+/* A complete labelling; returns the number of odd vertices. */
 static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
 {
     l->limit = limit;
@@ -11050,8 +11054,8 @@ static cq_index cqi_count_live(const cq_mesh *m)
     return n;
 }
 
-/* Odd vertices of a mesh of which every face was cut in four, but for some: one on each coarse edge. A labelling
- * cannot be much better. */
+/* Number of odd vertices if nearly every face was made by cutting one in four: one on each coarse edge. No labelling
+ * can have many more. */
 static cq_index cqi_all_odd(const cq_mesh *m)
 {
     cq_index f, faces = 0, boundary = 0;
@@ -11061,8 +11065,8 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
-/* The best labelling by what the waves label: that grows no more, so only the chosen one is repaired. Waves across any
- * valence label a third of any mesh, and repair takes more back there, so they must do better. */
+/* The labelling whose waves make the most vertices odd. As later stages mostly lessen that, only this one is completed.
+ * Waves across any valence make a third of any mesh odd, much of which the repair undoes, so a third is subtracted. */
 static int cqi_choose_labelling(cqi_labels *l)
 {
     const cq_index live = cqi_count_live(l->mesh);
@@ -11088,8 +11092,7 @@ static int cqi_choose_labelling(cqi_labels *l)
     return l->found < l->strips && cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
 }
 
-/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves
- * enough. */
+/* Labels the mesh of l; returns the number of odd vertices. With sharp edges, a limit is used if enough pass. */
 static cq_index cqi_find_labels(cqi_labels *l)
 {
     const int number = cqi_choose_labelling(l);
@@ -11106,7 +11109,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
 
 /* -- Regular levels: undoing one -- */
 
-/* Notes what a polygon says of the odd vertices on its sides, and turns it back to coarse faces. */
+/* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
 {
     cq_index at[CQI_POLYGON_FACES + 2];
@@ -11123,7 +11126,7 @@ static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
     }
 }
 
-/* Can this edge at an odd vertex be flipped without leaving its coarse face? Then it is not the last one there. */
+/* Can this edge at an odd vertex be flipped within its coarse face, as the vertex has another one there? */
 static int cqi_is_extra(const cqi_labels *l, cq_index h)
 {
     const cq_mesh *m = l->mesh;
@@ -11131,7 +11134,7 @@ static int cqi_is_extra(const cqi_labels *l, cq_index h)
            (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
 }
 
-/* Takes an odd vertex out of its edge: flips what it has more than four neighbours, then collapses it into a parent. */
+/* Takes an odd vertex out of its edge: flips until it has four neighbours, then collapses it into a parent. */
 static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v)
 {
     cq_index first, last, h = m->out[v];
@@ -11175,6 +11178,8 @@ static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32
     }
 }
 
+/* -- Encoder: input and memory -- */
+
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
     const cq_channel *channel = &in->shape.channel[k];
@@ -11201,8 +11206,8 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct. What is attached to faces has its place in the memory of the replay, which
- * begins when all is measured. */
+/* Lays out the encoder behind its struct. What is attached to faces uses the memory of the replay, which begins only
+ * when all is measured. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
     cqi_plan *p = &e->plan;
@@ -11249,7 +11254,7 @@ static const cq_value *cqi_gather_positions(const cqi_plan *p, const cq_input *i
     return scratch;
 }
 
-/* scratch: room for the positions. */
+/* Chooses the positions that are measured, and with CQ_BALANCED decide collapses. scratch: room for these. */
 static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
 {
     const int channel = cqi_context_channel(&in->shape);
@@ -11261,7 +11266,9 @@ static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
-/* Longest side of the box of a component's vertices; without positions, how many these are. */
+/* -- Encoder: components -- */
+
+/* Longest side of the bounding box of a component; without positions, its number of vertices. */
 static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
 {
     cq_value low[3], high[3];
@@ -11280,8 +11287,8 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
     return p->measured ? longest : n;
 }
 
-/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has
- * the component's size. */
+/* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
+ * size behind them. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -11310,7 +11317,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
     if (p->num_levels < p->level - 1) p->num_levels = p->level - 1;
 }
 
-/* One pass of a radix sort by sizes, which are in the notes behind those of each component; large ones first. */
+/* One pass of a radix sort of components by their sizes, large ones first. */
 static void cqi_sort_by_size(const cqi_plan *p, const cqi_seed *from, cqi_seed *to, int shift)
 {
     cq_index end[256], k, sum = 0;
@@ -11347,8 +11354,8 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 
 /* -- How far a regular level is from the exact surface --
  *
- * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or
- * what it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
+ * Each vertex that has been removed is attached to the nearest face that a walk finds. It begins with the faces around
+ * a vertex nearby that is left; then it tries those around the corners of the best face, as long as that helps. */
 
 /* Tries the faces around a vertex until one is near enough. */
 static void cqi_try_around(const cqi_plan *p, cq_index centre, cq_index v, cqi_nearest *n)
@@ -11382,8 +11389,8 @@ static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
     if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
 }
 
-/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later
- * levels come first, so that those of earlier ones find it. */
+/* Measures a level that has been undone. p->decoded[v] becomes a vertex near v that is left, for each removed v: coarse
+ * levels come first, so that the vertices of finer ones find one. */
 static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 {
     cq_index k = p->num_notes;
@@ -11473,7 +11480,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
-/* Runs the decoder's steps, writing. */
+/* Runs the decoder's steps, which write now. */
 static void cqi_replay(cqi_encoder *e, const cq_input *in)
 {
     uint32_t n = 0;
@@ -11485,6 +11492,8 @@ static void cqi_replay(cqi_encoder *e, const cq_input *in)
     cqi_model_keep(&e->replay.model);
 #endif
 }
+
+/* -- Encoder: header -- */
 
 static void cqi_write_uint(uint8_t **to, uint32_t value, int bytes)
 {
@@ -11538,7 +11547,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     return (size_t)(to - data);
 }
 
-/* Moves bytes up by less than a chunk, the last chunk first. */
+/* Moves bytes up, the last chunk first, as source and target may overlap. */
 static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
 {
     uint8_t chunk[64];
@@ -11550,7 +11559,7 @@ static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
     }
 }
 
-/* Puts the header in front of the payload, which was written behind the shortest possible one. */
+/* Puts the header in front of the payload, which was written behind a gap for the shortest header. */
 static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
 {
@@ -11721,7 +11730,7 @@ static void cqi_write_all_maps(cq_input *in, cqi_encoder *e)
     else cqi_write_maps(in, e);
 }
 
-/* Encodes with so many regular levels at most. */
+/* Encodes with at most `most_regular` regular levels. */
 static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size, uint32_t most_regular, uint8_t *out,
                                  size_t out_size, size_t *stream_size, cq_place *place, cq_report *report)
 {
@@ -11758,8 +11767,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     return result;
 }
 
-/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that
- * the mesh has half of the vertices, for those of a coarser mesh also take more. */
+/* Bits that a vertex of regular level k may take, in 1/16: the mean without regular levels, and 3/2 bits more for each
+ * halving of the number of vertices before it, as coarser meshes always take more bits for a vertex. */
 static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
 {
     uint32_t live = num_vertices, j;
@@ -11768,9 +11777,9 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as
- * far passes, for most vertices are much nearer; more, as all bytes are fewer; less, if they are hardly fewer, once
- * more for each 24th; and a step. */
+/* Is the mesh before regular level k about as near to the exact one as what a plan without regular levels has after as
+ * many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and by a
+ * factor of 1 and one more for each 24th of the bytes that are saved, but no more than 4 times the lengths' ratio. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
     const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
@@ -11781,9 +11790,9 @@ static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, siz
            (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
 }
 
-/* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
- * finest ones as long as they take not too much; and if the goal is balanced, only if they save a 50th, and as long as
- * what is before them is near enough. */
+/* How many regular levels there should be, given the bytes of a plan with them and of one without: none if that makes
+ * the stream longer; else the finest ones, as long as their vertices do not take too much. With CQ_BALANCED, they must
+ * also save a 50th, and the meshes before them must be near enough. */
 static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without,
                                    const cq_input *in)
 {
@@ -11798,9 +11807,9 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh
- * before all of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has
- * twice as many, unless there are no positions. */
+/* The same without the other plan: at least one, and more as long as their vertices take fewer bits than they would
+ * without. This is guessed: what vertices take before all regular levels; and with positions, 5 bits less for each
+ * doubling of the number of vertices since. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;
