@@ -7,7 +7,7 @@
  *
  * To use it, include it wherever it is needed; exactly one C or C++ file defines CONQUEST_IMPLEMENTATION first.
  *
- * Decode: positions, one channel of 3 integers per vertex; up to 10 000 vertices and 20 000 faces, no boundary:
+ * This decodes a mesh of up to 10 000 vertices and 20 000 faces, closed and with positions only:
  *
  *     #define CONQUEST_IMPLEMENTATION
  *     #include "conquest.h"
@@ -30,15 +30,22 @@
  * Encode floats with 12 bits per coordinate:
  *
  *     cq_input in = { 0 };
- *     cq_channel *c = &in.shape.channel[0];                            kind 0 is CQ_POSITION, merge 0 is CQ_AVERAGE
- *     in.shape.num_vertices = v, in.shape.num_faces = f, in.shape.num_channels = 1;
- *     c->components = 3, c->bits = 12;
- *     result = cq_fit_grid(c, floats, v, NULL);                        then, if CQ_OK:
- *     result = cq_quantise(c, floats, v, values, NULL);
- *     in.indices = triangles, in.values[0] = values;
- *     result = cq_encode(&in, memory, cq_encoder_bytes(&in.shape), out, out_size, &stream_size, NULL, NULL);
+ *     cq_channel *c = &in.shape.channel[0];
+ *     in.shape.num_vertices = num_vertices;
+ *     in.shape.num_faces = num_faces;
+ *     in.shape.num_channels = 1;
+ *     c->kind = CQ_POSITION;
+ *     c->components = 3;
+ *     c->bits = 12;
+ *     result = cq_fit_grid(c, floats, num_vertices, NULL);             sets c->origin and c->step
+ *     if (result == CQ_OK) result = cq_quantise(c, floats, num_vertices, values, NULL);
+ *     in.indices = indices;                                            3 per face, counter-clockwise
+ *     in.values[0] = values;                                           cq_value[3 * num_vertices]
+ *     size = cq_encoder_bytes(&in.shape);
+ *     memory = malloc(size);
+ *     if (result == CQ_OK) result = cq_encode(&in, memory, size, out, out_size, &stream_size, NULL, NULL);
  *
- * A mesh with boundaries returns CQ_ERROR_MEMORY the first time: cq_encoder_bytes(&in.shape) is then what it needs.
+ * A mesh with boundaries returns CQ_ERROR_MEMORY the first time. cq_encoder_bytes(&in.shape) then says what it needs.
  *
  * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
  * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
@@ -5051,11 +5058,11 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 
 /* -- Rows of a split's corners --
  *
- * In the mesh before the split, the corners of A are in two runs: those between the spokes to p and q that B gets, and
- * those that A keeps. A row that occurs in both is split: B gets a new one. One that occurs in B's run only goes along.
- * Then the six corners of the two new faces: each has the row of the face beside it, or another one that is named
- * below, or a new row. So corners with one row have one vertex after the split if they had before: the rows of B's run
- * occur nowhere but around A. */
+ * Before the split, the corners of A form two runs: those between the spokes to p and q, which B gets, and those that A
+ * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. Then
+ * follow the six corners of the two new faces: each has the row of the face beside it, or another one that is named
+ * below, or a new row. So corners with the same row still have the same vertex after the split, as rows of B's run
+ * occur only around A. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
@@ -5110,7 +5117,7 @@ static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
     return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
 }
 
-/* A row more, at a vertex. */
+/* Adds a row at a vertex. */
 static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
 {
     cqi_seams *s = d->seams;
@@ -5126,7 +5133,7 @@ static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
     return s->num_rows++;
 }
 
-/* The next one of those that the split makes. */
+/* Adds the next row of those that the split makes. */
 static cq_index cqi_make_row(cq_decoder *d, cq_index vertex, cq_index beside, int corner, cq_index wedge)
 {
     cqi_new_row *row = &d->seams->made[d->seams->num_new++];
@@ -5193,7 +5200,7 @@ static void cqi_split_rows(cq_decoder *d)
 /* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
 static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
 
-/* Different rows of A, at most 3, less one. */
+/* Number of different rows of A, at most 3, minus 1. */
 static int cqi_rows_of_centre(const cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
@@ -5215,8 +5222,8 @@ static void cqi_set_choice(cqi_seams *s, int corner, cq_index usual, cq_index ot
     s->other[corner] = usual != CQ_NONE && other != usual ? other : CQ_NONE;
 }
 
-/* What the corners may be: as in the face beside them at A, at B. Those of A and B in the right face may also be as in
- * the left one. */
+/* Lists the rows that each corner may have: the usual one, as in the face beside it, and another one at p and q.
+ * Corners of A and B in the right face may also have the rows of the left one, see cqi_code_corners. */
 static void cqi_list_choices(cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
@@ -5234,7 +5241,7 @@ static void cqi_list_choices(cq_decoder *d)
     cqi_set_choice(s, CQI_AT_Q, cqi_row_at(d, from_q), cqi_row_at(d, cq_next(to_q)));
 }
 
-/* What was chosen before: a model of the corner. */
+/* Which model a corner uses: by whether corners before it have their usual rows. */
 static int cqi_corner_history(const cqi_seams *s, int corner)
 {
     const cq_index *const row = s->row, *const usual = s->usual;
