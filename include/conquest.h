@@ -6950,16 +6950,17 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
 
 /* -- Regular levels: insertions and flips -- */
 
-/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge
- * of its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of
- * its ends.
+/* The coarse halfedge that was in slot h, as long as its edge has no new vertex. An insertion into another edge of its
+ * face, at the end that they share, may have put a halfedge there that joins the new vertex to its old end.
  *
- *          x x The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
- *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
- *       a-----b          a--v--b        later of two insertions is taken back first.
+ *          x                x
+ *        /   \            / | \         v is inserted into a -> b. The slot of x -> a now has x -> v, and x -> a is the
+ *       a-----b          a--v--b        next one clockwise around x; on the other side of a -> b, counter-clockwise.
  *
- * Flips keep away from a face before its turn, see there. So of a face, it is only asked while the vertices on its
- * other edges are all that is new in it: these are two steps at most. */
+ * The later of two insertions is undone first.
+ *
+ * No flip touches a face before its turn, see cqi_code_flips. So when this is asked, only vertices on the other two
+ * edges of the face are new in it: these are two steps at most. */
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -6970,8 +6971,8 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
     }
 }
 
-/* Inserts the next new vertex into its edge: a split of the edge's start. Not where two faces share all three edges:
- * there it would be joined to their third corner twice. */
+/* Inserts the next new vertex into its edge, by a split of the edge's start. It cannot be where two faces share all
+ * three edges: it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -7003,16 +7004,16 @@ static int cqi_shape_of(const cq_decoder *d, cq_index h)
     return cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], m->origin[cq_prev(g)]);
 }
 
-/* Side of the face at hand that a new vertex is on. */
+/* The side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
     return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
-/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any
- * of the triangles that the face consists of has the hub as a corner, and at most one other new vertex.
- * Counter-clockwise, the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the
- * new vertex of the side after that, the start of the side. */
+/* The spoke from the hub of face f to the corner opposite to its side. Each triangle that the face consists of has the
+ * hub as a corner, and at most one other new vertex. Counter-clockwise, the hub's spokes in the face go to: the end of
+ * its side, the new vertex of the next side, the opposite corner, the new vertex of the previous side, the start of
+ * its side. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -7029,14 +7030,14 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
-/* Two new vertices: which of them the opposite corner is joined to. */
+/* A face with two new vertices: is the hub's edge to the opposite corner flipped, which makes the other one the hub? */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
 {
     const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
     return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
 }
 
-/* Which new vertex of three has a fan, by the length of the edges to the opposite corners. */
+/* Around which of three new vertices the fan is: asked in the order of their distances from the opposite corners. */
 static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
 {
     int order[3] = { 0, 1, 2 }, k, j;
@@ -7048,7 +7049,7 @@ static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
     return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
 }
 
-/* Three: a triangle in the middle, or a fan around one of them. */
+/* A face with three new vertices: a triangle in the middle, or a fan around one of them. */
 static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 {
     cq_mesh *m = &d->mesh;
@@ -7077,13 +7078,13 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 }
 
 /* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
- * beyond it; h is the halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h has not one
+ * beyond it. h is a halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h does not have one
  * mark.
  *
- * Of the two triangles of such a face one is in the face's own slot, whose sides are the mark and the edge inside. The
- * other one is in a new slot. So if h is not in the own slot, that is beyond one of the other two sides of its
- * triangle, but not with its marked side: so the face of another mark does not count. And a face that does is as its
- * mark has left it: the side that it has noted is taken back, as it is asked for once, when that is dissolved. */
+ * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is not in the
+ * own slot, this is beyond one of the other two sides of h's triangle, but not at its own marked side: that tells it
+ * from the face of another mark. The face must still be as its mark has left it. So the side that is noted for it is
+ * cleared, as each face is asked for only once, when this side is dissolved. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     static const uint8_t only[8] = { 3, 0, 1, 3, 2, 3, 3, 3 }; /* the marked side, if there is one; or 3 */
@@ -7101,8 +7102,8 @@ static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
     return CQ_NONE;
 }
 
-/* Will the edge h inside of a face be flipped, when an edge of the face has been? Then it joins the vertex beyond that
- * edge and the one beyond h: only if the former is new. */
+/* Is the edge h inside of a face flipped after a dissolved edge of the face? It then joins the vertex beyond that edge
+ * to the one beyond h, and may only be flipped if the former is new. */
 static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
 {
     const cq_mesh *m = &d->mesh;
@@ -7114,7 +7115,7 @@ static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
                         CQI_ENCODING(d) && cqi_plan_second(d->plan, m, spoke));
 }
 
-/* The flip of a dissolved edge, and of the edges inside of its two faces, if these have one mark each. */
+/* Flips a dissolved edge; then, if that is coded, the edges inside of those of its two faces that have one mark. */
 static cq_result cqi_step_dissolved(cq_decoder *d)
 {
     const cq_mesh *m = &d->mesh;
@@ -7132,8 +7133,9 @@ static cq_result cqi_step_dissolved(cq_decoder *d)
     return result;
 }
 
-/* The flips inside of a face that has got its new vertices. That of a dissolved edge is the next step: none of these
- * moves it. */
+/* The flips inside of a face, once all its new vertices are there. None of them moves its dissolved edge, which is
+ * flipped in the next step; and all stay within the face, or in the two faces of the dissolved edge, which both have
+ * had their turn. */
 static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
 {
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
@@ -7148,7 +7150,7 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
-/* Turns to the plan of the regular level that begins; notes the bytes of one that ends. */
+/* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
@@ -7173,7 +7175,7 @@ static cq_result cqi_end_regular(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The next new vertex of the face at hand, or its flips. */
+/* Inserts the next new vertex of the face at hand; or does its flips, and turns to the next face. */
 static cq_result cqi_step_sweep(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7188,7 +7190,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     return result;
 }
 
-/* Begins a level: takes the bits of the one before. */
+/* Clears the bits of the coarse faces. */
 static cq_result cqi_step_wipe(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
