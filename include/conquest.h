@@ -8250,7 +8250,7 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 }
 
 /* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
-static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
+static int cqi_turns_a_face(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
     for (k = 0; k < f->size; k++) {
@@ -8283,7 +8283,7 @@ static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
     x = fan.shift ? cqi_shift(x, fan.shift) : x;
     loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
     if (loss > p->most_loss) return loss;
-    return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
+    return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
 
 /* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
@@ -8758,7 +8758,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+{
+    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
+}
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -8836,7 +8839,7 @@ static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corne
 }
 
 /* Would a wedge of B move to A, so that a row of the decoder moves back? */
-static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
+static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
 {
     const cq_index t = p->mesh.twin[h];
     cq_index s = cq_clockwise(&p->mesh, cq_next(h));
@@ -8849,14 +8852,14 @@ static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int 
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_goes(const cqi_plan *p, cq_index h)
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
     if (!p->index) return 1;
     cqi_list_corners(p, h, corner);
     if (!cqi_can_be_named(p, h, corner)) return 0;
-    return !p->clean || !cqi_moves(p, h, corner, cqi_tied(p, h, corner));
+    return !p->clean || !cqi_moves_a_wedge(p, h, corner, cqi_tied(p, h, corner));
 }
 
 static void cqi_rename(cqi_plan *p, cq_index h, cq_index from, cq_index to)
@@ -8962,7 +8965,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
