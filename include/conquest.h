@@ -7,7 +7,7 @@
  *
  * To use it, include it wherever it is needed; exactly one C or C++ file defines CONQUEST_IMPLEMENTATION first.
  *
- * Decode: positions, one channel of 3 integers per vertex; up to 10 000 vertices and 20 000 faces, no boundary:
+ * This decodes a mesh of up to 10 000 vertices and 20 000 faces, closed and with positions only:
  *
  *     #define CONQUEST_IMPLEMENTATION
  *     #include "conquest.h"
@@ -30,15 +30,22 @@
  * Encode floats with 12 bits per coordinate:
  *
  *     cq_input in = { 0 };
- *     cq_channel *c = &in.shape.channel[0];                            kind 0 is CQ_POSITION, merge 0 is CQ_AVERAGE
- *     in.shape.num_vertices = v, in.shape.num_faces = f, in.shape.num_channels = 1;
- *     c->components = 3, c->bits = 12;
- *     result = cq_fit_grid(c, floats, v, NULL);                        then, if CQ_OK:
- *     result = cq_quantise(c, floats, v, values, NULL);
- *     in.indices = triangles, in.values[0] = values;
- *     result = cq_encode(&in, memory, cq_encoder_bytes(&in.shape), out, out_size, &stream_size, NULL, NULL);
+ *     cq_channel *c = &in.shape.channel[0];
+ *     in.shape.num_vertices = num_vertices;
+ *     in.shape.num_faces = num_faces;
+ *     in.shape.num_channels = 1;
+ *     c->kind = CQ_POSITION;
+ *     c->components = 3;
+ *     c->bits = 12;
+ *     result = cq_fit_grid(c, floats, num_vertices, NULL);             sets c->origin and c->step
+ *     if (result == CQ_OK) result = cq_quantise(c, floats, num_vertices, values, NULL);
+ *     in.indices = indices;                                            3 per face, counter-clockwise
+ *     in.values[0] = values;                                           cq_value[3 * num_vertices]
+ *     size = cq_encoder_bytes(&in.shape);
+ *     memory = malloc(size);
+ *     if (result == CQ_OK) result = cq_encode(&in, memory, size, out, out_size, &stream_size, NULL, NULL);
  *
- * A mesh with boundaries returns CQ_ERROR_MEMORY the first time: cq_encoder_bytes(&in.shape) is then what it needs.
+ * A mesh with boundaries returns CQ_ERROR_MEMORY the first time. cq_encoder_bytes(&in.shape) then says what it needs.
  *
  * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
  * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
@@ -5051,11 +5058,11 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 
 /* -- Rows of a split's corners --
  *
- * In the mesh before the split, the corners of A are in two runs: those between the spokes to p and q that B gets, and
- * those that A keeps. A row that occurs in both is split: B gets a new one. One that occurs in B's run only goes along.
- * Then the six corners of the two new faces: each has the row of the face beside it, or another one that is named
- * below, or a new row. So corners with one row have one vertex after the split if they had before: the rows of B's run
- * occur nowhere but around A. */
+ * Before the split, the corners of A form two runs: those between the spokes to p and q, which B gets, and those that A
+ * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. Then
+ * follow the six corners of the two new faces: each has the row of the face beside it, or another one that is named
+ * below, or a new row. So corners with the same row still have the same vertex after the split, as rows of B's run
+ * occur only around A. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
@@ -5110,7 +5117,7 @@ static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
     return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
 }
 
-/* A row more, at a vertex. */
+/* Adds a row at a vertex. */
 static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
 {
     cqi_seams *s = d->seams;
@@ -5126,7 +5133,7 @@ static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
     return s->num_rows++;
 }
 
-/* The next one of those that the split makes. */
+/* Adds the next row of those that the split makes. */
 static cq_index cqi_make_row(cq_decoder *d, cq_index vertex, cq_index beside, int corner, cq_index wedge)
 {
     cqi_new_row *row = &d->seams->made[d->seams->num_new++];
@@ -5193,7 +5200,7 @@ static void cqi_split_rows(cq_decoder *d)
 /* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
 static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
 
-/* Different rows of A, at most 3, less one. */
+/* Number of different rows of A, at most 3, minus 1. */
 static int cqi_rows_of_centre(const cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
@@ -5215,8 +5222,8 @@ static void cqi_set_choice(cqi_seams *s, int corner, cq_index usual, cq_index ot
     s->other[corner] = usual != CQ_NONE && other != usual ? other : CQ_NONE;
 }
 
-/* What the corners may be: as in the face beside them at A, at B. Those of A and B in the right face may also be as in
- * the left one. */
+/* Lists the rows that each corner may have: the usual one, as in the face beside it, and another one at p and q.
+ * Corners of A and B in the right face may also have the rows of the left one, see cqi_code_corners. */
 static void cqi_list_choices(cq_decoder *d)
 {
     const cqi_ring *r = &d->ring;
@@ -5234,7 +5241,7 @@ static void cqi_list_choices(cq_decoder *d)
     cqi_set_choice(s, CQI_AT_Q, cqi_row_at(d, from_q), cqi_row_at(d, cq_next(to_q)));
 }
 
-/* What was chosen before: a model of the corner. */
+/* Which model a corner uses: by whether corners before it have their usual rows. */
 static int cqi_corner_history(const cqi_seams *s, int corner)
 {
     const cq_index *const row = s->row, *const usual = s->usual;
@@ -6943,16 +6950,17 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
 
 /* -- Regular levels: insertions and flips -- */
 
-/* Where the coarse halfedge is that was in this slot, if its edge has no new vertex yet. An insertion into another edge
- * of its face, at the end that they share, may have put an edge to the new vertex there; which then is the larger of
- * its ends.
+/* The coarse halfedge that was in slot h, as long as its edge has no new vertex. An insertion into another edge of its
+ * face, at the end that they share, may have put a halfedge there that joins the new vertex to its old end.
  *
- *          x x The slot of x -> a is now that of x -> v, and x -> a the next halfedge clockwise
- *        /   \            / | \         around x; on the other side of a -> b it is the next one counter-clockwise. The
- *       a-----b          a--v--b        later of two insertions is taken back first.
+ *          x                x
+ *        /   \            / | \         v is inserted into a -> b. The slot of x -> a now has x -> v, and x -> a is the
+ *       a-----b          a--v--b        next one clockwise around x; on the other side of a -> b, counter-clockwise.
  *
- * Flips keep away from a face before its turn, see there. So of a face, it is only asked while the vertices on its
- * other edges are all that is new in it: these are two steps at most. */
+ * The later of two insertions is undone first.
+ *
+ * No flip touches a face before its turn, see cqi_code_flips. So when this is asked, only vertices on the other two
+ * edges of the face are new in it: these are two steps at most. */
 static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -6963,8 +6971,8 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
     }
 }
 
-/* Inserts the next new vertex into its edge: a split of the edge's start. Not where two faces share all three edges:
- * there it would be joined to their third corner twice. */
+/* Inserts the next new vertex into its edge, by a split of the edge's start. It cannot be where two faces share all
+ * three edges: it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -6996,16 +7004,16 @@ static int cqi_shape_of(const cq_decoder *d, cq_index h)
     return cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], m->origin[cq_prev(g)]);
 }
 
-/* Side of the face at hand that a new vertex is on. */
+/* The side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
     return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
-/* The spoke from the hub of face f to the corner opposite to its side, which is the middle one of its spokes there. Any
- * of the triangles that the face consists of has the hub as a corner, and at most one other new vertex.
- * Counter-clockwise, the spokes go to: the end of the side, the new vertex of the next side, the opposite corner, the
- * new vertex of the side after that, the start of the side. */
+/* The spoke from the hub of face f to the corner opposite to its side. Each triangle that the face consists of has the
+ * hub as a corner, and at most one other new vertex. Counter-clockwise, the hub's spokes in the face go to: the end of
+ * its side, the new vertex of the next side, the opposite corner, the new vertex of the previous side, the start of
+ * its side. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -7022,14 +7030,14 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
-/* Two new vertices: which of them the opposite corner is joined to. */
+/* A face with two new vertices: is the hub's edge to the opposite corner flipped, which makes the other one the hub? */
 static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
 {
     const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
     return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
 }
 
-/* Which new vertex of three has a fan, by the length of the edges to the opposite corners. */
+/* Around which of three new vertices the fan is: asked in the order of their distances from the opposite corners. */
 static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
 {
     int order[3] = { 0, 1, 2 }, k, j;
@@ -7041,7 +7049,7 @@ static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
     return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
 }
 
-/* Three: a triangle in the middle, or a fan around one of them. */
+/* A face with three new vertices: a triangle in the middle, or a fan around one of them. */
 static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 {
     cq_mesh *m = &d->mesh;
@@ -7070,13 +7078,13 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
 }
 
 /* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
- * beyond it; h is the halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h has not one
+ * beyond it. h is a halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h does not have one
  * mark.
  *
- * Of the two triangles of such a face one is in the face's own slot, whose sides are the mark and the edge inside. The
- * other one is in a new slot. So if h is not in the own slot, that is beyond one of the other two sides of its
- * triangle, but not with its marked side: so the face of another mark does not count. And a face that does is as its
- * mark has left it: the side that it has noted is taken back, as it is asked for once, when that is dissolved. */
+ * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is not in the
+ * own slot, this is beyond one of the other two sides of h's triangle, but not at its own marked side: that tells it
+ * from the face of another mark. The face must still be as its mark has left it. So the side that is noted for it is
+ * cleared, as each face is asked for only once, when this side is dissolved. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     static const uint8_t only[8] = { 3, 0, 1, 3, 2, 3, 3, 3 }; /* the marked side, if there is one; or 3 */
@@ -7094,8 +7102,8 @@ static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
     return CQ_NONE;
 }
 
-/* Will the edge h inside of a face be flipped, when an edge of the face has been? Then it joins the vertex beyond that
- * edge and the one beyond h: only if the former is new. */
+/* Is the edge h inside of a face flipped after a dissolved edge of the face? It then joins the vertex beyond that edge
+ * to the one beyond h, and may only be flipped if the former is new. */
 static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
 {
     const cq_mesh *m = &d->mesh;
@@ -7107,7 +7115,7 @@ static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
                         CQI_ENCODING(d) && cqi_plan_second(d->plan, m, spoke));
 }
 
-/* The flip of a dissolved edge, and of the edges inside of its two faces, if these have one mark each. */
+/* Flips a dissolved edge; then, if that is coded, the edges inside of those of its two faces that have one mark. */
 static cq_result cqi_step_dissolved(cq_decoder *d)
 {
     const cq_mesh *m = &d->mesh;
@@ -7125,8 +7133,9 @@ static cq_result cqi_step_dissolved(cq_decoder *d)
     return result;
 }
 
-/* The flips inside of a face that has got its new vertices. That of a dissolved edge is the next step: none of these
- * moves it. */
+/* The flips inside of a face, once all its new vertices are there. None of them moves its dissolved edge, which is
+ * flipped in the next step; and all stay within the face, or in the two faces of the dissolved edge, which both have
+ * had their turn. */
 static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
 {
     const int marks = cqi_marks_of(d, f), side = cqi_dissolved_side(d, f);
@@ -7141,7 +7150,7 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
-/* Turns to the plan of the regular level that begins; notes the bytes of one that ends. */
+/* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
@@ -7166,7 +7175,7 @@ static cq_result cqi_end_regular(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The next new vertex of the face at hand, or its flips. */
+/* Inserts the next new vertex of the face at hand; or does its flips, and turns to the next face. */
 static cq_result cqi_step_sweep(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7181,7 +7190,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     return result;
 }
 
-/* Begins a level: takes the bits of the one before. */
+/* Clears the bits of the coarse faces. */
 static cq_result cqi_step_wipe(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -8173,14 +8182,6 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
 #endif
 
-static cqi_vector cqi_subtract(cqi_vector a, cqi_vector b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
 static cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq_index to)
 {
     const cq_value *a = positions + 3 * (size_t)from, *b = positions + 3 * (size_t)to;
@@ -8249,11 +8250,11 @@ static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 }
 
 /* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
-static int cqi_turns(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
+static int cqi_turns_a_face(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
 {
     int k;
     for (k = 0; k < f->size; k++) {
-        cqi_vector along = cqi_subtract(f->at[k + 1], f->at[k]);
+        cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
         int64_t before, less;
         if (f->norm[k] <= 0 || f->vertex[k] == removed || f->vertex[k + 1] == removed) continue;
         before = cqi_wide_dot(f->area[k], f->area[k]);
@@ -8282,7 +8283,7 @@ static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
     x = fan.shift ? cqi_shift(x, fan.shift) : x;
     loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
     if (loss > p->most_loss) return loss;
-    return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
+    return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
 
 /* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
@@ -8752,12 +8753,15 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 
 /* -- Encoder: wedges of an edge that is collapsed --
  *
- * B's corners go to A with their wedges. Where the surface goes on over one of the two faces, from a wedge of B to one
- * of A, both in other faces, too, the two become one, that of A; the split will make a new one again. An edge may only
- * be collapsed if the split can name the wedges of the six corners, see cqi_code_corners. */
+ * B's corners go to A with their wedges. Where one of the two faces joins a wedge of B to a wedge of A, and both are
+ * also in other faces, the two are tied: they become one, A's, of which the split will make two again. An edge may only
+ * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+{
+    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
+}
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -8773,7 +8777,7 @@ static int cqi_is_seam(const cqi_plan *p, cq_index h)
     return p->index && cqi_seam_class(cqi_wedge_at(p, h), cqi_wedge_at(p, cq_clockwise(&p->mesh, h))) == 1;
 }
 
-/* Is the wedge one of the corners of the spokes between two, clockwise? */
+/* Does a corner strictly between two spokes, clockwise, have the wedge? */
 static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_index wedge)
 {
     cq_index s = cq_clockwise(&p->mesh, from);
@@ -8781,7 +8785,7 @@ static int cqi_is_between(const cqi_plan *p, cq_index from, cq_index to, cq_inde
     return s != to;
 }
 
-/* Corners of the two faces at h = A -> B. */
+/* Wedges of the corners of the two faces at h = A -> B. */
 static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h];
@@ -8793,7 +8797,7 @@ static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
     corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
 }
 
-/* Which wedges of B become one of A. The right one does not if both would become the same. */
+/* Which wedges of B are tied to one of A: bits. If both sides have the same wedge of A or B, the right one is not. */
 static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
@@ -8805,7 +8809,7 @@ static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
     return (left ? CQI_TIED_LEFT : 0) | (right ? CQI_TIED_RIGHT : 0);
 }
 
-/* Does each corner have what the split offers: one of two, or a wedge that is nowhere else? */
+/* Can the split name the wedge of each corner: as one of its choices, or as one that is nowhere else? */
 static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_mesh *m = &p->mesh;
@@ -8834,8 +8838,8 @@ static int cqi_can_be_named(const cqi_plan *p, cq_index h, const cq_index *corne
     return 1;
 }
 
-/* Would a wedge of B go along with it? */
-static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
+/* Would a wedge of B move to A, so that a row of the decoder moves back? */
+static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corner, int tied)
 {
     const cq_index t = p->mesh.twin[h];
     cq_index s = cq_clockwise(&p->mesh, cq_next(h));
@@ -8847,15 +8851,15 @@ static int cqi_moves(const cqi_plan *p, cq_index h, const cq_index *corner, int 
     return 0;
 }
 
-/* May B go, for its wedges and what is locked? */
-static int cqi_goes(const cqi_plan *p, cq_index h)
+/* May B be removed, as far as its wedges and locks decide? */
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
     if (!p->index) return 1;
     cqi_list_corners(p, h, corner);
     if (!cqi_can_be_named(p, h, corner)) return 0;
-    return !p->clean || !cqi_moves(p, h, corner, cqi_tied(p, h, corner));
+    return !p->clean || !cqi_moves_a_wedge(p, h, corner, cqi_tied(p, h, corner));
 }
 
 static void cqi_rename(cqi_plan *p, cq_index h, cq_index from, cq_index to)
@@ -8873,7 +8877,7 @@ static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change
         if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
 }
 
-/* The wedges for the collapse of h, which comes next, and what its note says of them. */
+/* Changes the wedges as the collapse of h, which comes next, will want them, and notes how. */
 static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
 {
     cq_index corner[CQI_CORNERS], s;
@@ -8890,8 +8894,8 @@ static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
     cqi_count_corners_of(p, corner, -1);
 }
 
-/* The same backwards, before the split that takes a collapse back: B's run, and the two faces, which the split makes
- * in this order of corners. */
+/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, whose corners the split
+ * makes in this order. */
 static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
 {
     cq_index s = first, corner[CQI_CORNERS];
@@ -8914,7 +8918,7 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
 
 /* -- Choosing collapses -- */
 
-/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
+/* Is b better to collapse into a than the best one so far? That is, of smaller valence; or with CQ_BALANCED nearer. */
 static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
 {
     cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
@@ -8922,8 +8926,8 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
- * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
+ * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -8940,7 +8944,7 @@ static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candi
     return n;
 }
 
-/* The best of the candidates, of equal ones the first. */
+/* The best of the candidates, the first of equal ones. */
 static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
 {
     int best = 0, k;
@@ -8949,8 +8953,8 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
     return best;
 }
 
-/* The neighbour B to collapse into A, the spoke's origin, as the halfedge A -> B: the best one that can be, and loses
- * no more than is allowed. CQ_NONE: the patch is isolated. */
+/* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, and loses no
+ * more than is allowed. CQ_NONE: the patch is isolated. */
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
@@ -8961,14 +8965,14 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
 }
 
-/* The number of a spoke on the ring that begins with another. */
+/* The place of a spoke on the ring that begins with another. */
 static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
 {
     uint8_t n = 0;
@@ -8976,7 +8980,7 @@ static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wante
     return n;
 }
 
-/* Collapses A -> B in the patch entered by that spoke. first: 0, or 1 + the side of a first gate. */
+/* Notes the collapse of h = A -> B, but for p and q. first: 0, or 1 + the side of a first gate. */
 static void cqi_note_collapse(cqi_plan *p, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
@@ -8989,7 +8993,7 @@ static void cqi_note_collapse(cqi_plan *p, cq_index h, int first)
     c->first = (uint8_t)first;
 }
 
-/* Takes back the last collapse. */
+/* Undoes the last collapse. */
 static void cqi_undo_collapse(cqi_plan *p)
 {
     const cqi_collapse *c = &p->note[--p->num_notes];
@@ -9001,7 +9005,7 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_mesh_split(&p->mesh, first, last);
 }
 
-/* One patch: a neighbour is collapsed into the centre, or none. A centre that is too large is passed over. */
+/* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
 static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
@@ -9027,8 +9031,8 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
-/* Cases of a first gate in the order in which they are tried: by the valence of the centre, since a large one leaves
- * few vertices to others; or, in another try, from the next one on. */
+/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a patch
+ * with a large one leaves few vertices to others. Other tries begin with the second or the third. */
 static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int *order)
 {
     int k, j;
@@ -9046,8 +9050,8 @@ static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int
     }
 }
 
-/* The first patch of a component: one with L, R and the front vertex in it, of which L and R stay. If nothing
- * collapses, its centre is the front vertex. */
+/* Conquers the first patch of a component. It contains L, R and the front vertex, of which L and R stay. If nothing can
+ * be collapsed in it, its centre is the front vertex. */
 static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
 {
     cq_mesh *m = &p->mesh;
@@ -9066,7 +9070,7 @@ static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
     cqi_conquer_patch(p, spoke, h, h == CQ_NONE ? 0 : 1 + side);
 }
 
-/* Takes the marks from the vertices of a component that are left; returns their number. */
+/* Clears the marks of a component's vertices that are left, unlists the others, and returns how many are left. */
 static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
 {
     cq_mesh *m = &p->mesh;
@@ -9084,7 +9088,7 @@ static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
     return n;
 }
 
-/* Simplifies a component by one level. False if that is not worth it; the mesh is then unchanged. */
+/* Simplifies a component by one level. 0: it removed too few vertices, and the mesh is unchanged. */
 static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
 {
     const cq_index before = cqi_clear_component(p, seed->notes), notes = p->num_notes;
@@ -9105,15 +9109,15 @@ static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
     return 1;
 }
 
-/* The vertex that stands for all that are known to be connected with v: the end of a chain, halved on the way. */
+/* Union-find with path halving: the vertex that stands for all that are known to be connected with v. */
 static cq_index cqi_find_root(cq_index *parent, cq_index v)
 {
     while (parent[v] != v) v = parent[v] = parent[parent[v]];
     return v;
 }
 
-/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
- * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
+/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
+ * p->decoded, beginning with the smallest. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
@@ -9148,30 +9152,29 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
 
 /* -- Encoder: preparation --
  *
- * Triangles over rows become an oriented manifold: faces that are no surface go aside, halfedges are glued in pairs,
- * and the corners that are joined by glued edges, a fan, are one vertex. What it takes is told in cq_preparation. All
- * is sorting, in linear time but for that of the rows; nothing but the caller's memory is used.
+ * Triangles over rows become an oriented manifold: faces that no surface can have go aside, halfedges are glued in
+ * pairs, and the corners that glued edges join, a fan, become one vertex. cq_preparation tells what it took. Nearly all
+ * of it is sorting, in linear time except for rows, and uses nothing but the caller's memory.
  *
- * Halfedges here are numbered in the faces that stay, one after the other, those that are turned over as they are in
- * the mesh. */
+ * Halfedges are numbered here through the faces that stay, in the orientation that the mesh will have. */
 
 #ifndef CQ_NO_WEDGES
 
 enum { CQI_FACE_CUT_OFF = 4 }; /* bit of the state of a face, beside CQI_FACE_ASIDE and _TURNED */
 
-/* What ends of halfedges are compared by. */
+/* What makes two ends of halfedges equal: the row, its values, its place, or the fan. */
 enum { CQI_BY_ROW, CQI_BY_VALUES, CQI_BY_PLACE, CQI_BY_FAN };
 
 typedef struct cqi_preparer {
     const cq_input *in;
     cq_preparation counts;
-    const cq_value *positions;         /* NULL: not to be had as integers */
-    int located;                       /* there are positions: equal ones are one place */
-    cq_index num_faces;                /* that stay */
+    const cq_value *positions;         /* NULL: there are none, or only exact ones */
+    int located;                       /* 1: there are positions; equal ones are one place */
+    cq_index num_faces;                /* of those that stay */
     uint8_t *state;                    /* of each face of the input */
     uint8_t *locked;                   /* of each fan */
     cq_index *same;                    /* of each row: the first one with the same values */
-    cq_index *place;                   /* number of its values of the mesh vertex */
+    cq_index *place;                   /* and the number of its values of the channels per mesh vertex */
     cq_index *source;                  /* of each face that stays: its number in the input */
     cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
     cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
@@ -9187,7 +9190,7 @@ static int cqi_is_of_row(const cq_channel *c)
 
 /* -- Rows with the same values -- */
 
-/* Compares two rows in the channels of the mesh vertex, or in those of rows. */
+/* Orders two rows by the channels per mesh vertex, or by those per row: below, equal to or above 0. */
 static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
 {
     uint32_t k, c;
@@ -9278,13 +9281,13 @@ static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
            cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
 }
 
-/* Number of different keys, at most. */
+/* All keys are below that. */
 static cq_index cqi_num_keys(const cqi_preparer *p, int by)
 {
     return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
 }
 
-/* Turns counts into where each key begins. */
+/* Turns counts of keys into the place where each key begins. */
 static void cqi_sum_counts(cq_index *count, cq_index n)
 {
     cq_index k, sum = 0;
@@ -9295,7 +9298,7 @@ static void cqi_sum_counts(cq_index *count, cq_index n)
     }
 }
 
-/* Sorts a list of halfedges by one end of their edges, stable. */
+/* Sorts a list of halfedges by the larger or the smaller end of their edges, stably. */
 static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_index *from, cq_index *to, cq_index n)
 {
     cq_index k;
@@ -9318,7 +9321,7 @@ static cq_index cqi_list_edges(const cqi_preparer *p, int by, int which)
     return n;
 }
 
-/* The end of the group of halfedges of one edge, which begins there in the list. */
+/* The end of the group of halfedges that are of the same edge as the one at `begin` in the list. */
 static cq_index cqi_group_end(const cqi_preparer *p, int by, cq_index begin, cq_index n)
 {
     cq_index end = (cq_index)(begin + 1);
@@ -9384,11 +9387,12 @@ static void cqi_put_faces_aside(cqi_preparer *p)
 
 /* -- Faces that are turned over --
  *
- * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges are a
- * patch; its smaller part is turned. */
+ * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
+ * sheet; of each sheet the smaller part is turned over. */
 
-/* The root of a face, and whether it is to be turned against that: parent[f] is 2 * parent + turned. */
-static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
+/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned against it.
+ * parent[f] is 2 * the parent of f + whether it is to be turned against that. */
+static cq_index cqi_find_sheet(cq_index *parent, cq_index f, cq_index *turned)
 {
     cq_index root = f, sum = 0;
     while (parent[root] / 2 != root) {
@@ -9405,18 +9409,18 @@ static cq_index cqi_find_patch(cq_index *parent, cq_index f, cq_index *turned)
     return root;
 }
 
-static void cqi_join_patches(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
+static void cqi_join_sheets(cqi_preparer *p, cq_index g, cq_index h, cq_index differ)
 {
     cq_index *const parent = p->fan, of_g, of_h;
-    const cq_index a = cqi_find_patch(parent, (cq_index)(g / 3), &of_g),
-                   b = cqi_find_patch(parent, (cq_index)(h / 3), &of_h);
+    const cq_index a = cqi_find_sheet(parent, (cq_index)(g / 3), &of_g),
+                   b = cqi_find_sheet(parent, (cq_index)(h / 3), &of_h);
     const cq_index turned = (cq_index)(of_g ^ of_h ^ differ);
     if (a < b) parent[b] = (cq_index)(2 * a + turned);
     if (b < a) parent[a] = (cq_index)(2 * b + turned);
 }
 
-/* Joins the faces over edges of two, those that agree before the others. False if all agree. */
-static int cqi_find_patches(cqi_preparer *p)
+/* Joins faces over edges with two of them: those that agree first, then the others. Returns 0 if all agree. */
+static int cqi_find_sheets(cqi_preparer *p)
 {
     const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
     cq_index differ, begin, end;
@@ -9427,7 +9431,7 @@ static int cqi_find_patches(cqi_preparer *p)
             end = cqi_group_end(p, CQI_BY_PLACE, begin, n);
             if (end - begin != 2 || (cqi_key(p, CQI_BY_PLACE, g) == cqi_key(p, CQI_BY_PLACE, h)) != (int)differ)
                 continue;
-            cqi_join_patches(p, g, h, differ);
+            cqi_join_sheets(p, g, h, differ);
             any |= (int)differ;
         }
     }
@@ -9439,15 +9443,15 @@ static void cqi_turn_faces(cqi_preparer *p)
     cq_index *const parent = p->fan, *const balance = p->count, f, turned, root;
     if (p->in->shape.num_channels == CQ_MAX_CHANNELS) return;
     for (f = 0; f < p->num_faces; f++) parent[f] = (cq_index)(2 * f);
-    if (!cqi_find_patches(p)) return;
+    if (!cqi_find_sheets(p)) return;
     memset(balance, 0, p->num_faces * sizeof(cq_index));
     for (f = 0; f < p->num_faces; f++) {
-        root = cqi_find_patch(parent, f, &turned);
+        root = cqi_find_sheet(parent, f, &turned);
         balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do
                                                                        not */
     }
     for (f = 0; f < p->num_faces; f++) {
-        root = cqi_find_patch(parent, f, &turned);
+        root = cqi_find_sheet(parent, f, &turned);
         if (balance[root] >> (CQ_INDEX_BITS - 1)) turned ^= 1;
         if (!turned) continue;
         p->state[p->source[f]] |= CQI_FACE_TURNED;
@@ -9484,7 +9488,7 @@ static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_ind
     return cqi_offset(p->positions, cqi_row_of_corner(p, from), cqi_row_of_corner(p, to));
 }
 
-/* Normal of a face, of length 2^14. Offsets have 25 bits, products of two 50. */
+/* Normal of a face, with length 2^14. Offsets have 25 bits, products of two 50. */
 static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -9510,7 +9514,8 @@ static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
     return n;
 }
 
-/* A face's copy lies on the same three places. */
+/* May two open halfedges of one place be glued: are they opposite, and are their faces not copies of each other, with
+ * the same three places? */
 static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
 {
     return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && g / 3 != h / 3 &&
@@ -9518,7 +9523,7 @@ static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
            cqi_key(p, CQI_BY_PLACE, cq_prev(g)) != cqi_key(p, CQI_BY_PLACE, cq_prev(h));
 }
 
-/* Glues halfedges of one place, the flattest pair first. Of more than that many halfedges none is. */
+/* Glues open halfedges of one place, the flattest pair first. If there are more than CQI_MOST_AT_EDGE, none is. */
 #define CQI_MOST_AT_EDGE 32
 static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n)
 {
@@ -9555,9 +9560,9 @@ static void cqi_glue_places(cqi_preparer *p)
 
 /* -- Fans --
  *
- * No two edges may join the same two fans, and none a fan with itself. If there are two open ones that fit, they are
- * glued; else faces are cut off all around, which leaves them fans of their own. Cutting off never makes a second edge,
- * and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+ * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
+ * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
+ * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
 
 static void cqi_union(cq_index *parent, cq_index a, cq_index b)
 {
@@ -9580,7 +9585,7 @@ static void cqi_find_fans(cqi_preparer *p)
     for (h = 0; h < n; h++) p->fan[h] = cqi_find_root(p->fan, h);
 }
 
-/* An edge that some halfedges are of, which should be one. */
+/* Mends edges that join the same two fans, a halfedge of each being in the group; or one that joins a fan to itself. */
 static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, int may_glue)
 {
     const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
@@ -9628,7 +9633,7 @@ static void cqi_mend_fans(cqi_preparer *p)
     }
 }
 
-/* Edges where faces meet that are not glued. */
+/* Counts the edges where faces meet that are not glued. */
 static void cqi_count_cuts(cqi_preparer *p)
 {
     const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
@@ -9651,7 +9656,7 @@ static void cqi_number_fans(cqi_preparer *p)
     }
 }
 
-/* Boundary edges and loops: a fan has one open halfedge that leaves it, or none. */
+/* Counts boundary edges and loops. At most one open halfedge leaves a fan. */
 static void cqi_count_borders(cqi_preparer *p)
 {
     cq_index *const leaving = p->count, h, next;
@@ -9672,10 +9677,10 @@ static void cqi_count_borders(cqi_preparer *p)
 
 /* -- Locks --
  *
- * Several fans at one place are a junction: it stays as it is, so that no gap opens. But the two sides of a sheet,
- * whose faces are copies of each other, are none. */
+ * Several fans at one place are a junction; its vertices stay in the base, so that no gap opens there. The two sides of
+ * a double-sided face, which are copies of each other, do not make one. */
 
-/* Joins the fans of faces that are copies of each other: of p->twin, sorted by places. */
+/* Joins the fans of faces that are copies of each other; p->twin has the faces, sorted by their places. */
 static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
 {
     cq_index k, j, i;
@@ -9689,8 +9694,8 @@ static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
     }
 }
 
-/* Lists the faces that stay in the order of their places, by their numbers among these: source[] is ascending, so that
- * one pass turns a sorted list of input faces into such numbers, given where each is. */
+/* Lists the faces that stay in p->twin, sorted by their places, by their numbers among those that stay: these are
+ * looked up in source[], which is ascending. */
 static void cqi_sort_by_places(cqi_preparer *p)
 {
     cq_index k;
@@ -9734,7 +9739,7 @@ static void cqi_find_locks(cqi_preparer *p)
 
 /* -- Wedges, and numbers of rows -- */
 
-/* Sorts the corners by their fans, and these by rows, into p->list. */
+/* Sorts the corners into p->list: by their fans, and within a fan by rows. */
 static void cqi_sort_corners(cqi_preparer *p)
 {
     const cq_index n = (cq_index)(3 * p->num_faces), rows = (cq_index)p->in->shape.num_vertices;
@@ -9749,9 +9754,8 @@ static void cqi_sort_corners(cqi_preparer *p)
     for (k = 0; k < n; k++) p->list[p->count[p->fan[p->sorted[k]]]++] = p->sorted[k];
 }
 
-/* Numbers the wedges by their fans: p->sorted becomes that of each corner; behind it come a row of each fan, then
- * that of each wedge. These
- * take the place of p->twin and, behind that, of the part of p->list that has been read. */
+/* Numbers the wedges in the order of their fans: p->sorted becomes the wedge of each corner. Behind it follow a row of
+ * each fan and the row of each wedge: in the place of p->twin, and of the part of p->list that has been read. */
 static void cqi_number_wedges(cqi_preparer *p)
 {
     const cq_index n = (cq_index)(3 * p->num_faces);
@@ -9768,8 +9772,8 @@ static void cqi_number_wedges(cqi_preparer *p)
     }
 }
 
-/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh first, then those of
- * faces aside, and those of none. */
+/* Replaces p->same by what becomes of each row of the input, see cqi_plan.target: rows of the mesh, then rows of faces
+ * aside, then rows of no face. */
 static void cqi_find_targets(cqi_preparer *p)
 {
     const cq_index rows = (cq_index)p->in->shape.num_vertices, *const indices = p->in->indices;
@@ -9798,7 +9802,7 @@ static void cqi_find_targets(cqi_preparer *p)
 
 /* -- The whole -- */
 
-/* Bytes for preparing, and of what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
+/* Bytes for the preparation, and for what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
 static uint64_t cqi_preparing_bytes(const cq_shape *s)
 {
     const uint64_t v = s->num_vertices, f = s->num_faces;
@@ -9826,7 +9830,7 @@ static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
     p->count = (cq_index *)cqi_take(arena, v > 3 * f ? v : 3 * f, sizeof(cq_index));
 }
 
-/* Has the input vertex values that decide where it is? */
+/* Is there a channel of positions, exact ones included? */
 static int cqi_has_places(const cq_shape *s)
 {
     uint32_t k;
@@ -9911,49 +9915,49 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
 /* -- Regular levels: labels ----------------------------------------------------------------------------------------
  *
  * A regular level undoes one step of subdivision, in regions or everywhere. Every vertex is even (it stays) or odd (it
- * goes); an odd one has two parents, real even neighbours, and goes back to be the middle of their edge. An edge is
- * cut if both ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons,
- * whose corners are even vertices and whose sides are one edge, or two with an odd vertex between.
+ * is removed). An odd one has two parents, real even neighbours, whose edge it was inserted in. An edge is cut if both
+ * ends are even, or if it joins an odd vertex with a parent. Cut edges divide the faces into polygons. Their corners
+ * are even vertices; their sides are one edge, or two edges with an odd vertex between.
  *
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
  *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
- *   3. Around each even vertex lie different vertices: the other ends of sides, and in polygons of 4 the opposite
- *   corners.
+ *   3. The vertices around each even vertex are all different: the other ends of its sides, and the opposite corners of
+ *      its polygons of 4 corners.
  *
- * A polygon of 3 corners is a coarse face. No edge inside joins two corners, for that would be cut; so of its
- * triangulations these are left: one, with no odd vertex or with one (a mark); two, with two marks; four, with three:
- * the central triangle, or a fan. The hub of a face is the odd vertex that is joined to the corner opposite its side:
- * one of two marks, one or none of three.
+ * A polygon of 3 corners is a coarse face. Its odd vertices are its marks. No edge inside joins two corners, as that
+ * would be cut: so it has one triangulation with no mark or one; two with two marks; and with three marks four, a
+ * triangle in the middle or one of three fans. The hub of a face is the odd vertex that is joined to the corner
+ * opposite to its side: one of two marks, one or none of three.
  *
- * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it is flipped when both are
- * triangulated. That is: an edge x - y inside has A and C as the third corners of its triangles. Turned back, each
- * half is a polygon of 3 corners as above. It has at least one odd vertex, or the edge inside would be cut. In a half
- * with one mark x, the edge from x to the corner opposite it may have been flipped afterwards, too; that flip is
- * called the second one.
+ * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it was flipped after both
+ * had been triangulated. So there is an edge x - y inside whose triangles have A and C as their third corners; if it is
+ * flipped back, each half is a polygon of 3 corners as above. The polygon has at least one odd vertex, or the edge
+ * inside would be cut. In a half with one mark x, the edge from x to the corner opposite to it may have been flipped
+ * afterwards, too: the second flip.
  *
- * Then the coarse mesh is simple, as coarse edges are sides or diagonals of polygons of 4, and by 3 those at a vertex
- * lead to different vertices. And at least three polygons meet at each even vertex v that has an odd one in one of its
- * polygons. For if two did, they would have both sides at v in common, to a and b. If a polygon has 4 corners, b is
- * opposite a in it, and in the other one opposite a or the end of a side, against 3. If both have 3, their third sides
- * lead from a to b: by 3 they are the same. Then both have the same vertices, and, as all triangulations with as many
- * marks have an edge in common, the mesh would have one twice.
+ * Then the coarse mesh is simple: coarse edges are sides, or diagonals of polygons of 4 corners, and by 3 those at a
+ * vertex lead to different vertices. And at least three polygons meet at each even vertex v with an odd vertex in one
+ * of its polygons. For if only two did, they would share both sides at v, to a and b. If one of them has 4 corners, b
+ * is opposite to a in it, and in the other one opposite to a or the end of a side at a, against 3. If both have 3
+ * corners, their third sides lead from a to b, and are the same by 3. Then both have the same vertices; and as any two
+ * triangulations with as many marks share an edge, the mesh would have this edge twice.
  *
- * Every order is legal in which a decoder inserts odd vertices, then flips to the wanted triangulations of faces, then
- * dissolves, then does the second flips; each polygon by itself. Valences: in every state a polygon has a triangle at
- * each of its corners, and two at each odd vertex; so vertices keep three neighbours and more. Edges: every edge
- * inside of a polygon has an odd end x, but for coarse ones. It could only be there twice if the two polygons at x had
- * another vertex in common than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around
- * each. If c is the last corner of the second one, too, that is f, or e where there is no f, then both sides b - c are
- * the same by 3, and two polygons meet at b. The same holds for d, or c, and e at a. So a common odd vertex, whose
- * parents would be common, is none either. What is left are four corners each, and c = e or d = f: then c is opposite
- * a in one and the end of a side from a in the other, or d is so for b, against 3. */
+ * A decoder may insert odd vertices, then flip to the wanted triangulations of faces, then dissolve, then do the second
+ * flips, in any order of polygons: the mesh stays valid. Valences: in every state a polygon has a triangle at each of
+ * its corners, and two at each odd vertex; so all vertices keep three or more neighbours. Edges: every edge inside of a
+ * polygon, if it is no coarse one, has an odd end x. It could only be there twice if the two polygons at x shared
+ * another vertex than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around each. If c is
+ * also the last corner of the second one, which is f, or e where there is no f, then both sides b - c are the same by
+ * 3, and only two polygons meet at b. The same holds at a for d, or c where there is no d, and e. So no side is shared,
+ * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
+ * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
 enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
-#define CQI_REGION_FACES 24  /* looked at of what is none */
+#define CQI_REGION_FACES 24  /* looked at of a region that is no polygon */
 
 typedef struct cqi_labels {
     const cq_mesh *mesh;
@@ -9979,7 +9983,7 @@ typedef struct cqi_labels {
 #define CQI_LABEL_BYTES(v, f) \
     (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
 
-/* Lays out memory that holds nothing now. 0: it does not suffice. */
+/* Lays out labels in memory that is idle. 0: it does not suffice. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
 {
     const size_t v = (size_t)m->first_virtual + m->max_virtual;
@@ -10004,7 +10008,7 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
 static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
 static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
 
-/* Vertices and faces with the virtual ones and the slots between. */
+/* Ends of the numbers of vertices and faces, virtual ones and the slots before them included. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
 static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
 
@@ -10029,24 +10033,25 @@ static cq_index cqi_count_odd(const cqi_labels *l)
 
 /* -- Regular levels: polygons -- */
 
-/* A polygon, or as much of a region as was looked at. Its border is counter-clockwise; place k is the origin of border
- * halfedge k. What follows `border` is for polygons only. */
+/* A polygon, or as much of a region as was looked at. Its border runs counter-clockwise; place k is the origin of
+ * border halfedge k. What follows `border` is for polygons only. Sets of places are bits. */
 typedef struct cqi_polygon {
     int faces, size, inner;                       /* size: of the border; inner: edges inside */
     cq_index face[CQI_REGION_FACES];
     cq_index border[CQI_REGION_FACES + 2];
     int corners, corner[4];                       /* places of the corners */
     int edge[CQI_REGION_FACES][2];                /* places that an edge inside joins */
-    uint8_t joined[CQI_POLYGON_FACES + 2];        /* to which places is a place joined? */
-    uint8_t even, second;                         /* places of corners, of odd vertices with a second flip */
+    uint8_t joined[CQI_POLYGON_FACES + 2];        /* of each place: those that it is joined to */
+    uint8_t even, second;                         /* places of corners; of odd vertices with a second flip */
     int undone, undo[3][2];                       /* flips that lead to the coarse faces; the last one is of x - y */
     int diagonal;                                 /* of 4 corners: 0 or 1, the first corner at the dissolved edge */
 } cqi_polygon;
 
 static cq_index cqi_place(const cqi_labels *l, const cqi_polygon *p, int k) { return l->mesh->origin[p->border[k]]; }
 
-/* Walks over the region that face f lies in, face by face across edges that are not cut; 0 if it has more faces than
- * `most`, or comes back on itself. The faces form a tree then, so the region is a disc without inner vertices. */
+/* Walks over the region that face f lies in, face by face across edges that are not cut. 0 if it has more than `most`
+ * faces, or if the walk comes back to a face. Otherwise the faces form a tree, so that the region is a disc without
+ * inner vertices. */
 static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygon *p)
 {
     const cq_mesh *m = l->mesh;
@@ -10077,7 +10082,7 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
     return 1;
 }
 
-/* Are the corners 3, or 4 real ones, and all vertices different? Fills in the corners and what is joined. */
+/* Does the region have 3 corners, or 4 real ones, and are all its vertices different? Fills in corners and joined. */
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
     int k, j, any_virtual = 0;
@@ -10110,7 +10115,7 @@ static int cqi_lowest_bit(int x)
     return k;
 }
 
-/* The third corners of the two triangles at edge e: two places are joined to both its ends. */
+/* The third corners of the two triangles at edge e: the two places that are joined to both its ends. */
 static void cqi_third_corners(const cqi_polygon *p, int e, int *low, int *high)
 {
     const int both = p->joined[p->edge[e][0]] & p->joined[p->edge[e][1]];
@@ -10146,8 +10151,8 @@ static void cqi_undo_inside(cqi_polygon *p, int e)
     cqi_flip_inside(p, e);
 }
 
-/* Finds x - y and turns it back: an edge whose third corners are opposite corners of four, at that diagonal if it is
- * not -1. */
+/* Flips the dissolved edge x - y back: one whose triangles have opposite corners of four as their third corners; those
+ * at `diagonal` if that is not -1. */
 static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
 {
     int e, low, high;
@@ -10166,9 +10171,9 @@ static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
 static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size ? k + 1 : 0; }
 static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
 
-/* Turns edge e back if it can be a second flip: it runs from a corner B to an odd vertex, and has on one side the odd
- * vertex of a side at B, on the other side the corner C next to B. Which diagonal is then dissolved, that at C, or
- * -1. */
+/* Flips edge e back if a second flip can have made it: it runs from a corner B to an odd vertex, and has on one side
+ * the odd vertex of a side at B, on the other side the corner C next to B. Returns the diagonal that must then be
+ * dissolved, that at C; or -1. */
 static int cqi_undo_second(cqi_polygon *p, int e)
 {
     int b = p->edge[e][0], odd, c;
@@ -10189,7 +10194,7 @@ static int cqi_undo_second(cqi_polygon *p, int e)
     return cqi_corner_number(p, c) & 1;
 }
 
-/* Takes the last second flip, of edge e, back. */
+/* Does the last second flip, of edge e, again. */
 static void cqi_redo_inside(cqi_polygon *p, int e, int second)
 {
     cqi_flip_inside(p, e);
@@ -10197,8 +10202,8 @@ static void cqi_redo_inside(cqi_polygon *p, int e, int second)
     p->second = (uint8_t)second;
 }
 
-/* Turns a polygon of 4 corners back to two coarse faces, without second flips, or with one, or with two; at that
- * diagonal if it is not -1. */
+/* Flips a polygon of 4 corners back to two coarse faces: without second flips, or with one, or with two; at the
+ * diagonal `wanted` if that is not -1. */
 static int cqi_find_faces(cqi_polygon *p, int wanted)
 {
     int i, j;
@@ -10218,21 +10223,21 @@ static int cqi_find_faces(cqi_polygon *p, int wanted)
     return 0;
 }
 
-/* Is there an odd vertex behind that corner? */
+/* Is there an odd vertex on the side behind that corner? */
 static int cqi_is_marked(const cqi_polygon *p, int corner)
 {
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* The diagonal that makes those of all quads alike, where two opposite sides have marks: it ends at the ends of these;
- * or -1. */
+/* Where two opposite sides have marks: the diagonal by which all such polygons are dissolved alike, which ends at the
+ * ends of these sides; or -1. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
     return cqi_is_marked(p, 0);
 }
 
-/* The polygon of face f, if it can be coded; p is then in its coarse state. */
+/* Reads the polygon of face f, and flips it back to coarse faces. 0 if it cannot be coded. */
 static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
     int alike;
@@ -10242,7 +10247,7 @@ static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
 }
 
-/* What is said of the coarse face at the odd vertex behind a corner. */
+/* What the note of the odd vertex behind a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
 static int cqi_side_of(const cqi_polygon *p, int corner)
 {
     const int place = cqi_next_place(p, p->corner[corner]);
@@ -10260,12 +10265,12 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
 
 /* -- Regular levels: the wave --
  *
- * Goes out from even vertices: each neighbour w of an even vertex v becomes odd, with v and the vertex straight behind
- * w as parents, and that becomes even. A mesh that was subdivided is labelled completely by that; elsewhere waves meet
- * and disagree. */
+ * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd, with v and the vertex straight
+ * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
+ * waves meet and disagree. */
 
-/* The vertex straight behind the target of h: across an even valence, or along a boundary; CQ_NONE: there is none. Only
- * valence 6, unless `any_valence`. */
+/* The vertex straight behind the target of h: on the opposite spoke of an even valence, which must be 6 unless
+ * `any_valence`; or along a boundary. CQ_NONE: there is none. */
 static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
     const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
@@ -10313,7 +10318,7 @@ static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
     }
 }
 
-/* Virtual vertices are even, and slots that are free. */
+/* Takes all labels off; virtual vertices and free slots count as even. */
 static void cqi_clear_labels(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10324,7 +10329,7 @@ static void cqi_clear_labels(cqi_labels *l)
     l->clock = 0;
 }
 
-/* Waves from the seed, then from what they have not reached: irregular vertices, then any. */
+/* Waves from the seed, then from vertices that none has reached: irregular ones, then any. */
 static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 {
     cq_index v;
@@ -10338,16 +10343,16 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 
 /* -- Regular levels: strips --
  *
- * Quads whose diagonals have no order have no straight lines of edges. Then every second row is taken away: above and
- * below an even vertex are odd ones, to the right and left even ones. Each even vertex has a frame, its halfedges up,
- * down, right and left, each may be missing, and the wave carries frames on: along a row past one or two edges,
- * whichever way the quad was cut; up and down straight on. Frames are kept where only odd vertices have entries, and
- * in `waiting`. */
+ * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row is
+ * taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even vertex has a
+ * frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on: along a row
+ * past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in arrays of
+ * which only odd vertices use their entries, and in `waiting`. */
 
 #define CQI_STRIP_SAMPLE 1024
 enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
 
-/* The cosine of the angle a, v, b in 1/1024. */
+/* The cosine of the angle a v b, in 1/1024. */
 static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
 {
     cqi_vector x = cqi_offset(l->positions, v, a), y = cqi_offset(l->positions, v, b);
@@ -10357,7 +10362,8 @@ static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
                  ((int64_t)cqi_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
 }
 
-/* The real spoke of v, other than h, that goes straight on from vertex `from`; CQ_NONE if it bends by 60 degrees. */
+/* The real spoke at the origin of h, other than h, that goes on straightest from vertex `from`; CQ_NONE if all bend by
+ * 60 degrees or more. */
 static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
 {
     const cq_mesh *m = l->mesh;
@@ -10374,8 +10380,8 @@ static cq_index cqi_straightest(const cqi_labels *l, cq_index from, cq_index h)
     return best;
 }
 
-/* The real spoke strictly between two, counter-clockwise, that goes straight on from a vertex: the only one, the
- * middle one of three, or the straightest; from CQ_NONE the middle one. */
+/* The real spoke strictly between two, counter-clockwise, that goes on from vertex `from`: the only one, the middle one
+ * of three, or else the straightest. If `from` is CQ_NONE, the middle one. */
 static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, cq_index from)
 {
     const cq_mesh *m = l->mesh;
@@ -10397,8 +10403,8 @@ static cq_index cqi_between(const cqi_labels *l, cq_index first, cq_index last, 
     return best;
 }
 
-/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that runs beside u across the quad
- * between them, or CQ_NONE. left: u is counter-clockwise of r. */
+/* Carries spoke u along spoke r of the same vertex: the halfedge from the end of r that is parallel to u on the other
+ * side of the quad between them; or CQ_NONE. left: u is counter-clockwise of r. */
 static cq_index cqi_carry(const cq_mesh *m, cq_index r, cq_index u, int left)
 {
     const cq_index side = left ? cq_next(r) : cq_prev(m->twin[r]); /* the edge from the end of r to the corner beside */
@@ -10419,7 +10425,7 @@ static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
          : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
 }
 
-/* Makes v even, if it has no label: then it waits for its turn. */
+/* If v has no label, makes it even and lets it wait for its turn. */
 static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
 {
     int k;
@@ -10441,13 +10447,13 @@ static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
         f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
 }
 
-/* What lies beside along h, to its right or left: spoke u carried, or CQ_NONE. */
+/* Spoke u carried along h, on its right or left; CQ_NONE if there is no u. */
 static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
 {
     return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
 }
 
-/* The spoke straight on from h, whose end's right and left are known or not. */
+/* The spoke that goes straight on at the end of h; right, left: the spokes of that end, or CQ_NONE. */
 static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_index left)
 {
     const cq_mesh *m = l->mesh;
@@ -10455,7 +10461,7 @@ static cq_index cqi_go_on(const cqi_labels *l, cq_index h, cq_index right, cq_in
     return cqi_straightest(l, m->origin[h], m->twin[h]);
 }
 
-/* Up or down, along h from v: an odd vertex, and an even one behind it. right, left: of v as seen along h. */
+/* Goes up or down, along h from v: to an odd vertex, and an even one behind it. right, left: of v, as seen along h. */
 static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index left, int down, cq_index *tail)
 {
     const cq_mesh *m = l->mesh;
@@ -10480,7 +10486,7 @@ static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index l
     cqi_begin_frame(l, w, frame, tail);
 }
 
-/* Right or left, along h from v: an even vertex of the same row. */
+/* Goes right or left, along h: to an even vertex of the same row. */
 static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left, cq_index *tail)
 {
     const cq_mesh *m = l->mesh;
@@ -10493,7 +10499,7 @@ static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left
     if (frame[CQI_UP] != CQ_NONE || frame[CQI_DOWN] != CQ_NONE) cqi_begin_frame(l, cq_target(m, h), frame, tail);
 }
 
-/* The wave of strips from a vertex whose up is that spoke; it ends when so many even vertices have had their turn. */
+/* A wave of strips from the origin of `up`; it ends when `most` even vertices have had their turn. */
 static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
 {
     const cq_mesh *m = l->mesh;
@@ -10514,14 +10520,14 @@ static void cqi_strip_wave(cqi_labels *l, cq_index up, cq_index most)
     }
 }
 
-/* A real spoke. */
+/* A spoke of v whose end is real. */
 static cq_index cqi_real_spoke(const cq_mesh *m, cq_index v)
 {
     const cq_index h = m->out[v];
     return cq_is_virtual(m, cq_target(m, h)) ? cq_counterclockwise(m, h) : h;
 }
 
-/* Strips everywhere, from the seed and from what is then left. */
+/* Waves of strips from the seed, then from vertices that none has reached. */
 static void cqi_label_strips(cqi_labels *l, cq_index seed)
 {
     const cq_mesh *m = l->mesh;
@@ -10532,8 +10538,8 @@ static void cqi_label_strips(cqi_labels *l, cq_index seed)
         if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
 }
 
-/* Are 42 % of those odd that the wave of strips reaches first? So it is in quads; elsewhere it is less than 40 %. The
- * frames need a face for each vertex. */
+/* Is the mesh one of quads? In these, 42 % or more of the vertices that a wave of strips reaches first are odd; in
+ * other meshes less than 40 %. Frames need as many faces as vertices, for their memory. */
 static int cqi_are_quads(cqi_labels *l, cq_index seed)
 {
     const cq_mesh *m = l->mesh;
@@ -10549,12 +10555,14 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
 
 /* -- Regular levels: repair --
  *
- * As long as a polygon cannot be coded, one of its odd vertices becomes even: that which leaves the fewest such
- * polygons around it, of several the one that was labelled last. This adds cut edges at that vertex only, and each
- * piece of a polygon that they cut has a face there, so only the faces there are checked again. It ends, for with no
- * odd vertices left each face is a polygon; but if half of them must go, there is no level, which bounds the time. */
+ * As long as there is a polygon that cannot be coded, one of its odd vertices becomes even: the one that leaves the
+ * fewest such polygons around it; of several the one that was labelled last. That adds cut edges only at this vertex,
+ * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. It comes to an
+ * end, as each face is a polygon when no odd vertex is left; but if half of them must go, the level is given up, which
+ * bounds the time. */
 
-enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* of a face; the last one: its polygon has 4 corners */
+enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* bits of a face: to be checked; in the list of those
+                                                                 that wait; its polygon has 4 corners */
 
 static void cqi_wait(cqi_labels *l, cq_index f)
 {
@@ -10575,8 +10583,8 @@ static void cqi_make_even(cqi_labels *l, cq_index v)
     } while (h != m->out[v]);
 }
 
-/* The polygons around an even vertex that cannot be coded. Each one begins at a cut edge; if there is none, all around
- * it is one region. */
+/* Number of polygons around an even vertex that cannot be coded. Each begins at a cut edge; if there is none, all faces
+ * around the vertex are in one region. */
 static int cqi_count_bad(const cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10612,7 +10620,7 @@ static cq_index cqi_choose_even(cqi_labels *l, const cqi_polygon *region)
     return best;
 }
 
-/* Notes that a polygon has been checked. What lies around its corners may be new, and these may be filled now. */
+/* Notes that a polygon has been checked: its corners are to be looked around again, and may be filled. */
 static void cqi_note_polygon(cqi_labels *l, const cqi_polygon *p)
 {
     int k;
@@ -10650,7 +10658,9 @@ static void cqi_wait_all(cqi_labels *l)
         if (cqi_is_face(m, f)) cqi_wait(l, f);
 }
 
-/* -- Regular levels: what lies around an even vertex -- */
+/* -- Regular levels: what lies around an even vertex --
+ *
+ * Where condition 3 above does not hold, odd vertices become even until it does. */
 
 #define CQI_ROUNDS 64
 
@@ -10666,8 +10676,8 @@ static cq_index cqi_last_odd(const cqi_labels *l, const cqi_polygon *p)
     return last;
 }
 
-/* Notes that vertex w lies around, because of an odd vertex or CQ_NONE; since[w] is then its place in the list. If it
- * has been noted before: the odd vertex that is to become even. */
+/* Lists vertex w as one that lies around; `odd` is the odd vertex that puts it there, or CQ_NONE. since[w] becomes its
+ * place in the list. If w is listed already, returns the odd vertex that is to become even. */
 static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index odd)
 {
     if (l->mesh->mark[w] & CQI_SCRATCH) return odd == CQ_NONE ? l->waiting[l->since[w]] : odd;
@@ -10678,8 +10688,8 @@ static cq_index cqi_note_around(cqi_labels *l, cq_index *n, cq_index w, cq_index
     return CQ_NONE;
 }
 
-/* Puts an odd vertex behind those that are in conflict already, from the end of the queue on. What was noted is even,
- * so both fit. */
+/* Adds an odd vertex to those in conflict, a list that grows down from the end of the queue. The other list there has
+ * even vertices only, so both fit. */
 static void cqi_list_conflict(cqi_labels *l, cq_index odd, cq_index *conflicts)
 {
     if (odd == CQ_NONE || l->label[odd] & CQI_CONFLICT) return;
@@ -10705,7 +10715,7 @@ static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f,
     return cqi_place(l, p, p->corner[(k + 2) % 4]);
 }
 
-/* Lists the odd vertices near v that must become even, as vertices lie around v twice; returns how many. */
+/* Lists the odd vertices near v that must become even because a vertex lies around v twice; returns their number. */
 static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10726,9 +10736,9 @@ static cq_index cqi_find_conflicts(cqi_labels *l, cq_index v)
     return conflicts;
 }
 
-/* Makes vertices even until nothing is in conflict. Looked around again are corners of polygons that have changed. 0:
- * too many rounds, which bounds the time that a vertex with many neighbours may take; or repair has given up, and
- * polygons are not what faces say of them. */
+/* Makes vertices even until there is no conflict; corners of polygons that have changed are looked around again. 0
+ * after too many rounds, which bounds the time at vertices with many neighbours; or if the repair has given up, so that
+ * faces no longer say what their polygons are. */
 static int cqi_settle(cqi_labels *l)
 {
     const cq_mesh *m = l->mesh;
@@ -10754,18 +10764,18 @@ static int cqi_settle(cqi_labels *l)
 
 /* -- Regular levels: limits --
  *
- * On a mesh with sharp edges an odd vertex stays even if its parents' edge runs too far from the surface: so these
- * edges survive in the coarse mesh, which then predicts better. The distance is that of the planes of the faces around
- * it from the nearest point of the parents' edge. */
+ * On a mesh with sharp edges, an odd vertex becomes even if its parents' edge runs too far from the surface: so sharp
+ * edges survive in the coarse mesh, which then predicts better. The distance is that from the planes of the faces
+ * around the vertex to the point of the parents' edge that is nearest to it. */
 
 #define CQI_LIMIT 8 /* steps */
 #define CQI_NORMAL_BITS 12
 
 /* The point of the segment from a to b that is nearest to the origin, times 16. Offsets have CQI_OFFSET_BITS bits, so
- * products have 2 * 13 + 2 bits, and the part along the segment, in 1/4096, keeps it in 18. */
+ * products have 2 * 13 + 2; the result has 18. */
 static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
-    const cqi_vector along = cqi_subtract(b, a);
+    const cqi_vector along = cqi_minus(b, a);
     const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
     const int64_t part = at <= 0 || !length ? 0 : at >= length ? 4096 : at * 4096 / length;
     cqi_vector x;
@@ -10775,8 +10785,8 @@ static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
     return x;
 }
 
-/* Square of the distance of a point, in 1/16, from the plane through the origin and two others, in 1/256. The normal is
- * reduced to 12 bits, so its product with the point has 32, and the square 64. */
+/* Square of the distance of `point`, in 1/16, from the plane through the origin and a, b, in 1/256. The normal is
+ * reduced to 12 bits, so its product with the point has 32, and the square of that 64. */
 static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector point)
 {
     cqi_vector normal = cqi_cross(a, b);
@@ -10788,7 +10798,7 @@ static uint64_t cqi_square_off_plane(cqi_vector a, cqi_vector b, cqi_vector poin
     return (uint64_t)product * (uint64_t)product / ((uint64_t)cqi_wide_dot(normal, normal) + !product);
 }
 
-/* Square of how far v is from the edge a - b, in 1/256 step. */
+/* Square of the distance between the edge a - b and the surface at v, in 1/256 square step. */
 static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     const cq_mesh *m = l->mesh;
@@ -10822,7 +10832,7 @@ static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_i
 
 static uint64_t cqi_square_limit(int64_t steps) { return (uint64_t)(256 * steps * steps); }
 
-/* Is v farther from the edge a - b than l->limit allows? */
+/* Does the edge a - b run too far from the surface at v for l->limit? */
 static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
@@ -10836,9 +10846,8 @@ static void cqi_refuse(cqi_labels *l)
         if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
 }
 
-/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
- * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. */
+/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
+ * three fifths are above 16, and an eighth is above 32; more of these if many are above 8. */
 static int cqi_has_sharp_edges(const cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -10856,16 +10865,16 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
 
 /* -- Regular levels: filling --
  *
- * What the waves left even can often be odd, too: an even vertex v that is nobody's parent, between two even
- * neighbours a, b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs that can be
- * coded the best one is taken, if it costs less than a dissolved edge: dissolved edges more than before, and four
- * times the distance from the middle of the parents in relation to their distance. On a boundary the parents are those
- * along it. */
+ * Vertices that the waves left even can often be odd, too: an even vertex v that is no parent, between two even
+ * neighbours a and b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs a, b whose
+ * polygons can be coded, the one with the lowest cost is taken, if that is below the cost of a dissolved edge. The cost
+ * is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
+ * divided by the parents' distance. On a boundary, the parents are those along it. */
 
 #define CQI_FILL_VALENCE 8
 #define CQI_FILL_COST 64 /* of a dissolved edge */
 
-/* The ring of v: spokes, counter-clockwise. Place `virtual_one` is of a virtual vertex, or -1. */
+/* The spokes of v, counter-clockwise. virtual_one: place of the virtual neighbour, or -1. */
 typedef struct cqi_fill_ring {
     int size, virtual_one;
     cq_index spoke[CQI_FILL_VALENCE];
@@ -10886,7 +10895,8 @@ static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r
     } while (h != m->out[v]);
 }
 
-/* Could places i and j be the parents? Even vertices between are corners, two at most; a virtual one lies alone. */
+/* Could places i and j be the parents? Even vertices on each side become corners, of which there may be two; a virtual
+ * vertex must be alone on its side. */
 static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
 {
     int inside = 0, outside = 0, k;
@@ -10904,7 +10914,7 @@ static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
     return r->virtual_one == 0 && i == 1 && j == r->size - 1;
 }
 
-/* Four times the distance of v from the middle of a and b, divided by their distance. */
+/* Four times the distance of v from the middle of a and b, divided by their distance, in 1/CQI_FILL_COST. */
 static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, cq_index b)
 {
     cqi_vector to_a, to_b, sum;
@@ -10914,7 +10924,7 @@ static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, c
     sum.x = to_a.x + to_b.x;
     sum.y = to_a.y + to_b.y;
     sum.z = to_a.z + to_b.z;
-    to_a = cqi_subtract(to_a, to_b);
+    to_a = cqi_minus(to_a, to_b);
     return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_root((uint64_t)cqi_wide_dot(sum, sum)) /
                       (cqi_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
 }
@@ -10928,8 +10938,7 @@ static int cqi_count_of_four(const cqi_labels *l, const cqi_fill_ring *r)
     return n;
 }
 
-/* Makes v odd, if there are parents for it. Another try can only end otherwise when a polygon with the corner v is
- * new. */
+/* Makes v odd, if there are parents for it. A failure is final until one of the polygons with the corner v changes. */
 static int cqi_fill(cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
@@ -10999,7 +11008,8 @@ static void cqi_fill_all(cqi_labels *l)
 
 /* -- Regular levels: the best labelling -- */
 
-/* A seed: an inner vertex, if there is one, from about that place in their order on: irregular, or of valence 8. */
+/* A seed for waves: the first inner vertex that is irregular, or of valence 8, from a place on that depends on the
+ * number of the try; if there is none, any vertex. */
 static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 {
     const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
@@ -11013,9 +11023,9 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
     return any;
 }
 
-/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices:
- * they were there before the subdivision. Waves across any even valence are for quads whose diagonals alternate, with
- * valences 8, where the wave must begin, and 4; elsewhere those across valence 6 leave more to filling. */
+/* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices, which were there before the
+ * subdivision. Waves across any even valence are for quads whose diagonals alternate, so that valences are 4 and 8;
+ * they must begin at an 8. Elsewhere waves across valence 6 only leave more to filling. */
 enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
 #define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
 
@@ -11028,7 +11038,7 @@ static void cqi_try_waves(cqi_labels *l, int number)
     else cqi_label_all(l, cqi_find_seed(l->mesh, (uint32_t)number, any_valence), any_valence);
 }
 
-/* What follows waves: all polygons can be coded then, or too many odd vertices have become even: 0. */
+/* Repairs what waves have labelled, so that all polygons can be coded. 0: too many odd vertices had to become even. */
 static int cqi_finish_waves(cqi_labels *l)
 {
     cqi_refuse(l);
@@ -11038,7 +11048,7 @@ static int cqi_finish_waves(cqi_labels *l)
     return l->spare != 0;
 }
 
-/* A labelling from the waves to the end. */
+/* A complete labelling; returns the number of odd vertices. */
 static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
 {
     l->limit = limit;
@@ -11056,8 +11066,8 @@ static cq_index cqi_count_live(const cq_mesh *m)
     return n;
 }
 
-/* Odd vertices of a mesh of which every face was cut in four, but for some: one on each coarse edge. A labelling
- * cannot be much better. */
+/* Number of odd vertices if nearly every face was made by cutting one in four: one on each coarse edge. No labelling
+ * can have many more. */
 static cq_index cqi_all_odd(const cq_mesh *m)
 {
     cq_index f, faces = 0, boundary = 0;
@@ -11067,8 +11077,8 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
-/* The best labelling by what the waves label: that grows no more, so only the chosen one is repaired. Waves across any
- * valence label a third of any mesh, and repair takes more back there, so they must do better. */
+/* The labelling whose waves make the most vertices odd. As later stages mostly lessen that, only this one is completed.
+ * Waves across any valence make a third of any mesh odd, much of which the repair undoes, so a third is subtracted. */
 static int cqi_choose_labelling(cqi_labels *l)
 {
     const cq_index live = cqi_count_live(l->mesh);
@@ -11094,8 +11104,7 @@ static int cqi_choose_labelling(cqi_labels *l)
     return l->found < l->strips && cqi_are_quads(l, cqi_find_seed(l->mesh, 0, 0)) ? CQI_STRIPS : CQI_NO_LABELS;
 }
 
-/* Labels the mesh of l; returns the number of odd vertices. If it has sharp edges, with a limit, where this leaves
- * enough. */
+/* Labels the mesh of l; returns the number of odd vertices. With sharp edges, a limit is used if enough pass. */
 static cq_index cqi_find_labels(cqi_labels *l)
 {
     const int number = cqi_choose_labelling(l);
@@ -11112,7 +11121,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
 
 /* -- Regular levels: undoing one -- */
 
-/* Notes what a polygon says of the odd vertices on its sides, and turns it back to coarse faces. */
+/* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
 {
     cq_index at[CQI_POLYGON_FACES + 2];
@@ -11129,7 +11138,7 @@ static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
     }
 }
 
-/* Can this edge at an odd vertex be flipped without leaving its coarse face? Then it is not the last one there. */
+/* Can this edge at an odd vertex be flipped within its coarse face, as the vertex has another one there? */
 static int cqi_is_extra(const cqi_labels *l, cq_index h)
 {
     const cq_mesh *m = l->mesh;
@@ -11137,7 +11146,7 @@ static int cqi_is_extra(const cqi_labels *l, cq_index h)
            (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
 }
 
-/* Takes an odd vertex out of its edge: flips what it has more than four neighbours, then collapses it into a parent. */
+/* Takes an odd vertex out of its edge: flips until it has four neighbours, then collapses it into a parent. */
 static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v)
 {
     cq_index first, last, h = m->out[v];
@@ -11181,6 +11190,8 @@ static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32
     }
 }
 
+/* -- Encoder: input and memory -- */
+
 static cq_result cqi_check_channel(const cq_input *in, uint32_t k, cq_place *place)
 {
     const cq_channel *channel = &in->shape.channel[k];
@@ -11207,8 +11218,8 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct. What is attached to faces has its place in the memory of the replay, which
- * begins when all is measured. */
+/* Lays out the encoder behind its struct. What is attached to faces uses the memory of the replay, which begins only
+ * when all is measured. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
     cqi_plan *p = &e->plan;
@@ -11255,7 +11266,7 @@ static const cq_value *cqi_gather_positions(const cqi_plan *p, const cq_input *i
     return scratch;
 }
 
-/* scratch: room for the positions. */
+/* Chooses the positions that are measured, and with CQ_BALANCED decide collapses. scratch: room for these. */
 static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
 {
     const int channel = cqi_context_channel(&in->shape);
@@ -11267,7 +11278,9 @@ static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
     p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
-/* Longest side of the box of a component's vertices; without positions, how many these are. */
+/* -- Encoder: components -- */
+
+/* Longest side of the bounding box of a component; without positions, its number of vertices. */
 static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
 {
     cq_value low[3], high[3];
@@ -11286,8 +11299,8 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
     return p->measured ? longest : n;
 }
 
-/* Simplifies a component, level by level. Its collapses begin with a note of level 0, and one follows them, which has
- * the component's size. */
+/* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
+ * size behind them. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -11316,7 +11329,7 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
     if (p->num_levels < p->level - 1) p->num_levels = p->level - 1;
 }
 
-/* One pass of a radix sort by sizes, which are in the notes behind those of each component; large ones first. */
+/* One pass of a radix sort of components by their sizes, large ones first. */
 static void cqi_sort_by_size(const cqi_plan *p, const cqi_seed *from, cqi_seed *to, int shift)
 {
     cq_index end[256], k, sum = 0;
@@ -11353,8 +11366,8 @@ static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 
 /* -- How far a regular level is from the exact surface --
  *
- * Each vertex that has been removed is attached to the nearest face that is found: of those around a vertex that it, or
- * what it was removed for, was next to; then of those around the corners of the best one, as long as that helps. */
+ * Each vertex that has been removed is attached to the nearest face that a walk finds. It begins with the faces around
+ * a vertex nearby that is left; then it tries those around the corners of the best face, as long as that helps. */
 
 /* Tries the faces around a vertex until one is near enough. */
 static void cqi_try_around(const cqi_plan *p, cq_index centre, cq_index v, cqi_nearest *n)
@@ -11388,8 +11401,8 @@ static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
     if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
 }
 
-/* After a level has been undone. p->decoded becomes, of removed vertices, one nearby that is left: those of later
- * levels come first, so that those of earlier ones find it. */
+/* Measures a level that has been undone. p->decoded[v] becomes a vertex near v that is left, for each removed v: coarse
+ * levels come first, so that the vertices of finer ones find one. */
 static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 {
     cq_index k = p->num_notes;
@@ -11479,7 +11492,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
-/* Runs the decoder's steps, writing. */
+/* Runs the decoder's steps, which write now. */
 static void cqi_replay(cqi_encoder *e, const cq_input *in)
 {
     uint32_t n = 0;
@@ -11491,6 +11504,8 @@ static void cqi_replay(cqi_encoder *e, const cq_input *in)
     cqi_model_keep(&e->replay.model);
 #endif
 }
+
+/* -- Encoder: header -- */
 
 static void cqi_write_uint(uint8_t **to, uint32_t value, int bytes)
 {
@@ -11544,7 +11559,7 @@ static size_t cqi_write_header(uint8_t *data, const cq_shape *s, size_t payload_
     return (size_t)(to - data);
 }
 
-/* Moves bytes up by less than a chunk, the last chunk first. */
+/* Moves bytes up, the last chunk first, as source and target may overlap. */
 static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
 {
     uint8_t chunk[64];
@@ -11556,7 +11571,7 @@ static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
     }
 }
 
-/* Puts the header in front of the payload, which was written behind the shortest possible one. */
+/* Puts the header in front of the payload, which was written behind a gap for the shortest header. */
 static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
 {
@@ -11727,7 +11742,7 @@ static void cqi_write_all_maps(cq_input *in, cqi_encoder *e)
     else cqi_write_maps(in, e);
 }
 
-/* Encodes with so many regular levels at most. */
+/* Encodes with at most `most_regular` regular levels. */
 static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size, uint32_t most_regular, uint8_t *out,
                                  size_t out_size, size_t *stream_size, cq_place *place, cq_report *report)
 {
@@ -11764,8 +11779,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     return result;
 }
 
-/* What a vertex of level k may take, in 1/16 bit: the mean without regular levels, and 3/2 bits more for each time that
- * the mesh has half of the vertices, for those of a coarser mesh also take more. */
+/* Bits that a vertex of regular level k may take, in 1/16: the mean without regular levels, and 3/2 bits more for each
+ * halving of the number of vertices before it, as coarser meshes always take more bits for a vertex. */
 static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
 {
     uint32_t live = num_vertices, j;
@@ -11774,9 +11789,9 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* Is the mesh before level k about as near to the exact one as what another plan has for as many bytes? Four times as
- * far passes, for most vertices are much nearer; more, as all bytes are fewer; less, if they are hardly fewer, once
- * more for each 24th; and a step. */
+/* Is the mesh before regular level k about as near to the exact one as what a plan without regular levels has after as
+ * many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and by a
+ * factor of 1 and one more for each 24th of the bytes that are saved, but no more than 4 times the lengths' ratio. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
     const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
@@ -11787,9 +11802,9 @@ static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, siz
            (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
 }
 
-/* How many regular levels there should be, given a plan with them and one without: none if the bytes are more, else the
- * finest ones as long as they take not too much; and if the goal is balanced, only if they save a 50th, and as long as
- * what is before them is near enough. */
+/* How many regular levels there should be, given the bytes of a plan with them and of one without: none if that makes
+ * the stream longer; else the finest ones, as long as their vertices do not take too much. With CQ_BALANCED, they must
+ * also save a 50th, and the meshes before them must be near enough. */
 static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without,
                                    const cq_input *in)
 {
@@ -11804,9 +11819,9 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take less than those of the mesh
- * before all of them would. That is guessed to be what they take there, and 5 bits less for each time that a mesh has
- * twice as many, unless there are no positions. */
+/* The same without the other plan: at least one, and more as long as their vertices take fewer bits than they would
+ * without. This is guessed: what vertices take before all regular levels; and with positions, 5 bits less for each
+ * doubling of the number of vertices since. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;

@@ -5,6 +5,7 @@
 #   - both compilers, oldest and newest standards, both widths: included twice, before and behind the implementation, in
 #     two units, or private; those between are compiled without making code
 #   - decoders without any of their parts
+#   - the two examples at the top of the header
 #   - files that disagree about the width of indices do not link; libraries of both widths do
 #   - what the compiled header asks of the system is memcpy and memset, and nothing of it is writable memory
 #   - a compiler that may not use floating point has nothing to say, beside the quantiser
@@ -52,6 +53,44 @@ syntax() { # compiler options
     for unit in first second private; do check "$@" -fsyntax-only $unit; done
 }
 
+# Code in the header's first comment, part $1 of those between empty lines, without what is said behind it.
+example() {
+    sed -nE '1,/^ \* Words/s/^ \*(    | *$)//p' "$include/conquest.h" | sed -E 's/([;{])  +[a-z0-9].*$/\1/' |
+        awk -v part="$1" 'NF { if (!inside) n++; inside = 1; if (n == part) print } !NF { inside = 0 }'
+}
+
+examples() {
+    cat <<C
+$(example 1)
+#include <stdlib.h>
+$(example 2)
+size_t read_some(uint8_t *bytes);
+void draw(const cq_index *index, cq_index num_faces, const cq_value *values, cq_index num_vertices);
+cq_result decode(void);
+cq_result decode(void)
+{
+    cq_result result;
+    uint8_t bytes[100];
+    size_t n;
+$(example 3)
+    return result;
+}
+cq_result encode(uint32_t num_vertices, uint32_t num_faces, const float *floats,
+                 const cq_index *indices, cq_value *values);
+cq_result encode(uint32_t num_vertices, uint32_t num_faces, const float *floats,
+                 const cq_index *indices, cq_value *values)
+{
+    static uint8_t out[1000];
+    cq_result result;
+    size_t size, stream_size, out_size = sizeof out;
+    void *memory;
+$(example 4)
+    free(memory);
+    return result;
+}
+C
+}
+
 finish() {
     echo "$passed passed, $failed failed"
     [ $failed = 0 ]
@@ -87,6 +126,10 @@ for reports in "" -DCQ_NO_REPORTS; do
         done
     done
 done
+
+examples >example.c
+check grep -q cq_encode example.c
+check gcc -std=c99 "${warnings[@]}" -I"$include" -fsyntax-only example.c
 
 [ "${1:-}" != quick ] || finish
 
