@@ -535,7 +535,9 @@ typedef struct cq_report {
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 } cq_report;
 
-/* -- Private types: their sizes are public, their contents are not ------------------------------------------------- */
+/* -- Private types: their sizes are public, their contents are not -------------------------------------------------
+ *
+ * Decoders have these inside, so that a caller can declare one. To read on about the interface, skip to "Decoder". */
 
 /* Bytes of input that one step may need: 34, and 18 for each component. At most, in bits:
  *
@@ -836,7 +838,10 @@ typedef struct cqi_regular {
                                                         edge, more */
 } cqi_regular;
 
-/* -- Decoder ------------------------------------------------------------------------------------------------------- */
+/* -- Decoder -------------------------------------------------------------------------------------------------------
+ *
+ * cq_decoder_init, then cq_decode with each piece of the stream. Between calls, the mesh and its values are there to be
+ * drawn. To size the memory: cq_peek and cq_decoder_bytes, or the macros. */
 
 /* A piece of input: cq_decode advances data and shrinks size by what it has used. */
 typedef struct cq_bytes {
@@ -1028,7 +1033,9 @@ typedef struct cq_lod {
  * errors, a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
-/* -- Encoder ------------------------------------------------------------------------------------------------------- */
+/* -- Encoder -------------------------------------------------------------------------------------------------------
+ *
+ * cq_encode makes a stream of triangles, in one call. */
 
 
 /* How collapses are chosen; without positions, both are CQ_LEAST_CONNECTIVITY. */
@@ -1148,7 +1155,20 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 
 #endif /* CQ_CONQUEST_H */
 
-/* Stop here if you only need the interface. Below is the implementation. */
+/* Stop here if you only need the interface. Below is the implementation; each part only uses those before it:
+ *
+ *     memory; mesh                       the caller's block; halfedges: build, check, collapse, split, flip
+ *     range coder; header                bytes of a stream
+ *     coding, plan, symbols, priors      what both directions share, and where they differ
+ *     base; values; positions            the coarsest mesh; numbers of new vertices and faces
+ *     conquest, pair, patches; rows      where a level splits, and how; seams
+ *     regular levels                     insertions into edges, and flips
+ *     steps; decoder; levels of detail   what a call of cq_decode does
+ *     encoder                            collapses, their losses, and how far a level is from the exact surface;
+ *                                        preparation: triangles become a manifold;
+ *                                        labels of regular levels;
+ *                                        the passes of cq_encode
+ *     quantiser                          floats to values and back */
 #if defined(CONQUEST_IMPLEMENTATION) && !defined(CONQUEST_IMPLEMENTATION_DONE)
 #define CONQUEST_IMPLEMENTATION_DONE /* a guard of its own: the interface may have been included before */
 
@@ -1365,7 +1385,9 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     cq_mesh_watch(m, 0, NULL);
 }
 
-/* -- Mesh: building ------------------------------------------------------------------------------------------------ */
+/* -- Mesh: building ------------------------------------------------------------------------------------------------
+ *
+ * Finds twins by sorting halfedges, fills boundary loops, and checks that each vertex has one fan of faces. */
 
 static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_index vertex, cq_index other)
 {
@@ -1584,7 +1606,9 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
     return cqi_check_fans(m, place);
 }
 
-/* -- Mesh: checking ------------------------------------------------------------------------------------------------ */
+/* -- Mesh: checking ------------------------------------------------------------------------------------------------
+ *
+ * For cq_mesh_check, and for each component of a base that was decoded. */
 
 #define CQI_SCRATCH 0x80 /* bit of mark[v], for the mesh operations, which clear it again */
 
@@ -1714,7 +1738,9 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
     return r == CQ_OK ? cqi_check_from(m, 0, 0, 0, 0, 0, place) : r;
 }
 
-/* -- Mesh: collapse and split -------------------------------------------------------------------------------------- */
+/* -- Mesh: collapse and split --------------------------------------------------------------------------------------
+ *
+ * Encoders do both; decoders only split. */
 
 /* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
  * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
@@ -2179,7 +2205,9 @@ size_t cq_range_encoder_finish(cq_range_encoder *e)
     return e->count;
 }
 
-/* -- Header -------------------------------------------------------------------------------------------------------- */
+/* -- Header --------------------------------------------------------------------------------------------------------
+ *
+ * Reads headers: numbers of fixed length are little-endian, counts are LEB128. SPEC.md has the layout. */
 
 typedef struct cqi_header {
     cq_shape *shape;
@@ -2521,7 +2549,10 @@ typedef struct cqi_plan {
 /* Adaptation rate of the bit models; higher is slower. */
 #define CQI_RATE(num_vertices) ((num_vertices) < 512 ? 4 : (num_vertices) < 4096 ? 5 : 6)
 
-/* -- The plan: what the encoder looks up while it replays -- */
+/* -- The plan: what the encoder looks up while it replays --
+ *
+ * The encoder replays its collapses as splits, in the order of the decoder. Here it finds what to write: the next
+ * component or collapse, and the numbers that vertices and faces have in its own mesh and in the decoded one. */
 
 /* The halfedge from one vertex to a neighbour of it. */
 static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
@@ -2693,7 +2724,9 @@ static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
 
 #endif /* CQ_NO_REGULAR */
 
-/* -- Symbols -- */
+/* -- Symbols --
+ *
+ * Bits and numbers in both directions, on which all other coding is built; and what they cost, for reports. */
 
 /* A bit with model number `index`. */
 static inline int cqi_code_bit(cq_decoder *d, int index, int bit)
@@ -3612,7 +3645,9 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     return cqi_value_fits(channel, x);
 }
 
-/* -- Values of faces: mostly equal to that of a face nearby -- */
+/* -- Values of faces: mostly equal to that of a face nearby --
+ *
+ * Materials of faces are coded like these, see above. */
 
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
@@ -3669,7 +3704,9 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
     }
 }
 
-/* -- Vectors and other arithmetic -- */
+/* -- Vectors and other arithmetic --
+ *
+ * In integers, as everything that decides bytes must be the same on every machine. */
 
 static inline cqi_vector cqi_plus(cqi_vector a, cqi_vector b)
 {
@@ -4999,7 +5036,9 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 /* A level must add one vertex for every 16 that take part in it: so all levels together take linear time. */
 #define CQI_MIN_SPLITS(num_vertices) ((num_vertices) / 16 + 1)
 
-/* -- Patches -- */
+/* -- Patches --
+ *
+ * What happens at each patch of a conquest: its flag, its split, and what an encoder notes of both. */
 
 #define CQI_AT_ONCE 1024 /* vertices that one step prepares: bounds its time */
 
@@ -7220,7 +7259,10 @@ static cq_result cqi_begin_regular(cq_decoder *d)
 
 #endif /* CQ_NO_REGULAR */
 
-/* -- Steps --------------------------------------------------------------------------------------------------------- */
+/* -- Steps ---------------------------------------------------------------------------------------------------------
+ *
+ * A call of cqi_step is one step of a caller's budget. It codes what it needs, then applies it; d->phase says what the
+ * next one does. If bytes are missing, it returns CQ_TRUNCATED and applies nothing. */
 
 /* The faces of a component are complete: tells whether another one follows, and turns to the values of this one. */
 static cq_result cqi_end_component(cq_decoder *d)
@@ -8022,7 +8064,9 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
     }
 }
 
-/* -- Levels of detail ---------------------------------------------------------------------------------------------- */
+/* -- Levels of detail ----------------------------------------------------------------------------------------------
+ *
+ * For cq_keep_lods. */
 
 /* Is d->error known? The first level tells its error while it begins: until then it is 0. */
 static int cqi_knows_error(const cq_decoder *d)
@@ -8073,7 +8117,11 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
     return k;
 }
 
-/* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------ */
+/* -- Encoder: simplification (section 2.2 of the paper) ------------------------------------------------------------
+ *
+ * An encoder builds the mesh, undoes regular levels, and simplifies what is left level by level, noting each collapse.
+ * Then it replays the notes, coarsest first, by the steps of a decoder that write instead of read. cqi_encode_pass has
+ * it all in order. */
 
 #ifndef CQ_NO_ENCODER
 
@@ -8435,7 +8483,9 @@ static uint8_t cqi_error_code(uint32_t error)
 /* The error so far. */
 static uint32_t cqi_error_now(const cqi_plan *p) { return cqi_error_of_code(p->level_error[p->level]); }
 
-/* -- Distances of a point from a face -- */
+/* -- Distances of a point from a face --
+ *
+ * Exact squares of distances, and cheaper tests whether one is small. */
 
 static inline cqi_vector64 cqi_shift64(cqi_vector64 x, int shift)
 {
@@ -8544,7 +8594,9 @@ static uint64_t cqi_facet_square(const cqi_facet *f, cqi_vector64 x)
     return least;
 }
 
-/* -- Covers -- */
+/* -- Covers --
+ *
+ * The faces that a collapse leaves around A, as seen from A. */
 
 /* Lists the real faces of a cover. If there are none, as where a tip was cut off, those next to it are used. One of
  * these is real: else A and B would have had no faces but the removed ones, and could not have been collapsed. */
@@ -8598,7 +8650,9 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
     cqi_open_cover(p, cover);
 }
 
-/* -- Outside the cover -- */
+/* -- Outside the cover --
+ *
+ * For vertices that no face of the cover is near enough to. */
 
 /* Makes the face of h the nearest one if it is real and nearer to v. */
 static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
@@ -8649,7 +8703,9 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
     for (k = 0; k < CQ_MAX_VALENCE; k++, h = cq_clockwise(m, h)) cqi_try_face(p, h, v, n);
 }
 
-/* -- Attaching -- */
+/* -- Attaching --
+ *
+ * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
 /* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
 static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
@@ -8916,7 +8972,9 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
 
 #endif
 
-/* -- Choosing collapses -- */
+/* -- Choosing collapses --
+ *
+ * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
 /* Is b better to collapse into a than the best one so far? That is, of smaller valence; or with CQ_BALANCED nearer. */
 static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
@@ -9188,7 +9246,9 @@ static int cqi_is_of_row(const cq_channel *c)
     return c->merge != CQ_PER_FACE && cqi_is_of_corner(c->kind);
 }
 
-/* -- Rows with the same values -- */
+/* -- Rows with the same values --
+ *
+ * Sorts rows: those with the same positions are one place, those with the same values one row. */
 
 /* Orders two rows by the channels per mesh vertex, or by those per row: below, equal to or above 0. */
 static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
@@ -9253,7 +9313,9 @@ static void cqi_find_places(cqi_preparer *p)
     }
 }
 
-/* -- Keys of halfedges, and sorting by them -- */
+/* -- Keys of halfedges, and sorting by them --
+ *
+ * Edges are compared by a key of each end, see CQI_BY_ROW; sorting brings halfedges of the same edge together. */
 
 static cq_index cqi_row_of_corner(const cqi_preparer *p, cq_index h)
 {
@@ -9329,7 +9391,9 @@ static cq_index cqi_group_end(const cqi_preparer *p, int by, cq_index begin, cq_
     return end;
 }
 
-/* -- Faces that go aside -- */
+/* -- Faces that go aside --
+ *
+ * Faces with two corners in one place, and all but the first of faces with the same rows. */
 
 /* Key number k of a face's corners, in ascending order. */
 static cq_index cqi_face_key(const cqi_preparer *p, const cq_index *of, cq_index face, int k)
@@ -9459,7 +9523,9 @@ static void cqi_turn_faces(cqi_preparer *p)
     }
 }
 
-/* -- Gluing -- */
+/* -- Gluing --
+ *
+ * Halfedges become twins: where rows agree, then where values do, then where places do, the flattest pair first. */
 
 static void cqi_glue(cqi_preparer *p, cq_index g, cq_index h)
 {
@@ -9737,7 +9803,9 @@ static void cqi_find_locks(cqi_preparer *p)
     }
 }
 
-/* -- Wedges, and numbers of rows -- */
+/* -- Wedges, and numbers of rows --
+ *
+ * Corners of a fan with the same row are a wedge. Each row of the input is then a wedge, or aside. */
 
 /* Sorts the corners into p->list: by their fans, and within a fan by rows. */
 static void cqi_sort_corners(cqi_preparer *p)
@@ -9800,7 +9868,9 @@ static void cqi_find_targets(cqi_preparer *p)
     }
 }
 
-/* -- The whole -- */
+/* -- The whole --
+ *
+ * The preparation's memory, its steps in order, and what is kept of it. */
 
 /* Bytes for the preparation, and for what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
 static uint64_t cqi_preparing_bytes(const cq_shape *s)
@@ -10031,7 +10101,9 @@ static cq_index cqi_count_odd(const cqi_labels *l)
     return n;
 }
 
-/* -- Regular levels: polygons -- */
+/* -- Regular levels: polygons --
+ *
+ * Reads the polygon that a face lies in, and flips it back to coarse faces. */
 
 /* A polygon, or as much of a region as was looked at. Its border runs counter-clockwise; place k is the origin of
  * border halfedge k. What follows `border` is for polygons only. Sets of places are bits. */
@@ -11006,7 +11078,9 @@ static void cqi_fill_all(cqi_labels *l)
     }
 }
 
-/* -- Regular levels: the best labelling -- */
+/* -- Regular levels: the best labelling --
+ *
+ * Waves are tried, the best ones chosen, then repaired, filled and settled. */
 
 /* A seed for waves: the first inner vertex that is irregular, or of valence 8, from a place on that depends on the
  * number of the try; if there is none, any vertex. */
@@ -11119,7 +11193,9 @@ static cq_index cqi_find_labels(cqi_labels *l)
     return cqi_label_with(l, number, 0);
 }
 
-/* -- Regular levels: undoing one -- */
+/* -- Regular levels: undoing one --
+ *
+ * Polygons are flipped back to coarse faces, then odd vertices collapsed into a parent. */
 
 /* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
