@@ -1063,6 +1063,8 @@ typedef struct cq_input {
     void *user;                            /* passed to progress */
 } cq_input;
 
+#ifndef CQ_NO_ENCODER
+
 /* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
@@ -1094,6 +1096,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                            size_t *stream_size, cq_place *place, cq_report *report);
 
+#endif /* CQ_NO_ENCODER */
+
 /* -- Quantiser -----------------------------------------------------------------------------------------------------
  *
  * Floats to values and back, for callers who have no integers of their own: the only part that uses floating point. It
@@ -1103,6 +1107,8 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
  *
  * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
+
+#ifndef CQ_NO_QUANTISER
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
  * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
@@ -1139,6 +1145,8 @@ CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size
  * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
 CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
 CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
+
+#endif /* CQ_NO_QUANTISER */
 
 #ifdef __cplusplus
 }

@@ -119,8 +119,8 @@ for reports in "" -DCQ_NO_REPORTS; do
             for regular in "" -DCQ_NO_REGULAR; do
                 for attributes in "" -DCQ_NO_ATTRIBUTES; do
                     # shellcheck disable=SC2086 # none if it is empty
-                    check gcc -x c -std=c99 "${warnings[@]}" -I"$include" -DCQ_NO_ENCODER $reports $quantiser $wedges \
-                        $regular $attributes -fsyntax-only first
+                    syntax gcc -x c -std=c99 "${warnings[@]}" -I"$include" -DCQ_NO_ENCODER $reports $quantiser $wedges \
+                        $regular $attributes
                 done
             done
         done
