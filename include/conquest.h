@@ -45,7 +45,8 @@
  *     memory = malloc(size);
  *     if (result == CQ_OK) result = cq_encode(&in, memory, size, out, out_size, &stream_size, NULL, NULL);
  *
- * A mesh with boundaries returns CQ_ERROR_MEMORY the first time. cq_encoder_bytes(&in.shape) then says what it needs.
+ * As long as the result is CQ_ERROR_MEMORY, which it is at first for a mesh with boundaries, call again with as much
+ * memory as cq_encoder_bytes(&in.shape) asks for by then.
  *
  * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
  * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
