@@ -4,7 +4,8 @@
  * Vertices and faces come out as the file has them: same order, nothing merged, nothing dropped. Only STL, which has a
  * position for each corner, gets its indices here: corners with equal coordinates become one vertex. Faces with more
  * than three corners are cut into triangles, in their place. Normals, texture coordinates and colors belong to vertices
- * or to corners of faces, names of materials, groups and objects to faces. Whatever else a file has is named in `notes`.
+ * or to corners of faces, names of materials, groups and objects to faces. Whatever else a file has is named in notes, but
+ * for comments and, of STL, normals and the name of a single solid.
  *
  *     struct mesh_file mesh;
  *     char error[MESH_ERROR_BYTES];
@@ -83,6 +84,7 @@ struct mesh_file {
     double unit;                       /* what the last digit of a coordinate counts at least; 0: binary numbers */
     char *notes;                       /* lines that end in \n: "dropped: ...", what the file has and this has not, or
                                           "changed: ..."; NULL: none */
+    char *attribute_notes;             /* the same of attributes and labels, for those who want any */
 };
 
 /* "normals", "texture coordinates", "colors". */

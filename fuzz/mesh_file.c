@@ -62,6 +62,7 @@ static void check_mesh(const struct mesh_file *m) {
     for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) check_attribute_values(m, a);
     for (a = 0; a < MESH_NUM_LABELS; a++) check_labels(&m->label[a], m->num_faces);
     check_notes(m->notes);
+    check_notes(m->attribute_notes);
 }
 
 static const float *value_of(const struct mesh_file *m, int attribute, size_t corner) {

@@ -123,6 +123,30 @@ static int add_normals(struct encoding *e, struct mesh_file *mesh, const char *p
            || complain(path, "normals that cannot be rounded");
 }
 
+/* Far from 0 a step of the grid is longer than asked for, as floats are there; those near 0 suffer from it. */
+static void tell_coarse(struct encoding *e, const struct options *options, const char *path, const float *from)
+{
+    const uint32_t k = e->input.shape.num_channels - 1;
+    const cq_channel *channel = &e->input.shape.channel[k];
+    double side = 0, distance = 0;
+    float step, origin;
+    memcpy(&step, &channel->step, sizeof step);
+    for (size_t c = 0; c < channel->components; c++) {
+        double low = 0, high = 0;
+        memcpy(&origin, &channel->origin[c], sizeof origin);
+        for (size_t i = c; i < (size_t)channel->components * e->input.shape.num_vertices; i += channel->components) {
+            low = i == c ? (double)from[i] : fmin(low, (double)from[i]);
+            high = i == c ? (double)from[i] : fmax(high, (double)from[i]);
+            distance = fmax(distance, fabs((double)from[i] - ((double)origin + (double)step * e->values[k][i])));
+        }
+        side = fmax(side, high - low);
+    }
+    double wanted = side / (double)((1u << channel->bits) - 1);
+    if ((double)step > 1.5 * wanted && distance > 0.53 * wanted)
+        tell_loss(e, options, path, "changed: texture coordinates: the step of the grid is %.3g instead of %.3g, as they are "
+                  "so far from 0", (double)step, wanted);
+}
+
 static int add_texcoords(struct encoding *e, struct mesh_file *mesh, const char *path,
                          const struct options *options)
 {
@@ -134,6 +158,7 @@ static int add_texcoords(struct encoding *e, struct mesh_file *mesh, const char 
     if (cq_fit_grid(channel, from, mesh->num_vertices, NULL) != CQ_OK
             || cq_quantise(channel, from, mesh->num_vertices, e->values[k], NULL) != CQ_OK)
         return complain(path, "texture coordinates too large for %lu bits", (unsigned long)bits);
+    tell_coarse(e, options, path, from);
     tell_blurred(e, options, path, mesh_attribute_name(MESH_TEXCOORDS), "texcoords");
     return 1;
 }
@@ -200,14 +225,10 @@ void tell_loss(struct encoding *e, const struct options *options, const char *pa
         complain(path, "%s", text);
 }
 
-/* What the reader could not keep; where positions alone are wanted, only what it changed. */
-static void tell_notes(struct encoding *e, const struct options *options, const struct mesh_file *mesh,
-                       const char *path)
+/* What the reader could not keep. */
+static void tell_notes(struct encoding *e, const struct options *options, const char *line, const char *path)
 {
-    const char *end, *line = mesh->notes;
-    for (; line != NULL && (end = strchr(line, '\n')) != NULL; line = end + 1) {
-        if (options->attributes == 0 && strncmp(line, "dropped", 7) == 0)
-            continue;
+    for (const char *end; line != NULL && (end = strchr(line, '\n')) != NULL; line = end + 1) {
         e->losses++;
         if (!options->quiet)
             complain(path, "%.*s", (int)(end - line), line);
@@ -225,7 +246,8 @@ static int add_channels(struct encoding *e, struct mesh_file *mesh, const char *
         if ((options->attributes >> a & 1) != 0 && mesh->attribute[a].values != NULL
                 && !add_attribute(e, mesh, path, options, (enum mesh_attribute)a))
             return 0;
-    tell_notes(e, options, mesh, path);
+    tell_notes(e, options, mesh->notes, path);
+    tell_notes(e, options, options->attributes != 0 ? mesh->attribute_notes : NULL, path);
     return add_labels(e, mesh, path, options) && (!options->keep_order || add_order(e, mesh, path));
 }
 

@@ -73,6 +73,17 @@ static int quantise_floats(cq_channel *channel, const struct mesh_file *mesh, cq
     return ok;
 }
 
+/* How far the points of a grid are from the positions at most. */
+static double grid_distance(const cq_channel *channel, const struct mesh_file *mesh, const cq_value *values)
+{
+    double distance = 0;
+    for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
+        double x = float_value(channel->origin[i % 3]) + float_value(channel->step) * values[i];
+        distance = fmax(distance, fabs(mesh->positions[i] - x));
+    }
+    return distance;
+}
+
 /* Values on a grid that is chosen already. Returns the first vertex that it does not reach, or the number of vertices. */
 static size_t quantise_doubles(const cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
 {
@@ -163,6 +174,15 @@ static int add_exact(struct encoding *e, cq_channel *channel, const struct mesh_
     return quantise_exactly(channel, mesh, e->values[0]);
 }
 
+/* How far are the points of the channel's grid from those that were asked for? */
+static double given_grid_distance(const cq_channel *channel, const struct options *options)
+{
+    double origin = 0, step = fabs(float_value(channel->step) - options->grid_step);
+    for (int c = 0; c < 3; c++)
+        origin = fmax(origin, fabs(float_value(channel->origin[c]) - options->grid_origin[c]));
+    return origin + step * (double)((uint32_t)1 << channel->bits);
+}
+
 static int add_on_given_grid(struct encoding *e, cq_channel *channel, const struct mesh_file *mesh, const char *path,
                              const struct options *options, const struct box *box)
 {
@@ -174,6 +194,10 @@ static int add_on_given_grid(struct encoding *e, cq_channel *channel, const stru
     }
     channel->bits = (uint8_t)bits_to_reach(last);
     size_t vertex = quantise_doubles(channel, mesh, e->values[0]);
+    double off = given_grid_distance(channel, options);
+    if (vertex == mesh->num_vertices && off > options->grid_step / 64)
+        tell_loss(e, options, path, "changed: positions: the points of --grid are up to %.3g from where they should be, "
+                  "as its origin and step are 32-bit floats", off);
     if (vertex == mesh->num_vertices)
         return 1;
     const double *p = &mesh->positions[3 * vertex];
@@ -191,13 +215,16 @@ int add_positions(struct encoding *e, cq_channel *channel, const struct mesh_fil
     if (options->grid_step > 0)
         return add_on_given_grid(e, channel, mesh, path, options, &box);
     double step = step_of(box.side, channel->bits);
-    if (mesh->rounding <= step / 64)
-        return quantise_floats(channel, mesh, e->values[0])
-               || complain(path, "too large for %lu bits", (unsigned long)options->bits);
+    if (mesh->rounding <= step / 64) {
+        if (!quantise_floats(channel, mesh, e->values[0]))
+            return complain(path, "too large for %lu bits", (unsigned long)options->bits);
+        if (grid_distance(channel, mesh, e->values[0]) <= 0.53 * step)       /* floats may be too coarse for more */
+            return 1;
+    }
     double fitted = fit_far_grid(channel, &box, step);
     if (fitted > 1.5 * step)
-        tell_loss(e, options, path, "changed: positions: so far from the origin the step of the grid is %.3g instead of "
-                  "%.3g", fitted, step);
+        tell_loss(e, options, path, "changed: positions: the step of the grid is %.3g instead of %.3g, as %s", fitted,
+                  step, fitted > (double)FLT_MIN ? "they are so far from the origin" : "no float is smaller");
     return quantise_doubles(channel, mesh, e->values[0]) == mesh->num_vertices
            || complain(path, "positions too far apart");
 }

@@ -71,6 +71,7 @@ struct store {
     uint32_t (*triangle)[3];
     size_t triangles;                  /* in all, with lines and points */
     size_t larger, empty;              /* faces with more than three corners, and with none */
+    size_t too_large;                  /* faces whose triangles may overlap */
 };
 
 static size_t first_corner(const struct faces *faces, size_t face)
@@ -172,7 +173,9 @@ static int store_face(struct store *s, size_t f)
         return store_line(s, &s->faces->face[f], corner, corners);
     for (size_t i = 0; i < corners; i++)
         memcpy(s->point[i], &s->mesh->positions[3 * (size_t)corner[i].vertex], sizeof *s->point);
-    if (!triangulate((const double (*)[3])s->point, corners, s->triangle))
+    int result = triangulate((const double (*)[3])s->point, corners, s->triangle);
+    s->too_large += result == 1;
+    if (result == 0)
         return 0;
     for (size_t t = 0; t < corners - 2; t++)
         store_triangle(s, &s->faces->face[f], corner, s->triangle[t]);
@@ -188,6 +191,8 @@ static int store_all(struct reader *r, struct store *s)
             return fail(r, "out of memory for a face with %zu corners", count_corners(s->faces, f));
     if (s->larger > 0)
         note(s->mesh, "changed: faces with more than three corners (%zu) are cut into triangles\n", s->larger);
+    if (s->too_large > 0)
+        note(s->mesh, "changed: faces with too many corners (%zu): their triangles may overlap\n", s->too_large);
     if (s->empty > 0)
         note(s->mesh, "dropped: faces without corners (%zu)\n", s->empty);
     return s->mesh->num_faces > 0 || s->faces->num_faces == 0 || fail(r, "no face has a corner");
@@ -270,7 +275,7 @@ int store_faces(struct reader *r, struct mesh_file *mesh, const struct faces *fa
     int is_smooth = wants_normals && has_label(faces, FACE_SMOOTHING);
     int ok = store_all(r, &s) && (!is_smooth || smooth_normals(r, mesh, s.smoothing));
     if (ok && is_smooth)
-        note(mesh, "dropped: smoothing groups, which became normals\n");
+        note_attribute(mesh, "dropped: smoothing groups, which became normals\n");
     free(s.point);
     free(s.triangle);
     free(s.smoothing);

@@ -55,19 +55,37 @@ int fail(struct reader *r, const char *format, ...)
 }
 
 /* Without memory a note is not worth an error of its own: the reader is about to fail, too. */
-void note(struct mesh_file *mesh, const char *format, ...)
+static void add_note(char **notes, const char *format, va_list arguments)
 {
     char text[2 * MESH_ERROR_BYTES];
+    vsnprintf(text, sizeof text, format, arguments);
+    size_t used = *notes != NULL ? strlen(*notes) : 0, more = strlen(text);
+    char *longer = realloc(*notes, used + more + 1);
+    if (longer == NULL)
+        return;
+    memcpy(longer + used, text, more + 1);
+    *notes = longer;
+}
+
+void note(struct mesh_file *mesh, const char *format, ...)
+{
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
+    add_note(&mesh->notes, format, arguments);
     va_end(arguments);
-    size_t used = mesh->notes != NULL ? strlen(mesh->notes) : 0, more = strlen(text);
-    char *notes = realloc(mesh->notes, used + more + 1);
-    if (notes == NULL)
-        return;
-    memcpy(notes + used, text, more + 1);
-    mesh->notes = notes;
+}
+
+void note_attribute(struct mesh_file *mesh, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    add_note(&mesh->attribute_notes, format, arguments);
+    va_end(arguments);
+}
+
+const char *plural(size_t count)
+{
+    return count == 1 ? "" : "s";
 }
 
 /* -- Vertices ------------------------------------------------------------------------------------------------------ */
@@ -174,7 +192,7 @@ static void check_vertices(struct mesh_file *mesh, enum mesh_attribute attribute
         const char *wrong = find_wrong(a, attribute, v);
         if (wrong == NULL)
             continue;
-        note(mesh, "dropped: %s: vertex %zu %s\n", mesh_attribute_name(attribute), v, wrong);
+        note_attribute(mesh, "dropped: %s: vertex %zu %s\n", mesh_attribute_name(attribute), v, wrong);
         free_values(a);
         return;
     }
@@ -196,7 +214,8 @@ static void check_items(struct mesh_file *mesh, enum mesh_attribute attribute)
         if (!isfinite(a->values[i]))
             a->values[i] = 0;
     if (wrong > 0)
-        note(mesh, "dropped: %s of %zu corners, which are no finite numbers\n", mesh_attribute_name(attribute), wrong);
+        note_attribute(mesh, "dropped: %s of %zu corner%s, which are no finite numbers\n", mesh_attribute_name(attribute),
+                       wrong, plural(wrong));
 }
 
 /* How many corners of a face have one. */
@@ -216,13 +235,13 @@ static int check_missing(struct reader *r, struct mesh_file *mesh, enum mesh_att
         partly += (size_t)(count_with(a, f) % 3);
     }
     if (without == mesh->num_faces) {
-        note(mesh, "dropped: %s, which no face has\n", mesh_attribute_name(attribute));
+        note_attribute(mesh, "dropped: %s, which no face has\n", mesh_attribute_name(attribute));
         free_values(a);
         return 1;
     }
     if (partly > 0)
-        note(mesh, "changed: %s: where only some corners of a face have one, the others get 0\n",
-             mesh_attribute_name(attribute));
+        note_attribute(mesh, "changed: %s: where only some corners of a face have one, the others get 0\n",
+                       mesh_attribute_name(attribute));
     if (without > 0 && mesh->marks == NULL && (mesh->marks = calloc(mesh->num_faces, 1)) == NULL)
         return fail(r, "out of memory for %lu faces", (unsigned long)mesh->num_faces);
     for (size_t f = 0; f < mesh->num_faces && without > 0; f++)
@@ -310,5 +329,6 @@ void mesh_free(struct mesh_file *mesh)
     free(mesh->number);
     free(mesh->libraries);
     free(mesh->notes);
+    free(mesh->attribute_notes);
     memset(mesh, 0, sizeof *mesh);
 }

@@ -26,6 +26,7 @@ struct obj {
     size_t num_unread;
     size_t unknown[FACE_ITEMS];        /* corners that name an item which does not exist */
     int has_w, has_alpha, has_third;   /* 1 if there is a fourth coordinate, a fourth color, a third of textures */
+    size_t with_others;                /* lines of vertices and items with words behind these */
     int has_smoothing;
 };
 
@@ -51,6 +52,14 @@ static int obj_find(struct word word, const char *const *words, int count)
     return i;
 }
 
+/* "v1" is hardly a word of its own: without that vertex, faces would name others. */
+static int obj_lacks_blank(struct word word)
+{
+    size_t letters = word.length > 2 && word.text[0] == 'v' && (word.text[1] == 't' || word.text[1] == 'n') ? 2 : 1;
+    return word.length > letters && memchr("vflp", word.text[0], 4) != NULL
+           && memchr("0123456789+-.", word.text[letters], 13) != NULL;
+}
+
 static void obj_count_line(struct obj *obj, struct word word)
 {
     int item = obj_find(word, obj_words, FACE_ITEMS), label = obj_find(word, obj_label_words, MESH_NUM_LABELS);
@@ -67,8 +76,13 @@ static void obj_count_line(struct obj *obj, struct word word)
 /* Counts lines by what they begin with, and goes back to the start. */
 static int obj_count(struct reader *r, struct obj *obj)
 {
-    for (; seek_word(r); next_line(r))
-        obj_count_line(obj, take_word(r));
+    char text[WORD_BYTES];
+    for (; seek_word(r); next_line(r)) {
+        struct word word = take_word(r);
+        if (obj_lacks_blank(word))
+            return fail(r, "'%s' lacks a blank behind its first letters", show(text, word));
+        obj_count_line(obj, word);
+    }
     if (obj->faces == 0)
         return fail(r, "not an OBJ file, or one without faces: no line begins with 'f', 'l' or 'p'");
     return begin_text(r);
@@ -103,17 +117,28 @@ static float obj_optional_number(struct reader *r)
     return parse_number(take_word(r), &value, &unit) ? attribute_value(value) : NAN;
 }
 
+static void obj_end_line(struct reader *r, struct obj *obj)
+{
+    obj->with_others += take_word(r).length > 0;
+}
+
 /* Takes what follows a position. One number is a weight that only curves need, three are a color. */
 static int obj_color(struct reader *r, struct mesh_file *mesh, struct obj *obj, size_t vertex)
 {
     float rgba[4];
-    for (int i = 0; i < 4; i++)
-        rgba[i] = obj_optional_number(r);
-    if (isnan(rgba[2])) {
-        obj->has_w |= !isnan(rgba[0]) && rgba[0] != 1;
-        return 1;
+    int count = 0;
+    struct reader before = *r;
+    while (count < 4 && !isnan(rgba[count] = obj_optional_number(r))) {
+        before = *r;
+        count++;
     }
-    obj->has_alpha |= !isnan(rgba[3]);
+    *r = before;
+    obj_end_line(r, obj);
+    obj->with_others += count == 2;
+    obj->has_w |= count == 1 && rgba[0] != 1;
+    obj->has_alpha |= count == 4;
+    if (count < 3)
+        return 1;
     if (mesh->attribute[MESH_COLORS].values == NULL && !allocate_attribute(r, mesh, MESH_COLORS, 3))
         return 0;
     memcpy(&mesh->attribute[MESH_COLORS].values[3 * vertex], rgba, 3 * sizeof *rgba);
@@ -126,16 +151,25 @@ static int obj_vertex(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     return take_position(r, mesh, vertex) && obj_color(r, mesh, obj, vertex);
 }
 
+static int obj_is_line_end(struct reader r)
+{
+    return take_word(&r).length == 0;
+}
+
+/* A texture coordinate that is missing is 0, but not both. */
 static void obj_list_item(struct reader *r, struct mesh_file *mesh, struct obj *obj, int a)
 {
     struct mesh_values *values = &mesh->attribute[a];
     float *item = values->values + (size_t)values->components * obj->items[a]++;
     for (int i = 0; i < values->components; i++)
-        item[i] = obj_optional_number(r);
-    if (a == MESH_TEXCOORDS) {
-        float third = obj_optional_number(r);
-        obj->has_third |= !isnan(third) && third != 0;
-    }
+        item[i] = a == MESH_TEXCOORDS && i > 0 && obj_is_line_end(*r) ? 0 : obj_optional_number(r);
+    struct reader before = *r;
+    float third = a == MESH_TEXCOORDS ? obj_optional_number(r) : NAN;
+    if (isnan(third))
+        *r = before;
+    else
+        obj->has_third |= third != 0;
+    obj_end_line(r, obj);
 }
 
 /* -- Second reading: faces ----------------------------------------------------------------------------------------- */
@@ -206,7 +240,7 @@ static int obj_polyline(struct reader *r, struct mesh_file *mesh, struct obj *ob
         if (!obj_corner(r, mesh, obj, word) || (corners > 0 && !end_face(r, &obj->face)))
             return 0;
     }
-    return corners > 1 || fail(r, "a line with %d corners", corners);
+    return corners > 1 || fail(r, "a line with %d corner%s", corners, plural((size_t)corners));
 }
 
 static int obj_points(struct reader *r, struct mesh_file *mesh, struct obj *obj)
@@ -274,26 +308,42 @@ static int obj_lines(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     return 1;
 }
 
+/* Are there lines that are faces or surfaces, or none of the format? */
+static int obj_may_lack_faces(const struct obj *obj)
+{
+    static const char *const words[] = { "fo", "curv", "curv2", "surf", "call" };
+    int few = obj->num_unread < MAX_UNREAD;
+    for (size_t i = 0; i < obj->num_unread; i++) {
+        const struct word word = obj->unread[i].word;
+        if (!few || word.text[0] < 'a' || word.text[0] > 'z' || obj_find(word, words, 5) < 5)
+            return 1;
+    }
+    return 0;
+}
+
 static void obj_notes(struct mesh_file *mesh, const struct obj *obj)
 {
     char text[WORD_BYTES];
     for (int a = 0; a < FACE_ITEMS; a++)
         if (obj->unknown[a] > 0)
-            note(mesh, "dropped: %s of %zu corners, which do not exist\n", mesh_attribute_name((enum mesh_attribute)a),
-                 obj->unknown[a]);
+            note_attribute(mesh, "dropped: %s of %zu corner%s, which do not exist\n",
+                           mesh_attribute_name((enum mesh_attribute)a), obj->unknown[a], plural(obj->unknown[a]));
     if (obj->has_smoothing && obj->all[MESH_NORMALS] > 0)
-        note(mesh, "dropped: smoothing groups, as there are normals\n");
+        note_attribute(mesh, "dropped: smoothing groups, as there are normals\n");
     if (obj->has_w)
         note(mesh, "dropped: w, the fourth coordinate of vertices\n");
     if (obj->has_alpha)
-        note(mesh, "dropped: alpha of colors\n");
+        note_attribute(mesh, "dropped: alpha of colors\n");
     if (obj->has_third)
-        note(mesh, "dropped: the third texture coordinate\n");
+        note_attribute(mesh, "dropped: the third texture coordinate\n");
+    if (obj->with_others > 0)
+        note(mesh, "dropped: words that mean nothing behind 'v', 'vt' or 'vn' (%zu)\n", obj->with_others);
+    void (*tell)(struct mesh_file *, const char *, ...) = obj_may_lack_faces(obj) ? note : note_attribute;
     for (size_t i = 0; i < obj->num_unread; i++)
-        note(mesh, "%s%zu '%s'%s", i == 0 ? "dropped: lines that are not read: " : ", ", obj->unread[i].lines,
+        tell(mesh, "%s%zu '%s'%s", i == 0 ? "dropped: lines that are not read: " : ", ", obj->unread[i].lines,
              show(text, obj->unread[i].word), i + 1 == MAX_UNREAD ? " and others" : "");
     if (obj->num_unread > 0)
-        note(mesh, "\n");
+        tell(mesh, "\n");
 }
 
 static int obj_read(struct reader *r, struct mesh_file *mesh, struct obj *obj)

@@ -11,7 +11,8 @@ struct off {
     int colors_first;                               /* before the normals */
     size_t color_components;
     size_t num_faces;
-    int vertex_extras, face_extras;                 /* 1 if there are numbers that the keyword does not announce */
+    size_t vertex_extras;                           /* numbers of vertex 0 that the keyword does not announce */
+    int face_extras;                                /* 1 if faces have such */
 };
 
 /* -- The keyword and the counts ------------------------------------------------------------------------------------ */
@@ -137,6 +138,17 @@ static int off_allocate_attributes(struct reader *r, struct mesh_file *mesh, str
            && (!off->texcoords || allocate_attribute(r, mesh, MESH_TEXCOORDS, 2));
 }
 
+/* Where some vertices alone have more numbers than the keyword announces, it may be that they are none. */
+static int off_check_extras(struct reader *r, struct off *off, size_t vertex, size_t numbers)
+{
+    size_t extras = numbers > announced_numbers(off) ? numbers - announced_numbers(off) : 0;
+    if (vertex == 0)
+        off->vertex_extras = extras;
+    return extras == off->vertex_extras
+           || fail(r, "vertex %zu has %zu number%s more than its keyword announces, and vertex 0 has %zu", vertex, extras,
+                   plural(extras), off->vertex_extras);
+}
+
 static int off_attributes(struct reader *r, struct mesh_file *mesh, struct off *off, size_t vertex, size_t begin)
 {
     float extra[MAX_EXTRA];
@@ -145,12 +157,11 @@ static int off_attributes(struct reader *r, struct mesh_file *mesh, struct off *
     size_t numbers = take_extras(r, announced_numbers(off) + (vertex == 0 && off->colors ? 4 : 0), extra);
     if (vertex == 0 && !off_allocate_attributes(r, mesh, off, numbers))
         return 0;
-    if (numbers > announced_numbers(off)) {
-        if (memchr(r->data + begin, ',', r->at - begin) != NULL)
-            return fail(r, "vertex %zu has %zu numbers too many; are its commas decimal points?", vertex,
-                        numbers - announced_numbers(off));
-        off->vertex_extras = 1;
-    }
+    if (numbers > announced_numbers(off) && memchr(r->data + begin, ',', r->at - begin) != NULL)
+        return fail(r, "vertex %zu has %zu number%s too many; are its commas decimal points?", vertex,
+                    numbers - announced_numbers(off), plural(numbers - announced_numbers(off)));
+    if (!off_check_extras(r, off, vertex, numbers))
+        return 0;
     size_t normal = off->colors_first ? off->color_components : 0;
     size_t color = off->normals && !off->colors_first ? 3 : 0;
     if (off->normals)
@@ -207,6 +218,16 @@ static int off_face(struct reader *r, struct mesh_file *mesh, struct off *off, s
     return end_face(r, faces);
 }
 
+/* What follows the last face is told; but not where it says that the counts are wrong. */
+static int off_check_end(struct reader *r, const struct off *off)
+{
+    if (!seek_word(r))
+        return 1;
+    if (off->num_faces == 0)
+        return fail(r, "the file says that it has 0 faces, and does not end there");
+    return !r->free_form || fail(r, "there are more numbers than the counts of vertices and faces tell");
+}
+
 static int off_faces(struct reader *r, struct mesh_file *mesh, struct off *off, struct faces *faces)
 {
     while (faces->num_faces < off->num_faces) {
@@ -215,15 +236,15 @@ static int off_faces(struct reader *r, struct mesh_file *mesh, struct off *off, 
         if (!off_face(r, mesh, off, faces))
             return 0;
     }
-    return store_faces(r, mesh, faces, 0);
+    return store_faces(r, mesh, faces, 0) && off_check_end(r, off);
 }
 
 static void off_notes(struct reader *r, struct mesh_file *mesh, const struct off *off)
 {
-    if (off->vertex_extras)
-        note(mesh, "dropped: numbers behind the positions of vertices, which the word OFF does not announce\n");
+    if (off->vertex_extras > 0)
+        note_attribute(mesh, "dropped: numbers behind the positions of vertices, which the word OFF does not announce\n");
     if (off->face_extras)
-        note(mesh, "dropped: colors of faces\n");
+        note_attribute(mesh, "dropped: colors of faces\n");
     if (seek_word(r))
         note(mesh, "dropped: what follows the last face (line %zu)\n", r->line);
 }

@@ -49,6 +49,7 @@ struct ply {
     float *texcoords;                    /* of corners */
     size_t num_texcoords, texcoord_room;
     size_t without;                      /* faces with a texture number that means nothing */
+    size_t with_other_texcoords;         /* faces with another number of them than corners have */
 };
 
 static int ply_type_named(struct reader *r, struct word name, const struct ply_type **type)
@@ -191,11 +192,11 @@ static void ply_note_skipped(const struct ply *ply, struct mesh_file *mesh)
         for (size_t i = element->first; i < element->end && element->count > 0; i++)
             if (ply->property[i].role == PLY_SKIPPED) {
                 if (skipped++ == 0)
-                    note(mesh, "dropped: properties of element '%s': ", show(text, element->name));
-                note(mesh, "%s'%s'", skipped > 1 ? ", " : "", show(text, ply->property[i].name));
+                    note_attribute(mesh, "dropped: properties of element '%s': ", show(text, element->name));
+                note_attribute(mesh, "%s'%s'", skipped > 1 ? ", " : "", show(text, ply->property[i].name));
             }
         if (skipped > 0)
-            note(mesh, "\n");
+            note_attribute(mesh, "\n");
     }
 }
 
@@ -276,16 +277,18 @@ static int ply_check_element(struct reader *r, const struct ply *ply, const stru
 
 static int ply_allocate(struct reader *r, struct ply *ply, struct mesh_file *mesh)
 {
-    size_t vertices = 0, elements = 0;       /* of vertices, faces or strips */
+    size_t vertices = 0, elements[PLY_OTHER + 1] = { 0 };
     for (size_t i = 0; i < ply->num_elements; i++) {
         const struct ply_element *element = &ply->element[i];
         if (!ply_check_element(r, ply, element))
             return 0;
         vertices += element->kind == PLY_VERTEX ? element->count : 0;
-        elements += element->kind != PLY_OTHER;
+        elements[element->kind]++;
     }
-    if (elements == 0)
-        return fail(r, "no element 'vertex', 'face' or 'tristrips'");
+    if (elements[PLY_VERTEX] == 0)
+        return fail(r, "no element 'vertex'");
+    if (elements[PLY_FACE] + elements[PLY_STRIPS] == 0)
+        return fail(r, "no element 'face' or 'tristrips'");
     return allocate(r, mesh, vertices);
 }
 
@@ -297,7 +300,7 @@ static int ply_allocate_attributes(struct reader *r, struct ply *ply, struct mes
         unsigned found = ply->components[a];
         int alpha = a == MESH_COLORS && (found & 8) != 0;
         if (found != 0 && (found & whole[a]) != whole[a])
-            note(mesh, "dropped: %s: a component is missing\n", mesh_attribute_name((enum mesh_attribute)a));
+            note_attribute(mesh, "dropped: %s: a component is missing\n", mesh_attribute_name((enum mesh_attribute)a));
         else if (found != 0
                  && !allocate_attribute(r, mesh, (enum mesh_attribute)a, a == MESH_TEXCOORDS ? 2 : 3 + alpha))
             return 0;
@@ -325,9 +328,34 @@ static int ply_take_bits(struct reader *r, const struct ply *ply, const struct p
     return 1;
 }
 
-static int ply_seek_word(struct reader *r)
+static int ply_seek_row(struct reader *r)
 {
     return seek_word(r) || fail(r, "the file ends inside its data");
+}
+
+/* Each row has a line, but for long lists, unless there are too few lines or the first has too few words. */
+static int ply_seek_word(struct reader *r)
+{
+    struct reader next = *r;
+    if (r->free_form)
+        return ply_seek_row(r);
+    return take_word(&next).length > 0 || fail(r, "number expected, found the end of the line");
+}
+
+static int ply_has_lines(struct reader r, const struct ply *ply)
+{
+    size_t rows = 0, lines = 0, words = 0, needed = 0;
+    for (size_t e = 0; e < ply->num_elements; e++) {
+        if (rows == 0 && ply->element[e].count > 0)
+            needed = ply->element[e].end - ply->element[e].first;
+        rows += ply->element[e].count;
+    }
+    seek_word(&r);
+    for (struct reader first = r; take_word(&first).length > 0;)
+        words++;
+    for (; lines < rows && seek_word(&r); next_line(&r))
+        lines++;
+    return lines == rows && words >= needed;
 }
 
 static int ply_take(struct reader *r, const struct ply *ply, const struct ply_type *type, double *value)
@@ -423,14 +451,9 @@ static int ply_texcoords(struct reader *r, struct ply *ply, const struct ply_typ
     return 1;
 }
 
-static int ply_list(struct reader *r, struct ply *ply, const struct ply_property *property, int is_face,
-                    struct mesh_file *mesh)
+static int ply_list_items(struct reader *r, struct ply *ply, const struct ply_property *property, int is_face,
+                          struct mesh_file *mesh, double count)
 {
-    double count;
-    if (!ply_take(r, ply, property->count_type, &count))
-        return 0;
-    if (!(count >= 0 && count == floor(count)))
-        return fail(r, "list of %.12g items", count);
     if (property->role == PLY_CORNERS && is_face)
         return ply_corners(r, ply, property->type, mesh, count);
     if (property->role == PLY_CORNERS)
@@ -441,6 +464,21 @@ static int ply_list(struct reader *r, struct ply *ply, const struct ply_property
         if (!ply_skip(r, ply, property->type))
             return 0;
     return 1;
+}
+
+static int ply_list(struct reader *r, struct ply *ply, const struct ply_property *property, int is_face,
+                    struct mesh_file *mesh)
+{
+    double count;
+    int free_form = r->free_form;
+    if (!ply_take(r, ply, property->count_type, &count))
+        return 0;
+    if (!(count >= 0 && count == floor(count)))
+        return fail(r, "list of %.12g items", count);
+    r->free_form = 1;
+    int ok = ply_list_items(r, ply, property, is_face, mesh, count);
+    r->free_form = free_form;
+    return ok;
 }
 
 /* -1 means none. */
@@ -500,18 +538,25 @@ static int ply_end_face(struct reader *r, struct ply *ply, size_t first_corner, 
     size_t corners = ply->face.num_corners - first_corner, numbers = ply->num_texcoords - first_texcoord;
     for (size_t i = 0; i < corners && numbers == 2 * corners; i++)
         ply->face.corner[first_corner + i].item[MESH_TEXCOORDS] = (uint32_t)(first_texcoord / 2 + i);
-    if (numbers != 2 * corners)
+    if (numbers != 2 * corners) {
         ply->num_texcoords = first_texcoord;
+        ply->with_other_texcoords += numbers > 0;
+    }
     return end_face(r, &ply->face);
 }
 
 static int ply_row(struct reader *r, struct ply *ply, const struct ply_element *element, struct mesh_file *mesh,
                    size_t row)
 {
+    char text[WORD_BYTES];
     size_t first_corner = ply->face.num_corners, first_texcoord = ply->num_texcoords;
+    if (ply->encoding == PLY_ASCII && !ply_seek_row(r))
+        return 0;
     for (size_t i = element->first; i < element->end; i++)
         if (!ply_item(r, ply, &ply->property[i], element->kind == PLY_FACE, mesh, row))
             return 0;
+    if (ply->encoding == PLY_ASCII && !r->free_form && take_word(r).length > 0)
+        return fail(r, "row %zu of element '%s' has more numbers than the header says", row, show(text, element->name));
     return element->kind != PLY_FACE || ply_end_face(r, ply, first_corner, first_texcoord);
 }
 
@@ -541,6 +586,18 @@ static int ply_has_more(struct reader *r, const struct ply *ply)
     return ply->encoding == PLY_ASCII ? seek_word(r) : r->at < r->size;
 }
 
+/* What follows the last row is told; but not where it says that the counts are wrong. A binary face takes 4 bytes. */
+static int ply_check_end(struct reader *r, const struct ply *ply)
+{
+    if (!ply_has_more(r, ply))
+        return 1;
+    if (ply->encoding == PLY_ASCII && r->free_form)
+        return fail(r, "there are more numbers than the rows of the header have");
+    r->item = r->at;
+    return ply_says_faces(ply) || (ply->encoding != PLY_ASCII && r->size - r->at < 4)
+           || fail(r, "the file says that it has no faces, and does not end there");
+}
+
 /* Those of corners are kept rather than those of vertices. */
 static void ply_store_texcoords(struct ply *ply, struct mesh_file *mesh)
 {
@@ -548,7 +605,7 @@ static void ply_store_texcoords(struct ply *ply, struct mesh_file *mesh)
     if (ply->num_texcoords == 0)
         return;
     if (a->values != NULL)
-        note(mesh, "dropped: texture coordinates of vertices, as there are some of corners\n");
+        note_attribute(mesh, "dropped: texture coordinates of vertices, as there are some of corners\n");
     free(a->values);
     a->values = ply->texcoords;
     a->components = 2;
@@ -577,7 +634,10 @@ static void ply_notes(struct reader *r, const struct ply *ply, struct mesh_file 
         note(mesh, "dropped: header lines that are not PLY (%zu), the first begins with '%s'\n", ply->unknown_lines,
              show(text, ply->unknown));
     if (ply->without > 0)
-        note(mesh, "dropped: texture numbers that are none (%zu)\n", ply->without);
+        note_attribute(mesh, "dropped: texture numbers that are none (%zu)\n", ply->without);
+    if (ply->with_other_texcoords > 0)
+        note_attribute(mesh, "dropped: texture coordinates of faces that have not two for each corner (%zu)\n",
+                       ply->with_other_texcoords);
     ply_note_skipped(ply, mesh);
     if (ply_has_more(r, ply))
         note(mesh, "dropped: what follows the last row of data\n");
@@ -589,10 +649,13 @@ static int ply_read(struct reader *r, struct mesh_file *mesh, struct ply *ply)
         return 0;
     if (ply->encoding != PLY_ASCII)
         r->line = 0;
+    r->free_form = ply->encoding == PLY_ASCII && !ply_has_lines(*r, ply);
     if (!ply_rows(r, ply, mesh))
         return 0;
     if (ply->face.num_faces == 0 && ply_says_faces(ply))
         return fail(r, "no strip has a triangle");
+    if (!ply_check_end(r, ply))
+        return 0;
     ply_store_texcoords(ply, mesh);
     if (!store_faces(r, mesh, &ply->face, 0) || !ply_store_textures(r, ply, mesh))
         return 0;

@@ -4,17 +4,21 @@
  * corners that repeat or lie on a line, holes that a cut connects with the outside, and corners that are not quite in
  * one plane. Whatever the polygon, n corners give n - 2 triangles, in which each side of it occurs once in its direction
  * and each diagonal once in both. Triangles without area are the last resort, and those that overlap come after them:
- * polygons that cross themselves have no others. */
+ * polygons that cross themselves have no others. Those with ten thousands of corners may come to that,
+ * too, so that no file takes hours. */
 #include "reader.h"
 
 #include <math.h>
 #include <stdlib.h>
+
+enum { MAX_WORK = 1 << 18 };          /* for each corner */
 
 /* What the area of a triangle is compared with: `fat` is small against the square of the polygon's size. */
 struct clip {
     double (*point)[2];               /* in the plane, counter-clockwise */
     uint32_t *previous, *next;        /* of the corners that are left */
     double fat;
+    uint64_t work;                    /* corners that may be looked at yet */
 };
 
 /* -- The plane ----------------------------------------------------------------------------------------------------- */
@@ -92,12 +96,12 @@ static int is_in_the_way(const struct clip *c, uint32_t b, uint32_t q)
 }
 
 /* Is b an ear of more than this area? If anything is in the way, a corner that is not convex is. */
-static int is_ear(const struct clip *c, uint32_t b, double area)
+static int is_ear(struct clip *c, uint32_t b, double area)
 {
     uint32_t a = c->previous[b], d = c->next[b];
     if (!(area_of(c, a, b, d) > area))
         return 0;
-    for (uint32_t q = c->next[d]; q != a; q = c->next[q])
+    for (uint32_t q = c->next[d]; q != a; q = c->next[q], c->work -= c->work > 0)
         if (area_of(c, c->previous[q], q, c->next[q]) <= 0 && is_in_the_way(c, b, q))
             return 0;
     return 1;
@@ -110,7 +114,7 @@ static int is_flat(const struct clip *c, uint32_t b)
 
 enum choice { FAT_EAR, EAR, REPEATED, FLAT, NUM_CHOICES };
 
-static int may_be_cut(const struct clip *c, uint32_t b, enum choice choice)
+static int may_be_cut(struct clip *c, uint32_t b, enum choice choice)
 {
     switch (choice) {
     case FAT_EAR: return is_ear(c, b, c->fat);
@@ -121,11 +125,11 @@ static int may_be_cut(const struct clip *c, uint32_t b, enum choice choice)
 }
 
 /* The best corner to cut off, from `start` on. */
-static uint32_t find_ear(const struct clip *c, uint32_t start, size_t left)
+static uint32_t find_ear(struct clip *c, uint32_t start, size_t left)
 {
     uint32_t b = start;
     for (int choice = 0; choice < NUM_CHOICES; choice++)
-        for (size_t i = 0; i < left; i++, b = c->next[b])
+        for (size_t i = 0; i < left && c->work > 0; i++, b = c->next[b], c->work -= c->work > 0)
             if (may_be_cut(c, b, (enum choice)choice))
                 return b;
     return start;
@@ -172,21 +176,28 @@ static void link_corners(struct clip *c, uint32_t count)
     }
 }
 
-int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3])
+static int triangulate_within(const double (*corner)[3], size_t count, uint32_t (*triangle)[3], uint64_t work)
 {
     struct clip c = { 0 };
     c.point = malloc(count * sizeof *c.point);
     c.previous = malloc(count * sizeof *c.previous);
     c.next = malloc(count * sizeof *c.next);
-    int ok = c.point != NULL && c.previous != NULL && c.next != NULL;
+    int is_cut_well = 1, ok = c.point != NULL && c.previous != NULL && c.next != NULL;
     if (ok) {
         project(&c, corner, count);
         link_corners(&c, (uint32_t)count);
+        c.work = work;
         if (!fan(&c, count, triangle) && count > 3)
             clip_ears(&c, count, triangle);
+        is_cut_well = c.work > 0;
     }
     free(c.point);
     free(c.previous);
     free(c.next);
-    return ok;
+    return ok ? 1 + is_cut_well : 0;
+}
+
+int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3])
+{
+    return triangulate_within(corner, count, triangle, (uint64_t)MAX_WORK * count);
 }

@@ -35,8 +35,12 @@ struct word {
 /* Writes the message and the place; returns 0 for the caller to return. */
 int fail(struct reader *r, const char *format, ...);
 
-/* Adds to mesh->notes; a note ends with a line feed of the caller's. */
+/* Adds to mesh->notes, or mesh->attribute_notes; a note ends with a line feed of the caller's. */
 void note(struct mesh_file *mesh, const char *format, ...);
+void note_attribute(struct mesh_file *mesh, const char *format, ...);
+
+/* The ending of a word that so many have. */
+const char *plural(size_t count);
 
 /* Makes room for vertices. Callers have checked the count against the size of the file. */
 int allocate(struct reader *r, struct mesh_file *mesh, size_t num_vertices);
@@ -113,7 +117,8 @@ int add_line(struct reader *r, char **text, struct word line);
 
 /* -- polygon.c ----------------------------------------------------------------------------------------------------- */
 
-/* Cuts a polygon of 3 corners or more into count - 2 triangles, given by numbers of corners. 0: no memory. */
+/* Cuts a polygon of 3 corners or more into count - 2 triangles, given by numbers of corners. 0: no memory; 1: they may
+ * overlap, since there are too many corners to find better ones; 2: else. */
 int triangulate(const double (*corner)[3], size_t count, uint32_t (*triangle)[3]);
 
 /* -- text.c -------------------------------------------------------------------------------------------------------- */

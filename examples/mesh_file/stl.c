@@ -83,6 +83,14 @@ static struct stl_layout stl_find_layout(const struct reader *r)
     return layout;
 }
 
+static int stl_has_room(const struct reader *r)
+{
+    if (r->size < STL_HEADER_BYTES)
+        return 0;
+    struct stl_layout layout = stl_find_layout(r);
+    return layout.triangles <= (r->size - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES;
+}
+
 /* The file is binary if it has the size that its count says, whatever its comment begins with. */
 static int stl_fits(const struct reader *r)
 {
@@ -92,14 +100,25 @@ static int stl_fits(const struct reader *r)
     return layout.said * STL_TRIANGLE_BYTES == r->size - STL_HEADER_BYTES || layout.has_attributes;
 }
 
-static void stl_binary_notes(struct mesh_file *mesh, const struct stl_layout *layout, size_t attributes)
+/* Some programs put it there, of all faces. */
+static int stl_has_color(const struct reader *r)
+{
+    for (size_t i = 0; i + 6 <= STL_HEADER_BYTES - 4; i++)
+        if (memcmp(r->data + i, "COLOR=", 6) == 0)
+            return 1;
+    return 0;
+}
+
+static void stl_binary_notes(struct mesh_file *mesh, const struct stl_layout *layout, size_t attributes, int has_color)
 {
     if (layout->said != layout->triangles)
         note(mesh, "changed: the file says that it has 0 triangles; read the %zu that follow\n", layout->triangles);
     if (attributes > 0)
-        note(mesh, "dropped: attributes of %zu faces, which may be colors\n", attributes);
+        note_attribute(mesh, "dropped: attributes of %zu face%s, which may be colors\n", attributes, plural(attributes));
+    else if (has_color)
+        note_attribute(mesh, "dropped: the color that the comment tells\n");
     if (layout->behind > 0)
-        note(mesh, "dropped: %zu bytes behind the last triangle\n", layout->behind);
+        note(mesh, "dropped: %zu byte%s behind the last triangle\n", layout->behind, plural(layout->behind));
 }
 
 static int stl_triangle(struct reader *r, struct mesh_file *mesh, struct faces *faces, size_t at)
@@ -136,7 +155,7 @@ static int stl_read_binary(struct reader *r, struct mesh_file *mesh, struct face
         attributes += bytes != 0;
         at += STL_TRIANGLE_BYTES + (layout.has_attributes ? bytes : 0);
     }
-    stl_binary_notes(mesh, &layout, attributes);
+    stl_binary_notes(mesh, &layout, attributes, stl_has_color(r));
     return 1;
 }
 
@@ -154,7 +173,9 @@ static size_t stl_count_corners(struct reader *r)
 
 struct stl_text {
     struct faces *faces;
-    size_t corners, solids;              /* so far */
+    size_t corners, solids;              /* so far; of solids those with facets */
+    int in_facet, in_solid;              /* 1 from "facet" to "endloop", and from the first facet to "endsolid" */
+    size_t stray_line;                   /* of the first word that belongs to nothing; 0: there is none */
 };
 
 static int stl_next_is(struct reader r, const char *keyword)
@@ -162,25 +183,35 @@ static int stl_next_is(struct reader r, const char *keyword)
     return seek_word(&r) && word_is_in_any_case(take_word(&r), keyword);
 }
 
-/* Skips a name, which is any words up to a facet, "endsolid" or the end of the file. */
-static void stl_skip_name(struct reader *r)
+static int stl_at_facet(struct reader r)
 {
-    while (seek_word(r)) {
-        struct reader before = *r;
-        struct word word = take_word(r);
-        int is_facet = word_is_in_any_case(word, "facet") && (stl_next_is(*r, "normal") || stl_next_is(*r, "outer"));
-        if (is_facet || word_is_in_any_case(word, "endsolid")) {
-            *r = before;
-            return;
-        }
-    }
+    return word_is_in_any_case(take_word(&r), "facet") && (stl_next_is(r, "normal") || stl_next_is(r, "outer"));
 }
 
-/* Skips up to the next solid. */
-static void stl_skip_to_solid(struct reader *r)
+/* A word that is not in the line of a name should not be there. */
+static void stl_skip_word(struct reader *r, struct stl_text *t, size_t line)
 {
-    while (seek_word(r) && !stl_next_is(*r, "solid"))
-        take_word(r);
+    if (r->line != line && t->stray_line == 0)
+        t->stray_line = r->line;
+    take_word(r);
+}
+
+/* Skips a name, which is any words up to a facet, "endsolid" or the end of the file. */
+static void stl_skip_name(struct reader *r, struct stl_text *t)
+{
+    size_t line = r->line;
+    t->in_solid = 0;
+    while (seek_word(r) && !stl_at_facet(*r) && !stl_next_is(*r, "endsolid"))
+        stl_skip_word(r, t, line);
+}
+
+/* Skips up to the next solid, or a facet in a line of its own: the rest of a line is a name. */
+static void stl_skip_to_solid(struct reader *r, struct stl_text *t)
+{
+    size_t line = r->line;
+    t->in_solid = 0;
+    while (seek_word(r) && !stl_next_is(*r, "solid") && !(r->line != line && stl_at_facet(*r)))
+        stl_skip_word(r, t, line);
 }
 
 /* Also "end loop" for "endloop". */
@@ -195,9 +226,11 @@ static int stl_is_keyword(struct reader *r, struct word word, const char *keywor
     return 1;
 }
 
-/* Its words need not be numbers. */
-static void stl_skip_normal(struct reader *r)
+/* The words of the normal need not be numbers. */
+static void stl_begin_facet(struct reader *r, struct stl_text *t)
 {
+    t->solids += !t->in_solid;
+    t->in_solid = t->in_facet = 1;
     if (!stl_next_is(*r, "normal"))
         return;
     for (int i = 0; i < 4 && seek_word(r); i++)
@@ -215,15 +248,16 @@ static int stl_take(struct reader *r, struct mesh_file *mesh, struct stl_text *t
     struct word word = take_word(r);
     if (stl_is_keyword(r, word, "vertex"))
         return stl_corner(r, mesh, t);
-    if (stl_is_keyword(r, word, "endloop"))
+    if (stl_is_keyword(r, word, "endloop")) {
+        t->in_facet = 0;
         return end_face(r, t->faces);
-    if (stl_is_keyword(r, word, "solid")) {
-        stl_skip_name(r);
-        t->solids++;
-    } else if (stl_is_keyword(r, word, "facet"))
-        stl_skip_normal(r);
+    }
+    if (stl_is_keyword(r, word, "facet"))
+        stl_begin_facet(r, t);
+    else if (stl_is_keyword(r, word, "solid"))
+        stl_skip_name(r, t);
     else if (stl_is_keyword(r, word, "endsolid"))
-        stl_skip_to_solid(r);
+        stl_skip_to_solid(r, t);
     else if (!stl_is_keyword(r, word, "outer") && !stl_is_keyword(r, word, "loop")
              && !stl_is_keyword(r, word, "endfacet"))
         return fail(r, "unknown STL word '%s'", show(text, word));
@@ -236,12 +270,16 @@ static int stl_end_text(struct reader *r, struct mesh_file *mesh, struct stl_tex
     size_t complete = t->faces->num_faces > 0 ? t->faces->face[t->faces->num_faces - 1].end : 0;
     if (t->corners - complete == 3 && !end_face(r, t->faces))
         return 0;
-    if (t->corners - complete != 3 && t->corners > complete)
+    if (t->corners - complete != 3 && (t->corners > complete || t->in_facet))
         return fail(r, "the file ends inside face %zu", t->faces->num_faces);
     if (t->faces->num_faces == 0)
         return fail(r, "the file has no triangles");
+    if (t->in_solid)
+        note(mesh, "dropped: the end of the file, which may have had more faces: there is no 'endsolid'\n");
+    if (t->stray_line > 0)
+        note(mesh, "dropped: words outside of solids and facets, the first in line %zu\n", t->stray_line);
     if (t->solids > 1)
-        note(mesh, "dropped: which of %zu solids a face belongs to\n", t->solids);
+        note_attribute(mesh, "dropped: which of %zu solids a face belongs to\n", t->solids);
     mesh->num_vertices = (uint32_t)t->corners;
     return 1;
 }
@@ -249,7 +287,8 @@ static int stl_end_text(struct reader *r, struct mesh_file *mesh, struct stl_tex
 /* There may be more words "vertex" than corners, in names. */
 static int stl_read_text(struct reader *r, struct mesh_file *mesh, struct faces *faces)
 {
-    struct stl_text t = { faces, 0, 0 };
+    struct stl_text t = { 0 };
+    t.faces = faces;
     if (!stl_allocate(r, mesh, stl_count_corners(r)))
         return 0;
     r->free_form = 1;
@@ -261,10 +300,18 @@ static int stl_read_text(struct reader *r, struct mesh_file *mesh, struct faces 
 
 /* -- Either -------------------------------------------------------------------------------------------------------- */
 
-/* Text has no zeros; a binary file, whose count is below 2^24, has one. */
+/* Text has no zeros; a binary file, whose count is below 2^24, has one. But where that count cannot be, text may have
+ * some all the same. */
 static int stl_is_text(const struct reader *r)
 {
-    return stl_next_is(*r, "solid") && memchr(r->data, 0, r->size) == NULL;
+    if (!stl_next_is(*r, "solid"))
+        return 0;
+    if (memchr(r->data, 0, r->size) == NULL)
+        return 1;
+    struct reader behind_name = *r;
+    struct stl_text t = { 0 };
+    stl_skip_name(&behind_name, &t);
+    return stl_at_facet(behind_name) && !stl_has_room(r);
 }
 
 static int stl_read(struct reader *r, struct mesh_file *mesh, struct faces *faces)
@@ -277,6 +324,8 @@ static int stl_read(struct reader *r, struct mesh_file *mesh, struct faces *face
         return stl_read_text(r, mesh, faces);
     if (r->size < STL_HEADER_BYTES)
         return fail(r, "not an STL file: no 'solid' at the start, and too short for a binary one");
+    if (memchr(r->data, 0, r->size) == NULL)
+        return fail(r, "not an STL file: text without 'solid' at the start");
     return stl_read_binary(r, mesh, faces);
 }
 

@@ -106,12 +106,15 @@ static int at_continuation(const struct reader *r)
     return r->continued && r->at < r->size && r->data[r->at] == '\\' && is_line_end(r, r->at + 1);
 }
 
-/* 26 is how DOS ends a text. */
-static int at_blank(const struct reader *r)
+/* How many bytes a blank has; 0: there is none. 26 is how DOS ends a text; where texts were joined, a byte order mark
+ * may be anywhere. */
+static size_t at_blank(const struct reader *r)
 {
     if (r->at == r->size)
         return 0;
     int c = r->data[r->at];
+    if (c == 0xef && r->size - r->at >= 3 && memcmp(r->data + r->at, "\xef\xbb\xbf", 3) == 0)
+        return 3;
     return c == ' ' || c == '\t' || c == '\v' || c == '\f' || c == 26 || (c == ',' && r->commas);
 }
 
@@ -128,7 +131,7 @@ static void skip_blanks(struct reader *r)
         if (at_continuation(r))
             skip_continuation(r);
         else
-            r->at++;
+            r->at += at_blank(r);
     if (r->comments && r->at < r->size && r->data[r->at] == '#')
         while (!at_line_end(r))
             r->at++;
@@ -163,7 +166,7 @@ int seek_word(struct reader *r)
 struct word take_rest(struct reader *r)
 {
     while (at_blank(r))
-        r->at++;
+        r->at += at_blank(r);
     struct word word = { r->data + r->at, 0 };
     while (!at_line_end(r))
         r->at++;

@@ -107,8 +107,10 @@ def test_binary_stl():
           says=["dropped: attributes of 4 faces, which may be colors"])
     reads("payload.stl", binary_stl(attribute=b"\4\0abcd"), says=["dropped: attributes of 4 faces"])
     reads("solid_payload.stl", binary_stl(b"solid", attribute=b"\1\0x"), says=["dropped: attributes of 4 faces"])
+    reads("color_of_all.stl", binary_stl(b"COLOR=\xff\0\0\xff"), says=["dropped: the color that the comment tells"])
     messages = cqm("encode", "--channels", "positions", FOLDER / "count_zero.stl", FOLDER / "a.cqm")
     check(f"told also of positions alone: {messages}", "changed: " in messages)
+    reads("one_behind.stl", binary_stl(behind=b"x"), says=["dropped: 1 byte behind the last triangle"])
     reads("empty.stl", b"nothing".ljust(80) + struct.pack("<I", 0), [], [])
     refuses("too_many.stl", binary_stl(count=5), "the file says that it has 5 triangles, and ends before")
     refuses("solid_too_many.stl", binary_stl(b"solid", count=1000), "1000 triangles, and ends before")
@@ -123,13 +125,22 @@ def test_text_stl():
         reads(f"{name}.stl", plain.replace("\n", end))
     reads("upper_case.stl", plain.upper())
     reads("mark.stl", b"\xef\xbb\xbf" + plain.encode())
-    for name in ("", "vertex shell", "facet", "outer loop", "solid endloop", "a facet of vertex 1 2 3", "#5", "\xe9t\xe9"):
+    for name in ("", "vertex shell", "facet", "outer loop", "solid endloop", "a facet of vertex 1 2 3", "#5", "\xe9t\xe9", "a\0b"):
         reads("name.stl", text_stl(name))
         reads("name_in_one_line.stl", text_stl(name).replace("\n", " "))
-    for end in ("", "endsolid", "endsolid vertex facet 7", "endsolid\n\n"):
+    for end in ("endsolid", "endsolid vertex facet 7", "endsolid\n\n", "end solid", "endsolid solid part"):
         reads("end.stl", text_stl(end=end))
-    reads("no_end_of_facet.stl", text_stl(end="")[:-len("endfacet\n")])
-    reads("no_end_of_loop.stl", text_stl(end="")[:-len("endloop\nendfacet\n")])
+    cut = ["dropped: the end of the file, which may have had more faces: there is no 'endsolid'"]
+    for end in "endloop\nendfacet\n", "endfacet\n", "":
+        reads("no_end.stl", text_stl(end="")[:-len(end) or None], says=cut)
+    for end in "facet", "facet normal 0 0 1", "facet normal 0 0 1\nouter loop\n":
+        refuses("cut_facet.stl", text_stl(end=end), "the file ends inside face 4")
+    reads("zeros_behind.stl", plain + "\0\0", says=["dropped: words outside of solids and facets, the first in line 31"])
+    reads("words_behind.stl", plain + "hello\n", says=["dropped: words outside of solids and facets, the first in line 31"])
+    reads("words_before.stl", plain.replace("\n", "\ncolor 1 0 0\n", 1), says=["dropped: words outside of solids and facets, the first in line 2"])
+    reads("facets_behind.stl", text_stl("a", FACES[:2], "endsolid a\n") + text_stl("b", FACES[2:]).split("\n", 1)[1],
+          says=["dropped: which of 2 solids"])
+    refuses("no_solid.stl", plain.split("\n", 1)[1], "text without 'solid' at the start")
     reads("end_loop.stl", plain.replace("endloop", "end loop").replace("endfacet", "end facet"))
     for normal in ("nan nan nan", "-nan(ind) 0 0", "1e999 0 0"):
         reads("normal.stl", text_stl(normal=normal))
@@ -141,7 +152,7 @@ def test_text_stl():
     refuses("only_solid.stl", "solid", "the file has no triangles")
     refuses("word.stl", plain.replace("outer", "inner"), "unknown STL word 'inner'")
     refuses("prose.stl", "solid state physics " * 20, "no triangles")
-    square = "solid\nfacet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x} {y} 0\n" for x, y in SQUARE) + "endloop\nendfacet\n"
+    square = "solid\nfacet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x} {y} 0\n" for x, y in SQUARE) + "endloop\nendfacet\nendsolid"
     reads("quad.stl", square, [(x, y, 0) for x, y in SQUARE], [(0, 1, 2), (0, 2, 3)], says=[CUT])
     reads("utf16.stl", plain.encode("utf-16"))
 
@@ -198,7 +209,14 @@ def test_obj():
     reads("only_lines.obj", plain.replace("f ", "l "), faces=[(0, 2), (2, 1), (0, 1), (1, 3), (1, 2), (2, 3), (0, 3), (3, 2)],
           tells=["set aside: 8 faces without area"])
     refuses("no_corner.obj", plain.replace("f ", "f # "), "no face has a corner")
-    refuses("short_line.obj", plain + "l 1\n", "a line with 1 corners (line 9)")
+    refuses("short_line.obj", plain + "l 1\n", "a line with 1 corner (line 9)")
+    mark = b"\xef\xbb\xbf"
+    reads("two_marks.obj", mark + mark + plain.encode())
+    reads("marks.obj", mark + plain.encode().replace(b"v 1", mark + b"v 1").replace(b"f 1 3", b"f" + mark + b"1 3"))
+    for glued in "v1 0 0", "v-1 0 0", "v.5 0 0":
+        refuses("glued.obj", plain.replace("v 1 0 0", glued) + "v 9 9 9\n", f"'{glued.split()[0]}' lacks a blank", "(line 2)")
+    refuses("glued_face.obj", plain + "f1 2 3\n", "'f1' lacks a blank", "(line 9)")
+    refuses("glued_item.obj", plain + "vt0 2\n", "'vt0' lacks a blank", "(line 9)")
 
 
 def test_what_obj_has_and_a_stream_has_not():
@@ -206,12 +224,30 @@ def test_what_obj_has_and_a_stream_has_not():
     reads("w_is_1.obj", obj(extra=" 1.0"))
     reads("w.obj", obj(extra=" 2"), says=["dropped: w, the fourth coordinate"])
     reads("alpha.obj", obj(extra=" 1 0 0 0.5"), says=["dropped: alpha of colors"])
+    other = "dropped: words that mean nothing behind 'v', 'vt' or 'vn' ({})"
+    for extra in " 0.5 0.5", " a", " 1 a", " a b c", " 1 0 0 a", " 1 0 0 # no color\n#", " 1 0 0 1 7":
+        says = [other.format(4)] if "#" not in extra else []
+        reads("others.obj", obj(extra=extra), says=[*says, *(["dropped: alpha"] if extra.endswith("7") else [])])
+    messages = cqm("encode", "--channels", "positions", FOLDER / "others.obj", FOLDER / "a.cqm")
+    check(f"told also of positions alone: {messages}", messages.count("\n") == 1 and other.format(4) in messages)
     textures = "".join(f"vt {k} 0 {{}}\n" for k in range(4))
     faces = "".join("f %d/%d %d/%d %d/%d\n" % tuple(v + 1 for v in face for _ in range(2)) for face in FACES)
     vertices = "".join("v %d %d %d\n" % p for p in POSITIONS)
     reads("third_is_0.obj", vertices + textures.format(0, 0, 0, 0) + faces)
     reads("third.obj", vertices + textures.format(0, 0, 3, 0) + faces, says=["dropped: the third texture coordinate"])
+    reads("third_is_none.obj", vertices + textures.format(0, 0, "x", "1 2") + faces,
+          says=["dropped: the third texture coordinate", other.format(2)])
+    reads("first_only.obj", vertices + textures.replace(" 0 {}", "").format() + faces)
+    check("the second is 0", [(row["s"], row["t"]) for row in attributes("first_only.obj")] == [(k, 0) for k in range(4)])
+    reads("no_texture.obj", vertices + textures.replace("vt 1 0 {}", "vt").format(0, 0, 0) + faces,
+          says=["dropped: texture coordinates of 3 corners, which are no", "changed: texture coordinates: where only some"])
+    reads("fourth_of_normals.obj", vertices + "vn 0 0 1 1\n" + faces.replace("/", "//").replace("//2", "//1")
+          .replace("//3", "//1").replace("//4", "//1"), says=[other.format(1)])
     reads("groups.obj", "o x\nmtllib a.mtl\ng a\n" + plain + "g b\ns 1\nvp 1 2\n", says=["dropped: lines that are not read: 1 'vp'"])
+    for word in "fo", "surf", "call", "F", "?f":
+        reads("surface.obj", plain + f"{word} 1 2 3\n", says=[f"dropped: lines that are not read: 1 '{word}'"])
+        messages = cqm("encode", "--channels", "positions", FOLDER / "surface.obj", FOLDER / "a.cqm")
+        check(f"told also of positions alone: {messages}", messages.count("\n") == 1)
     reads("many_words.obj", "".join(f"w{k} 0\n" for k in range(100)) + plain, says=["dropped: lines that are not read: 1 'w0', 1 'w1', "])
     reads("rounded_color.obj", obj(extra=" 1.0000001 -0.0000001 1"))
     check("colors are kept", b"property uchar red" in decoded_ply("rounded_color.obj"))
@@ -234,6 +270,16 @@ def test_no_mesh():
             if name not in (kind, {"stl": "solid"}.get(kind)):
                 refuses(f"renamed_{name}.{kind}", content)
     refuses("points.obj", "v 0 0 0\nv 1 0 0\n", "without faces")
+    refuses("points.ply", ply().replace(b"element face", b"element edge"), "no element 'face' or 'tristrips'")
+    refuses("faces.ply", ply().replace(b"element face", b"element faces"), "no element 'face' or 'tristrips'")
+    refuses("vertices.ply", ply().replace(b"element vertex", b"element vertices"), "no element 'vertex'")
+    reads("no_faces.ply", ply(faces=[]), faces=[], tells=["set aside: 4 unused vertices"])
+    for kind in "ascii", "binary_little_endian":
+        for positions in None, []:
+            refuses("zero.ply", ply(positions, [], kind) + ply(kind=kind).split(b"end_header\n")[1],
+                    "the file says that it has no faces, and does not end there")
+    refuses("zero.off", off.replace("4 4 6", "4 0 6"), "the file says that it has 0 faces, and does not end there")
+    refuses("all_zero.off", off.replace("4 4 6", "0 0 0"), "the file says that it has 0 faces, and does not end there")
     reads("points.off", "OFF\n2 0 0\n0 0 0\n1 0 0\n", [(0, 0, 0), (1, 0, 0)], [], tells=["set aside: 2 unused vertices"])
     reads("empty.off", "OFF\n0 0 0\n", [], [])
     reads("empty.ply", ply([], []), [], [])
@@ -274,6 +320,14 @@ def test_off():
     reads("face_colors.off", off(face_extra=" 255 0 0"), says=["dropped: colors of faces"])
     reads("extras.off", off(extras=(" 255 0 0",) * 4), says=["dropped: numbers behind the positions"])
     reads("more.off", off() + "2 0 1\n", says=["dropped: what follows the last face (line 11)"])
+    for count in 2, 3:
+        reads("fewer.off", off().replace("4 4 6", f"4 {count} 6"), faces=FACES[:count],
+              says=["dropped: what follows the last face"])
+        messages = cqm("encode", "--channels", "positions", FOLDER / "fewer.off", FOLDER / "a.cqm")
+        check(f"told also of positions alone: {messages}", "dropped: what follows the last face" in messages)
+    refuses("more_vertices.off", off().replace("4 4 6", "5 4 6"), "more numbers than the counts of vertices and faces tell")
+    refuses("vertex_for_face.off", off().replace("4 4 6", "5 3 6"), "vertex 4 has 1 number more than its keyword announces")
+    refuses("one_extra.off", off(extras=("", "", " 7", "")), "vertex 2 has 1 number more", "and vertex 0 has 0 (line 5)")
     refuses("decimal_commas.off", off().replace("1 0 0", "1,0 0,0 0,0", 1), "decimal points")
     refuses("binary.off", b"OFF BINARY\n" + struct.pack(">3i", 4, 4, 6), "OFF BINARY")
     refuses("n.off", off("nOFF"), "nOFF")
@@ -346,10 +400,24 @@ def test_ply():
         small = struct.unpack("<f", x)[0]
         positions = [(small, 0, 0)] + POSITIONS[1:]
         reads("line_end.ply", ply(positions, kind="binary_little_endian", end=end), positions)
-    reads("points.ply", ply().replace(b"element face", b"element edge"), faces=[], tells=["set aside: 4 unused vertices"],
-          says=["dropped: properties of element 'edge': 'vertex_indices'"])
-    refuses("others.ply", ply().replace(b"element face", b"element edge").replace(b"element vertex", b"element point"),
-            "no element 'vertex', 'face' or 'tristrips'")
+    head, data = ply().split(b"end_header\n")
+    rows = data.split(b"\n")
+    reads("one_line.ply", head + b"end_header\n" + data.replace(b"\n", b" "))
+    reads("one_number_a_line.ply", head + b"end_header\n" + data.replace(b" ", b"\n"))
+    reads("list_in_two_lines.ply", head + b"end_header\n" + data.replace(b"3 0 2 1", b"3 0\n2 1"))
+    for name, wrong, says in (
+            ("five_vertices", ply().replace(b"vertex 4", b"vertex 5"), "more numbers than the rows of the header have"),
+            ("three_vertices", ply().replace(b"vertex 4", b"vertex 3"), "row 0 of element 'face' has more numbers"),
+            ("long_row", ply().replace(rows[2], rows[2] + b" 9"), "row 2 of element 'vertex' has more numbers"),
+            ("short_row", ply().replace(rows[2], rows[2][:-4]), "found the end of the line (line 12)"),
+            ("short_rows", ply().replace(b" 0.0\n", b"\n"), "more numbers than the rows of the header have"),
+            ("short_face", ply().replace(b"3 0 2 1", b"3 0 2"), "row 0 of element 'face' has more numbers")):
+        refuses(f"{name}.ply", wrong, says)
+    uneven = ply().replace(b"vertex_indices\n", b"vertex_indices\nproperty list uchar float texcoord\n")
+    for k, numbers in enumerate(("6 0 0 1 0 1 1", "0", "5 0 0 1 0 1", "6 0 0 1 0 1 1")):
+        uneven = uneven.replace(rows[4 + k] + b"\n", rows[4 + k] + f" {numbers}\n".encode())
+    reads("uneven_textures.ply", uneven,
+          says=["dropped: texture coordinates of faces that have not two for each corner (1)"])
     reads("noise.ply", ply().replace(b"element vertex", b"Made by a tool\nelement vertex"),
           says=["dropped: header lines that are not PLY (1), the first begins with 'Made'"])
     refuses("cut.ply", ply(kind="binary_little_endian")[:-1], "the file ends inside its data")
@@ -417,6 +485,33 @@ def test_far_from_the_origin():
             check(f"STL does not: {messages}", "STL has 32-bit floats, which move them by up to" in messages)
             cqm("decode", "--strict", stream, FOLDER / "strict.stl", status=1)
             check("no STL", not (FOLDER / "strict.stl").exists())
+
+
+def test_floats_that_are_too_coarse():
+    """Where x and y are integers that floats hold, but near another one there is none, z has digits all the same."""
+    out, stream = FOLDER / "coarse.off", FOLDER / "coarse.cqm"
+    flat, faces = grid_mesh(100, (-1e7, 1e7, 0))
+    positions = [floats((x, y, 10 * math.sin(k))) for k, (x, y, _) in enumerate(flat)]
+    for bits in 12, 16, 24:
+        for kind, real in ("ascii", "double"), ("binary_little_endian", "float"):
+            source = write("coarse.ply", ply(positions, faces, kind, real))
+            messages = cqm("encode", "--strict", "--keep-order", "--bits", bits, source, stream)
+            check(f"nothing is lost: {messages}", not messages)
+            cqm("decode", stream, out)
+            off_by, step = distance(read_off(out)[0], positions), 100 / (2 ** bits - 1)
+            check(f"{kind}, {bits} bits: off by {off_by}, step {step}", off_by <= 0.51 * step)
+            cqm("verify", "--bits", bits, source)
+    text = "".join("v %r %r %r\n" % p for p in positions)
+    text += "".join("vt %.9g %.9g\n" % (1e6 + x / 100, z) for (x, _, z) in positions)
+    text += "".join("f %d/%d %d/%d %d/%d\n" % tuple(v + 1 for v in face for _ in range(2)) for face in faces)
+    messages = cqm("encode", write("coarse.obj", text), stream)
+    step = max(z for _, _, z in positions) - min(z for _, _, z in positions)
+    check(f"texture coordinates are told: {messages}", messages.count("\n") == 1 and "changed: texture coordinates: the step of "
+          f"the grid is 0.0625 instead of {step / 4095:.3g}, as they are so far from 0" in messages)
+    cqm("encode", "--strict", FOLDER / "coarse.obj", FOLDER / "none3.cqm", status=1)
+    tiny = [tuple(1e-300 * x for x in p) for p in POSITIONS]
+    messages = cqm("encode", write("tiny.ply", ply(tiny, kind="binary_big_endian", real="double")), stream)
+    check(f"too small: {messages}", "the step of the grid is 1.18e-38 instead of 2.44e-304, as no float is smaller" in messages)
 
 
 def test_exact_means_floats():
@@ -570,12 +665,21 @@ def test_tiles():
     source = write("beyond.ply", ply())
     messages = cqm("encode", "--grid", "1,0,0,1", source, FOLDER / "beyond.cqm", status=1)
     check(f"beyond: {messages}", "vertex 0 at 0 0 0 is beyond --grid" in messages)
+    messages = cqm("encode", "--grid", "-4,-4,-4,0.1", source, FOLDER / "near.cqm")
+    check(f"a float is near enough: {messages}", not messages)
+    source = write("far_grid.ply", ply([(x + 5411932, y, z) for x, y, z in POSITIONS], real="double"))
+    messages = cqm("encode", "--grid", "5411931.678,-1,-1,0.01", source, FOLDER / "far_grid.cqm")
+    check(f"not the grid that was asked for: {messages}", "the points of --grid are up to 0.178 from where they" in messages)
+    cqm("encode", "--strict", "--grid", "5411931.678,-1,-1,0.01", source, FOLDER / "none4.cqm", status=1)
+    cqm("encode", "--strict", "--grid", "5411931.5,-1,-1,0.01", source, FOLDER / "far_grid.cqm")
+    source = FOLDER / "beyond.ply"
     messages = cqm("encode", "--grid", "0,0,0,5e-8", source, FOLDER / "beyond.cqm", status=1)
     check(f"too fine: {messages}", "vertex 1 at 1 0 0 is beyond --grid" in messages)
 
 
 TESTS = (test_binary_stl, test_text_stl, test_obj, test_what_obj_has_and_a_stream_has_not, test_no_mesh, test_off,
-         test_attributes_of_off, test_ply, test_strips, test_far_from_the_origin, test_exact_means_floats,
+         test_attributes_of_off, test_ply, test_strips, test_far_from_the_origin, test_floats_that_are_too_coarse,
+         test_exact_means_floats,
          test_one_stray_point, test_words, test_strict_decoding, test_info_of_a_part, test_tiles)
 
 

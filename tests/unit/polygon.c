@@ -268,7 +268,7 @@ TEST(convex_polygons_are_fans) {
     static const double square[4][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 } };
     static const double dart[4][3] = { { 0, 0, 0 }, { 4, 0, 0 }, { 1, 1, 0 }, { 0, 4, 0 } };
     uint32_t triangle[2][3], k;
-    REQUIRE(triangulate(square, 4, triangle));
+    CHECK_EQ(triangulate(square, 4, triangle), 2);
     for (k = 0; k < 2; k++) CHECK(triangle[k][0] == 0 && triangle[k][1] == k + 1 && triangle[k][2] == k + 2);
     REQUIRE(triangulate(dart, 4, triangle));
     for (k = 0; k < 2; k++) CHECK(triangle[k][0] == 0 && triangle[k][1] == k + 1 && triangle[k][2] == k + 2);
@@ -291,6 +291,22 @@ TEST(polygons_that_are_none_are_cut_all_the_same) {
     }
 }
 
+/* What has too many corners is a disc all the same, and said to be cut badly. */
+TEST(work_has_a_limit) {
+    static double corner[MAX_CORNERS][3];
+    static uint32_t triangle[MAX_CORNERS][3];
+    uint64_t work;
+    size_t k;
+    count = 0;
+    for (k = 0; k < 60; k++) add_point((int)random_below(9), (int)random_below(9));
+    place_in_space(corner, 0);
+    for (work = 0; work < 4000; work += 40) {
+        CHECK_EQ(triangulate_within((const double (*)[3])corner, count, triangle, work), 1);
+        REQUIRE(is_disc(triangle));
+    }
+    CHECK_EQ(triangulate((const double (*)[3])corner, count, triangle), 2);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(outlines_with_corners_on_a_line_have_triangles_with_an_area);
@@ -302,5 +318,6 @@ int main(int argc, char **argv) {
     RUN(a_spiral);
     RUN(convex_polygons_are_fans);
     RUN(polygons_that_are_none_are_cut_all_the_same);
+    RUN(work_has_a_limit);
     return TEST_END();
 }
