@@ -823,10 +823,12 @@ typedef struct cqi_base_sizes {
 /* A regular level in progress: see there. */
 enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_MOST = 8 }; /* features of the two predictions; and one more of normals */
 typedef struct cqi_regular {
-    cq_index vertices, faces;              /* of the mesh before the level */
+    cq_index vertices, faces;              /* of the mesh before the level: with materials, all slots, and */
+    cq_index real_faces;                   /* those that there are */
     cq_index count;                        /* marked edges: new vertices */
     cq_index at;                           /* the face or vertex that a phase has come to */
-    cq_index record;                       /* face slot of its record; or how many buckets are filled */
+    cq_index record;                       /* the next face slot for a record; or how many buckets are filled */
+    cq_index slot[2];                      /* of the record of the vertex at hand: on the left, on the right; CQ_NONE */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
     cq_index dissolved;                    /* halfedge of the edge that is flipped next; CQ_NONE: of none */
@@ -2346,11 +2348,8 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Regular levels have no seams, no materials and no values of faces. */
-static int cqi_allows_regular(const cq_shape *s)
-{
-    return !s->num_rows && !s->num_materials && !cqi_all_components(s, CQI_OF_FACE);
-}
+/* Regular levels have no seams. */
+static int cqi_allows_regular(const cq_shape *s) { return !s->num_rows; }
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
@@ -3083,6 +3082,9 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_take_new_faces(d) ((void)0)
 #define cqi_count_new_faces(d) ((void)0)
 #define cqi_show_materials(d) ((void)0)
+#define cqi_show_new_faces(d) ((void)0)
+#define cqi_next_of_material(d, f) (f)
+#define cqi_next_coarse(d, f) (f)
 #define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
 #define cqi_check_material_faces(d, corners) CQ_OK
 #define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
@@ -3192,12 +3194,44 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
+/* The next free face of the material of face f, which is counted; or CQ_NONE. */
+static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
+{
+    const uint32_t k = cqi_material_of(d, f);
+    cqi_material *const m = &d->materials[k];
+    if (m->first + m->count == cqi_end_of_material(d, k)) return CQ_NONE;
+    return (cq_index)(m->first + m->count++);
+}
+
+/* The next face of a regular level's coarse mesh, from f on: of those of each material before its `scan`. */
+static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
+{
+    uint32_t k;
+    for (k = d->materials ? cqi_material_of(d, f) : 0; d->materials && k < d->shape.num_materials; k++) {
+        if (f < d->materials[k].scan) break;
+        f = cqi_end_of_material(d, k);
+    }
+    return f;
+}
+
 /* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
 {
     int end;
     for (end = 1; end >= 0; end--)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
+}
+
+/* They are there, and counted. */
+static void cqi_show_new_faces(cq_decoder *d)
+{
+    int end;
+    for (end = 0; end < 2; end++) {
+        cqi_material *m;
+        if (d->new_face[end] == CQ_NONE) continue;
+        m = &d->materials[cqi_material_of(d, d->new_face[end])];
+        m->shown = m->count;
+    }
 }
 
 /* Counts them, once the split has made them. */
@@ -6235,15 +6269,16 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 /* Enough new vertices for linear time: one for 16 of the old ones, and for 32 faces. */
 static int cqi_is_worth_it(const cqi_regular *r)
 {
-    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->faces / 32;
+    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->real_faces / 32;
 }
 
 /* The marks of one face. */
 static cq_result cqi_step_marks(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    cq_index h = (cq_index)(3 * r->at);
+    cq_index h;
     cq_result result = CQ_OK;
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
         if (!cqi_is_worth_it(r)) return CQ_ERROR_CORRUPT;
         for (r->bucket = 0; (3 * r->faces - 1) >> r->bucket >= r->count;) r->bucket++;
@@ -6252,7 +6287,7 @@ static cq_result cqi_step_marks(cq_decoder *d)
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
         return CQ_OK;
     }
-    r->at++;
+    h = (cq_index)(3 * r->at++);
     for (; h < 3 * r->at && result == CQ_OK; h++)
         if (d->mesh.twin[h] > h) result = cqi_code_mark(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : result;
@@ -6310,6 +6345,33 @@ static void cqi_look_around(cq_decoder *d, cq_index v)
     d->regular.fold = (int32_t)(cqi_abs(x.x - half) + cqi_abs(x.y - half)) > half;
 }
 
+/* -- Regular levels: slots of faces -- */
+
+/* Before the first vertex takes its slots: for the records, or for the faces. */
+static void cqi_rewind_slots(cq_decoder *d)
+{
+    uint32_t k;
+    d->regular.record = d->regular.faces;
+    for (k = 0; d->materials && k < d->shape.num_materials; k++)
+        d->materials[k].count = (cq_index)(d->materials[k].scan - d->materials[k].first);
+}
+
+/* Takes the slots of the faces that an insertion into the edge h makes, which have the materials of those that are
+ * there. 0: there is no room. */
+static int cqi_take_slots(cq_decoder *d, cq_index h)
+{
+    const cq_index side[2] = { h, d->mesh.twin[h] };
+    int i;
+    for (i = 0; i < 2; i++) {
+        cq_index *const slot = &d->regular.slot[i];
+        *slot = CQ_NONE;
+        if (!cqi_is_real_face(&d->mesh, side[i])) continue;
+        *slot = d->materials ? cqi_next_of_material(d, (cq_index)(side[i] / 3)) : d->regular.record++;
+        if (*slot >= d->mesh.first_virtual_face) return 0;
+    }
+    return 1;
+}
+
 /* -- Regular levels: the new vertices by their edges --
  *
  * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new
@@ -6328,7 +6390,7 @@ static cq_result cqi_step_table(cq_decoder *d)
     }
     if (r->at < r->count) return CQ_OK;
     r->at = cqi_has_expected(d) ? 0 : r->count;
-    r->record = r->faces;
+    cqi_rewind_slots(d);
     d->phase = CQI_EXPECT;
     return CQ_OK;
 }
@@ -6581,7 +6643,7 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 /* -- Regular levels: records --
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * In it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite;
+ * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new vertices on the next and on the previous edge;
  * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
  * begin and end where this edge does. */
 
@@ -6597,9 +6659,9 @@ static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
     int two;
     const cq_index on = cqi_straight(m, s, &two);
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
-    origin[0] = cqi_vertex_on(d, cq_next(s));
-    origin[1] = cqi_vertex_on(d, cq_prev(s));
-    origin[2] = m->origin[cq_prev(s)];
+    origin[0] = (cq_index)(CQ_NONE - m->origin[cq_prev(s)]);
+    origin[1] = cqi_vertex_on(d, cq_next(s));
+    origin[2] = cqi_vertex_on(d, cq_prev(s));
     twin[0] = on == CQ_NONE || two ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
@@ -6608,15 +6670,15 @@ static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
 /* Writes the record of a vertex; false if there is no room for its faces. */
 static int cqi_write_record(cq_decoder *d, cq_index v)
 {
-    const cq_mesh *m = &d->mesh;
-    const cq_index h = m->out[v], g = m->twin[h];
-    const cq_index n = (cq_index)(cqi_is_real_face(m, g) ? 2 : 1);
-    if (m->first_virtual_face - d->regular.record < n) return 0;
-    cqi_write_side(d, h, d->regular.record);
-    if (n == 2) cqi_write_side(d, g, (cq_index)(d->regular.record + 1));
-    d->regular.record = (cq_index)(d->regular.record + n);
+    const cq_index h = d->mesh.out[v];
+    if (!cqi_take_slots(d, h)) return 0;
+    cqi_write_side(d, h, d->regular.slot[0]);
+    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], d->regular.slot[1]);
     return 1;
 }
+
+/* The vertex opposite to a new one, in the record. */
+static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
 
 /* Adds where w is, from the place that v is expected at. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
@@ -6626,36 +6688,35 @@ static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_
 
 /* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
  * expected have weights of their own. And the plane of its faces. */
-static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature,
-                          cqi_tilt *t)
+static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_index a = m->origin[h], b = cq_target(m, h), n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
+    const cq_index a = m->origin[h], b = cq_target(m, h), *const slot = d->regular.slot;
     cqi_vector tip[2];
-    cq_index i;
-    int k;
+    int i, k;
     memset(feature, 0, CQI_FINE * sizeof *feature);
-    for (i = 0; i < n; i++) {
-        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i);
-        tip[i] = cqi_from(d, a, origin[2]);
-        for (k = 0; k < 2; k++) {
+    for (i = 0; i < 2 && slot[i] != CQ_NONE; i++) {
+        const cq_index *const origin = m->origin + 3 * slot[i], *const twin = m->twin + 3 * slot[i];
+        const cq_index opposite = cqi_record_tip(m, slot[i]);
+        tip[i] = cqi_from(d, a, opposite);
+        for (k = 1; k < 3; k++) {
             cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
-            cqi_add_offset(d, &feature[twin[k + 1] < v ? 3 : 4], v, twin[k + 1]);
+            cqi_add_offset(d, &feature[twin[k] < v ? 3 : 4], v, twin[k]);
         }
-        cqi_add_offset(d, &feature[origin[0] == CQ_NONE || origin[1] == CQ_NONE ? 6 : 2], v, origin[2]);
+        cqi_add_offset(d, &feature[origin[1] == CQ_NONE || origin[2] == CQ_NONE ? 6 : 2], v, opposite);
         cqi_add_offset(d, &feature[5], v, twin[0]);
     }
     feature[2] = cqi_scale(feature[2], 2);
     feature[5] = cqi_scale(feature[5], 2);
     feature[6] = cqi_scale(cqi_plus(feature[6], cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b))), 2);
     if (!t) return;
-    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL),
+    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], slot[1] != CQ_NONE ? &tip[1] : NULL),
                  d->regular.axes);
 }
 
 /* What normals of the faces say of v's pair: they are made of the places that v's neighbours will have, as far as these
  * are known, else of those where they are expected. */
-static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature)
+static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature)
 {
     const cq_mesh *m = &d->mesh;
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
@@ -6664,16 +6725,16 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cq_inde
     const cqi_vector expected = cqi_at(d, v);
     cqi_direction sum = { 0, 0, 0 };
     cqi_pair_of_normal pair;
-    cq_index i, n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
-    int k;
-    for (i = 0; i < n; i++) {
-        const cq_index *const beside = m->origin + 3 * (record + i);
+    int i, k;
+    for (i = 0; i < 2 && d->regular.slot[i] != CQ_NONE; i++) {
+        const cq_index *const record = m->origin + 3 * d->regular.slot[i];
+        const int alone = record[1] == CQ_NONE && record[2] == CQ_NONE;
+        const cq_index around[3] = { alone ? cqi_record_tip(m, d->regular.slot[i]) : record[1], record[2], end[i] };
         cq_index before = end[1 - i];
-        for (k = 0; k < 4; k++) {
-            const cq_index w = k == 3 ? end[i] : k < 2 ? beside[k] : beside[0] == CQ_NONE && beside[1] == CQ_NONE ? beside[2] : CQ_NONE;
-            if (w == CQ_NONE) continue;
-            cqi_add_normal(&sum, at + 3 * (size_t)v, at + 3 * (size_t)before, at + 3 * (size_t)w);
-            before = w;
+        for (k = 0; k < 3; k++) {
+            if (around[k] == CQ_NONE) continue;
+            cqi_add_normal(&sum, at + 3 * (size_t)v, at + 3 * (size_t)before, at + 3 * (size_t)around[k]);
+            before = around[k];
         }
     }
     memset(feature, 0, sizeof *feature);
@@ -6965,14 +7026,14 @@ static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
 
 /* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
  * fills that with the final ones first. There are 10 at most. */
-static void cqi_exchange(cq_decoder *d, cq_index v, cq_index record, cq_index n,
-                         cq_value (*place)[CQ_MAX_COMPONENTS], int back)
+static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
     const uint32_t stride = d->shape.channel[d->regular.view].components;
-    cq_index k;
-    for (k = 0; k < 6 * n; k++) {
-        const cq_index i = back ? (cq_index)(6 * n - 1 - k) : k, f = (cq_index)(3 * (record + i / 6) + i % 3);
-        const cq_index w = i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
+    int k;
+    for (k = 0; k < 12; k++) {
+        const int i = back ? 11 - k : k;
+        const cq_index slot = d->regular.slot[i / 6], f = (cq_index)(3 * slot + (cq_index)i % 3);
+        const cq_index w = slot == CQ_NONE || !(i % 6) ? CQ_NONE : i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
         cq_value *to, old[CQ_MAX_COMPONENTS];
         if (w < d->regular.vertices || w >= v) continue;
         to = d->channel[d->regular.view] + stride * (size_t)w;
@@ -6984,21 +7045,21 @@ static void cqi_exchange(cq_decoder *d, cq_index v, cq_index record, cq_index n,
 }
 
 /* What normals will say when v has its turn: then its position is known, if that comes before. */
-static void cqi_plan_normal(cq_decoder *d, cq_index v, cq_index record, cq_index n, cqi_vector *feature)
+static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 {
     const uint32_t k = d->regular.view, located = (uint32_t)d->located;
     const int fold = d->regular.fold;
     cq_value place[12][CQ_MAX_COMPONENTS], *const to = d->channel[located] + 3 * (size_t)v, old[3];
     cqi_look_at_positions(d);
-    cqi_exchange(d, v, record, n, place, 0);
+    cqi_exchange(d, v, place, 0);
     memcpy(old, to, sizeof old);
     if (located < k) cqi_plan_values(d, v, to);
     cqi_look_at(d, k, 0);
     d->regular.fold = fold;
-    cqi_find_normal(d, v, d->mesh.out[v], record, feature);
+    cqi_find_normal(d, v, d->mesh.out[v], feature);
     cqi_look_at_positions(d);
     memcpy(to, old, sizeof old);
-    cqi_exchange(d, v, record, n, place, 1);
+    cqi_exchange(d, v, place, 1);
     cqi_look_at(d, k, 0);
     d->regular.fold = fold;
 }
@@ -7009,8 +7070,9 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
-    cq_index v = r->vertices, record = r->faces;
+    cq_index v = r->vertices;
     uint32_t k;
+    cqi_rewind_slots(d);
     rows = r->count < rows ? r->count : rows;
     for (k = 0; k < rows; k++) {
         const cq_index sample = cqi_sample(r, rows, k);
@@ -7018,17 +7080,15 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
         cqi_vector feature[CQI_MOST];
         cq_value place[12][CQ_MAX_COMPONENTS];
         cqi_tilt t;
-        cq_index n;
-        for (; v < sample; v++) record = (cq_index)(record + (cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1));
-        n = (cq_index)(cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1);
-        if (other) cqi_look_around(d, v);
-        cqi_exchange(d, v, record, n, place, 0);
+        for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
+        if (other) cqi_look_around(d, sample);
+        cqi_exchange(d, sample, place, 0);
         cqi_set_plain(&t);
-        cqi_find_fine(d, v, m->out[v], record, feature, other ? NULL : &t);
-        cqi_exchange(d, v, record, n, place, 1);
-        if (fine > CQI_FINE) cqi_plan_normal(d, v, record, n, &feature[CQI_FINE]);
+        cqi_find_fine(d, sample, m->out[sample], feature, other ? NULL : &t);
+        cqi_exchange(d, sample, place, 1);
+        if (fine > CQI_FINE) cqi_plan_normal(d, sample, &feature[CQI_FINE]);
         cqi_set_row(&d->plan->row[k], &t, feature, fine,
-                    cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, v)), 16), cqi_fit_shift(d));
+                    cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16), cqi_fit_shift(d));
     }
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
@@ -7139,11 +7199,13 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
 static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    cq_index h = (cq_index)(3 * r->at);
+    cq_index h;
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
         cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
         if (cqi_starved(d)) return CQ_TRUNCATED;
+        cqi_rewind_slots(d);
         r->at = 0;
         r->own = r->vertices;
         d->mesh.flipped_before = d->mesh.flipped_to;
@@ -7152,7 +7214,7 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
         d->phase = CQI_SWEEP;
         return CQ_OK;
     }
-    r->at++;
+    h = (cq_index)(3 * r->at++);
     for (; h < 3 * r->at; h++)
         if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
@@ -7167,15 +7229,14 @@ static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
 /* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
  * mean once. */
-static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, cq_index n)
+static int cqi_expected_size(const cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
-    int sum = 0, weight = 1;
-    cq_index i;
-    int k;
-    for (i = 0; i < n; i++) {
-        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i) + 1;
-        for (k = 0; k < 2; k++) {
+    const cq_index *const slot = d->regular.slot;
+    int sum = 0, weight = 1, i, k;
+    for (i = 0; i < 2 && slot[i] != CQ_NONE; i++) {
+        const cq_index *const origin = m->origin + 3 * slot[i], *const twin = m->twin + 3 * slot[i];
+        for (k = 1; k < 3; k++) {
             if (origin[k] < v) {
                 sum += 2 * cqi_size_of(m, origin[k]);
                 weight += 2;
@@ -7203,14 +7264,13 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
 {
     const cq_channel *const channel = &d->shape.channel[d->located];
     cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
-    const cq_index record = d->mesh.num_faces, n = (cq_index)(cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1);
     int32_t value[3] = { 0, 0, 0 }, x[3], size[3];
     cqi_vector feature[CQI_FINE];
     cqi_tilt t;
     int64_t sum[3];
     int expected, c;
-    expected = cqi_expected_size(d, v, record, n);
-    cqi_find_fine(d, v, h, record, feature, &t);
+    expected = cqi_expected_size(d, v);
+    cqi_find_fine(d, v, h, feature, &t);
     cqi_weigh(&t, feature, d->regular.fine, CQI_FINE, sum);
     for (c = 0; c < 3; c++) {
         if (CQI_ENCODING(d))
@@ -7261,8 +7321,8 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index h, cq_index i
     if (d->located >= 0 && d->located < (int)k) size += (64 * cqi_size_of(&d->mesh, v) - (int)d->regular.size) / 4;
     if (size < 0) size = 0;
     cqi_look_around(d, v);
-    cqi_find_fine(d, v, h, d->mesh.num_faces, feature, NULL);
-    if (n > CQI_FINE) cqi_find_normal(d, v, h, d->mesh.num_faces, &feature[CQI_FINE]);
+    cqi_find_fine(d, v, h, feature, NULL);
+    if (n > CQI_FINE) cqi_find_normal(d, v, h, &feature[CQI_FINE]);
     x = cqi_unseen(d, cqi_sum_features(cqi_at(d, v), feature, d->regular.weight[k], n));
     for (c = part; c < part + 3 && c < channel->components; c++) {
         const int32_t p = cqi_unrough(channel, cqi_component(x, (int)(c - part)));
@@ -7293,6 +7353,7 @@ static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index i
     int ok = 1;
     cqi_list_ends(d, h);
     for (k = 0; k < d->shape.num_channels && ok; k++) {
+        if (cqi_class(&d->shape, k) == CQI_OF_FACE) continue;
         if ((int)k == d->located) ok = cqi_code_new_position(d, v, h, input);
         else if (!cqi_is_expected(d, k)) ok = cqi_code_channel(d, k, 0, 0, input, v);
         else
@@ -7329,6 +7390,19 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
     }
 }
 
+/* The new faces have the values of those that they are cut off from. */
+static void cqi_copy_faces(cq_decoder *d, cq_index h, cq_index g)
+{
+    const cq_index from[2] = { (cq_index)(h / 3), (cq_index)(g / 3) }, *const slot = d->regular.slot;
+    uint32_t k;
+    int i;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        if (cqi_class(&d->shape, k) != CQI_OF_FACE) continue;
+        for (i = 0; i < 2; i++)
+            if (slot[i] != CQ_NONE) d->channel[k][slot[i]] = d->channel[k][from[i]];
+    }
+}
+
 /* Inserts the next new vertex into its edge, by a split of the edge's start. It cannot be where two faces share all
  * three edges: it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
@@ -7336,11 +7410,18 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
+    const cq_index g = m->twin[h];
     int ok;
-    if (m->valence[m->origin[h]] == 2) return CQ_ERROR_CORRUPT;
+    if (m->valence[m->origin[h]] == 2 || !cqi_take_slots(d, h)) return CQ_ERROR_CORRUPT;
     ok = cqi_code_new_values(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (!ok) return CQ_ERROR_CORRUPT;
+    if (CQI_HAS_ATTRIBUTES) cqi_copy_faces(d, h, g);
+    d->new_face[0] = d->regular.slot[0];
+    d->new_face[1] = d->regular.slot[1];
+    if (d->materials) cqi_take_new_faces(d);
+    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (d->materials) cqi_show_new_faces(d);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
     if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
     return CQ_OK;
@@ -7521,6 +7602,7 @@ static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 
 static cq_result cqi_end_regular(cq_decoder *d)
 {
+    d->mesh.is_partial = 0;
     if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 1);
     if (CQI_REPORTING(d)) {
         cq_level *level = cqi_level_report(d);
@@ -7539,6 +7621,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     const cq_index v = d->mesh.num_vertices;
     cq_result result;
     if (r->dissolved != CQ_NONE) return cqi_step_dissolved(d);
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) return cqi_end_regular(d);
     if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
     result = cqi_code_flips(d, r->at);
@@ -7564,9 +7647,14 @@ static cq_result cqi_step_wipe(cq_decoder *d)
 static cq_result cqi_begin_regular(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
+    uint32_t k;
     memset(r, 0, sizeof *r);
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
+    r->real_faces = cqi_num_faces(d);
+    for (k = 0; d->materials && k < d->shape.num_materials; k++)
+        d->materials[k].scan = (cq_index)(d->materials[k].first + d->materials[k].count);
+    d->mesh.is_partial = d->materials != NULL;
     r->central = 2;
     r->dissolved = CQ_NONE;
     cqi_look_at_positions(d);
@@ -10350,6 +10438,8 @@ enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQ
 
 typedef struct cqi_labels {
     const cq_mesh *mesh;
+    const cq_input *input;       /* faces of a polygon have the same material, and values */
+    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
@@ -10628,11 +10718,29 @@ static int cqi_alike(const cqi_polygon *p)
     return cqi_is_marked(p, 0);
 }
 
+/* Have two faces the same material, and the same values? */
+static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
+{
+    const cq_input *const in = l->input;
+    uint32_t k;
+    if (f >= l->mesh->first_virtual_face || g >= l->mesh->first_virtual_face) return 1;
+    if (l->input_face) {
+        f = l->input_face[f];
+        g = l->input_face[g];
+    }
+    if (in->shape.num_materials && in->materials[f] != in->materials[g]) return 0;
+    for (k = 0; k < in->shape.num_channels; k++)
+        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k][f] != in->values[k][g]) return 0;
+    return 1;
+}
+
 /* Reads the polygon of face f, and flips it back to coarse faces. 0 if it cannot be coded. */
 static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
     int alike;
     if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
+    for (alike = 1; alike < p->faces; alike++)
+        if (!cqi_are_alike(l, p->face[0], p->face[alike])) return 0;
     if (p->corners == 3) return 1;
     alike = l->alike ? cqi_alike(p) : -1;
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
@@ -11842,6 +11950,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
         l.positions = p->measured;
+        l.input = in;
         if (p->num_regular) {
             l.least = 340;
             l.strips = 300;
@@ -12259,7 +12368,7 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     plain = *in;
     plain.progress = NULL;
     room = result == CQ_OK ? out_size - *stream_size : 0;
-    if (plan.surely_regular && (in->shape.num_channels == 1 || !plan.measured)) {
+    if (plan.surely_regular) {
         best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     } else {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
