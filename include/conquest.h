@@ -3080,9 +3080,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_code_base_material(d, input) 1
 #define cqi_code_new_materials(d, p, q) 1
 #define cqi_take_new_faces(d) ((void)0)
-#define cqi_count_new_faces(d) ((void)0)
+#define cqi_count_new_faces(d, is_counted) ((void)0)
 #define cqi_show_materials(d) ((void)0)
-#define cqi_show_new_faces(d) ((void)0)
 #define cqi_next_of_material(d, f) (f)
 #define cqi_next_coarse(d, f) (f)
 #define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
@@ -3222,27 +3221,16 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* They are there, and counted. */
-static void cqi_show_new_faces(cq_decoder *d)
+/* Counts them, once the split has made them, unless they are counted already. */
+static void cqi_count_new_faces(cq_decoder *d, int is_counted)
 {
     int end;
     for (end = 0; end < 2; end++) {
         cqi_material *m;
         if (d->new_face[end] == CQ_NONE) continue;
         m = &d->materials[cqi_material_of(d, d->new_face[end])];
+        m->count = (cq_index)(m->count + !is_counted);
         m->shown = m->count;
-    }
-}
-
-/* Counts them, once the split has made them. */
-static void cqi_count_new_faces(cq_decoder *d)
-{
-    int end;
-    for (end = 0; end < 2; end++) {
-        cqi_material *m;
-        if (d->new_face[end] == CQ_NONE) continue;
-        m = &d->materials[cqi_material_of(d, d->new_face[end])];
-        m->shown = ++m->count;
     }
 }
 
@@ -5203,7 +5191,7 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
     if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
-    if (d->materials) cqi_count_new_faces(d);
+    if (d->materials) cqi_count_new_faces(d, 0);
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
 #ifdef CQ_TRAINING
@@ -7421,7 +7409,7 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     d->new_face[1] = d->regular.slot[1];
     if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
-    if (d->materials) cqi_show_new_faces(d);
+    if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
     if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
     return CQ_OK;
