@@ -10426,7 +10426,7 @@ enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQ
 
 typedef struct cqi_labels {
     const cq_mesh *mesh;
-    const cq_input *input;       /* faces of a polygon have the same material, and values */
+    const cq_input *input;       /* faces of a polygon have the same material, and values; NULL: whatever they have */
     const cq_index *input_face;  /* numbers of faces in the input; NULL: the same */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
@@ -10711,7 +10711,7 @@ static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
 {
     const cq_input *const in = l->input;
     uint32_t k;
-    if (f >= l->mesh->first_virtual_face || g >= l->mesh->first_virtual_face) return 1;
+    if (!in || f >= l->mesh->first_virtual_face || g >= l->mesh->first_virtual_face) return 1;
     if (l->input_face) {
         f = l->input_face[f];
         g = l->input_face[g];
