@@ -2544,6 +2544,7 @@ typedef struct cqi_plan {
     const cq_index *row_of_wedge;
     const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
     const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
+    int copies_rows;                    /* a row of the input may be at several vertices: rows do not tell faces */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
@@ -10356,6 +10357,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->num_wedges = p->num_wedges;
     plan->face_of_input = p->source;
     plan->face_state = p->state;
+    plan->copies_rows = p->counts.copied_rows != 0;
     plan->triangles = p->in->indices;
     plan->locked = p->locked;
     if (p->num_wedges == p->num_fans) plan->index = NULL;
@@ -10427,7 +10429,9 @@ enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQ
 typedef struct cqi_labels {
     const cq_mesh *mesh;
     const cq_input *input;       /* faces of a polygon have the same material, and values; NULL: whatever they have */
-    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same */
+    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same; */
+    const uint8_t *face_state;   /* and what has been done with these */
+    const uint8_t *locked;       /* of each vertex: it stays even; or NULL */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
@@ -10478,6 +10482,8 @@ static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) 
 /* Ends of the numbers of vertices and faces, virtual ones and the slots before them included. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
 static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
+
+static int cqi_is_locked(const cqi_labels *l, cq_index v) { return l->locked && l->locked[v]; }
 
 static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
 {
@@ -10717,8 +10723,9 @@ static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
         g = l->input_face[g];
     }
     if (in->shape.num_materials && in->materials[f] != in->materials[g]) return 0;
+    if (l->face_state && (l->face_state[f] ^ l->face_state[g]) & CQI_FACE_TURNED) return 0;
     for (k = 0; k < in->shape.num_channels; k++)
-        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k][f] != in->values[k][g]) return 0;
+        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k] && in->values[k][f] != in->values[k][g]) return 0;
     return 1;
 }
 
@@ -11329,8 +11336,9 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
 static void cqi_refuse(cqi_labels *l)
 {
     cq_index v;
-    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
-        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
+    for (v = 0; v < l->mesh->num_vertices && (l->limit || l->locked); v++)
+        if (cqi_is_odd(l, v) && (cqi_is_locked(l, v) || cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])))
+            l->label[v] = CQI_EVEN;
 }
 
 /* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
@@ -11487,7 +11495,7 @@ static void cqi_fill_all(cqi_labels *l)
         cq_index v, n = 0;
         for (v = 0; v < m->num_vertices; v++)
             if ((l->label[v] & (CQI_LABEL | CQI_MAY_FILL)) == (CQI_EVEN | CQI_MAY_FILL) && l->since[v] == 0 &&
-                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE)
+                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE && !cqi_is_locked(l, v))
                 n = (cq_index)(n + (cq_index)cqi_fill(l, v));
         if (!n) break;
     }
@@ -11906,10 +11914,10 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
     }
 }
 
-/* Regular levels need that every vertex may go. */
+/* Regular levels need that the input's face numbers can be found in the end, see cqi_match_face. */
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
-    return !p->row_of_vertex && !p->locked && !in->conquest_only && cqi_allows_regular(&in->shape);
+    return !p->copies_rows && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
 /* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
@@ -11931,14 +11939,20 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
 {
     cq_index live = (cq_index)in->shape.num_vertices;
     const int channel = cqi_context_channel(&in->shape);
+    cqi_arena scratch = *idle;
     p->num_regular = 0;
-    if (channel >= 0) p->measured = in->values[channel];
+    if (channel >= 0)
+        p->measured = cqi_gather_positions(
+            p, in, channel, (cq_value *)cqi_take(&scratch, p->row_of_vertex ? 3 * (size_t)live : 0, sizeof(cq_value)));
     while (live && cqi_may_be_regular(p, in) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
-        if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
+        if (!cqi_labels_carve(&l, &p->mesh, scratch.next, scratch.left)) return;
         l.positions = p->measured;
         l.input = in;
+        l.input_face = p->face_of_input;
+        l.face_state = p->face_state;
+        l.locked = p->locked;
         if (p->num_regular) {
             l.least = 340;
             l.strips = 300;
@@ -12078,8 +12092,16 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
+/* The decoded face of an input face, by its vertices: that on the left of its first edge. */
+static cq_index cqi_match_face(const cqi_plan *p, const cq_mesh *decoded, cq_index from, cq_index to)
+{
+    const cq_index a = p->decoded[from], h = cqi_find_edge(decoded, a, p->decoded[to]);
+    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
+}
+
 /* The same for rows that were prepared. */
-static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded)
+static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded,
+                                    const cq_mesh *decoded)
 {
 #ifndef CQ_NO_WEDGES
     const cq_index rows = (cq_index)(coded->num_rows ? coded->num_rows : coded->num_vertices);
@@ -12087,18 +12109,16 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = cqi_plan_row(p, v, rows);
     for (f = 0; in->face_map && f < in->shape.num_faces; f++)
         if (p->face_state[f] & CQI_FACE_ASIDE) in->face_map[f] = aside++;
-    for (f = 0; in->face_map && f < coded->num_faces; f++)
-        in->face_map[p->face_of_input[f]] = (cq_index)(p->face_decoded[f] / 3);
+    for (f = 0; in->face_map && f < coded->num_faces; f++) {
+        const cq_index face = p->face_of_input[f], *const row = in->indices + 3 * (size_t)face;
+        const int turned = (p->face_state[face] & CQI_FACE_TURNED) != 0;
+        in->face_map[face] = (cq_index)(p->face_decoded[f] / 3);
+        if (p->num_regular)
+            in->face_map[face] = cqi_match_face(p, decoded, p->target[row[turned]], p->target[row[!turned]]);
+    }
 #else
-    (void)in, (void)p, (void)coded;
+    (void)in, (void)p, (void)coded, (void)decoded;
 #endif
-}
-
-/* The decoded face of an input face, by its vertices: that on the left of its first edge. */
-static cq_index cqi_match_face(const cqi_plan *p, const cq_mesh *decoded, const cq_index *corner)
-{
-    const cq_index a = p->decoded[corner[0]], h = cqi_find_edge(decoded, a, p->decoded[corner[1]]);
-    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
 }
 
 static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
@@ -12106,7 +12126,8 @@ static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
     const cqi_plan *p = &e->plan;
     cq_index v, f;
     for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++)
-        in->face_map[f] = cqi_match_face(p, &e->replay.mesh, in->indices + 3 * (size_t)f);
+        in->face_map[f] =
+            cqi_match_face(p, &e->replay.mesh, in->indices[3 * (size_t)f], in->indices[3 * (size_t)f + 1]);
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
     for (f = 0; !p->num_regular && in->face_map && f < in->shape.num_faces; f++)
         in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
@@ -12230,7 +12251,7 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
 
 static void cqi_write_all_maps(cq_input *in, cqi_encoder *e)
 {
-    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &e->coded.shape);
+    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &e->coded.shape, &e->replay.mesh);
     else cqi_write_maps(in, e);
 }
 
