@@ -725,7 +725,7 @@ enum {
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
-    CQI_TWO_ROWS = CQI_OTHER_JOINT + 4 * 6,   /* [ends with two rows] a new vertex has two rows */
+    CQI_TWO_ROWS = CQI_OTHER_JOINT + 4 * 6,   /* [ends with two rows] a new vertex has two if an end has */
     CQI_SUM = CQI_TWO_ROWS + 3,        /* the last weight makes the sum what it is nearby */
     CQI_MODELS = CQI_SUM + 1,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
@@ -6251,7 +6251,7 @@ static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
     int two = 0;
     if (cqi_is_real_face(&d->mesh, g)) {
         two = (row[h] != row[cq_next(g)]) + (row[cq_next(h)] != row[g]);
-        two = cqi_code_bit(d, CQI_TWO_ROWS + two, left != right);
+        two = (two > 0) == cqi_code_bit(d, CQI_TWO_ROWS + two, (two > 0) == (left != right));
     }
     cqi_add_row(d, v, left);
     if (two) cqi_add_row(d, v, right);
@@ -7668,10 +7668,11 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok) return CQ_ERROR_CORRUPT;
     if (CQI_HAS_ATTRIBUTES) cqi_copy_faces(d, h, g);
-    if (d->seams) cqi_split_index(d, v, h);
     d->new_face[0] = d->regular.slot[0];
     d->new_face[1] = d->regular.slot[1];
     if (d->materials) cqi_take_new_faces(d);
+    if (!cqi_has_room(m, m->origin[cq_prev(h)], m->origin[cq_prev(g)])) return CQ_ERROR_CORRUPT;
+    if (d->seams) cqi_split_index(d, v, h);
     if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
     if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
