@@ -6055,13 +6055,13 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse
  * edges.
  *
- *     marks        for each coarse edge: does it get a vertex? New vertices have the order of the edges
- *     expected for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
- *                  is not part of the mesh yet
- *     dissolves    for some edges without a vertex: is the edge flipped, when its faces have got theirs?
- *     sweep coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
- *                  with its final position; then flips that turn what they made of the face into the triangles wanted,
- *                  and flips of dissolved edges that it shares with earlier faces
+ *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
+ *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
+ *                  which is not part of the mesh yet
+ *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
+ *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
+ *                  each with its final position; then flips, which make the wanted triangles of the face; and flips of
+ *                  dissolved edges that it shares with earlier faces
  *
  * So the mesh is valid after each insertion and each flip, and what has arrived is final. The first vertex that is
  * inserted into a face is its hub: two or three of them make a fan around it.
@@ -6073,18 +6073,18 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *       a---------b      a---hub---b         a---hub----b         a---hub----b    in the middle, and another flip a fan
  *                                                                                 around m1 or m2
  *
- * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the
- * smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the
- * other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the
- * coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those of that
- * mesh. */
+ * The level keeps its notes in memory of vertices and faces that are still to come. Of new vertex v, out[v] is its
+ * coarse edge (the smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, bits 4 and 5 of mark[v] are its
+ * side in the other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse: halfedges in it are of the
+ * coarse mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
- * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not
- * marked, its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there
- * already. That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k +
- * 2i + 7) / 8 is not above 2 k + 2. */
+ * For each halfedge one bit: its edge is marked. Then for each face two bits: 0, or 1 + a side. If that side is not
+ * marked, its edge is dissolved, and flipped in the turn of this face. If it is, the two bits only say that the face
+ * has a dissolved edge. That makes 5/8 byte per face, where the queue has at least 2/3: for F = 3k + i,
+ * (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 <= 2 (k + 1). */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
 {
@@ -6116,7 +6116,7 @@ static void cqi_clear_dissolved_side(const cq_decoder *d, cq_index f)
     *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
 }
 
-/* Marked sides of a face, as bits. */
+/* The marked sides of a face, as bits. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f)
 {
     return cqi_has_mark(d, (cq_index)(3 * f)) | cqi_has_mark(d, (cq_index)(3 * f + 1)) << 1 |
@@ -6148,13 +6148,13 @@ static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
     return (uint32_t)cqi_norm(cqi_from(d, a, b));
 }
 
-/* 0: not marked, 1: marked, 2: not known when halfedge `now` has its turn. */
+/* 0: not marked, 1: marked, 2: not yet known when it is the turn of halfedge `now`. */
 static int cqi_mark_state(const cq_decoder *d, cq_index h, cq_index now)
 {
     return h < now || d->mesh.twin[h] < now ? cqi_has_mark(d, h) : 2;
 }
 
-/* States of the two other edges of the halfedge's face, in either order. */
+/* Class of the states of the two other edges of h's face, whose order makes no difference. */
 static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
 {
     static const uint8_t pair[9] = { 0, 1, 2, 1, 3, 4, 2, 4, 5 };
@@ -6162,15 +6162,14 @@ static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
     return pair[3 * cqi_mark_state(d, cq_next(h), now) + cqi_mark_state(d, cq_prev(h), now)];
 }
 
-/* Class of a ratio of lengths. */
+/* Class of the ratio a / b; limits are in 1/8 octave. */
 static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high)
 {
     const int x = cqi_logarithm(a + 1) - cqi_logarithm(b + 1);
     return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
 }
 
-/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which
- * are. */
+/* Is the edge of h marked? By what is known of the edges around, and by its length compared with marked ones. */
 static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -6200,7 +6199,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     return CQ_OK;
 }
 
-/* Enough new vertices for linear time: one for 16 of the old ones, and for 32 faces. */
+/* Are there enough new vertices for linear time, one for every 16 old ones and for every 32 faces? */
 static int cqi_is_worth_it(const cqi_regular *r)
 {
     return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->faces / 32;
@@ -6228,9 +6227,8 @@ static cq_result cqi_step_marks(cq_decoder *d)
 
 /* -- Regular levels: the new vertices by their edges --
  *
- * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new
- * vertices; valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192
- * halfedges. */
+ * out[] of new vertices is in ascending order. Halfedges are divided into buckets of 2^bucket, no more buckets than new
+ * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6264,8 +6262,8 @@ static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
 
 /* -- Regular levels: predictions --
  *
- * Along the surface and above it, the weights are not the same: x and y of the tilt are two components, z is the third
- * one above a plane through a point, which rises by the slopes. */
+ * A prediction is a weighted sum of features. Weights along the surface differ from those above it: x and y of the tilt
+ * are two components, z is the third one above a plane that rises by the slopes. */
 
 typedef struct cqi_tilt {
     int axis[3];                 /* components that are x, y, z here */
@@ -6276,7 +6274,7 @@ typedef struct cqi_tilt {
 
 static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
-/* The direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
+/* Sets the direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
 static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
 {
     const int32_t x = cqi_component(edge, t->axis[0]), y = cqi_component(edge, t->axis[1]);
@@ -6420,7 +6418,7 @@ static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t
 
 static int32_t cqi_rounded(int64_t x) { return (int32_t)cqi_floor_shift_wide(x + 128, 8); }
 
-/* Puts the vertex of the edge where it is expected. */
+/* Puts new vertex v where the fixed prediction expects it. */
 static void cqi_expect(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
@@ -6470,7 +6468,7 @@ static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
 }
 
-/* Writes the record of a vertex; false if there is no room for its faces. */
+/* Writes the record of a vertex; 0 if there is no room for its faces. */
 static int cqi_write_record(cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
@@ -6527,7 +6525,7 @@ static void cqi_code_signed(cq_decoder *d, int8_t *weight, int n)
     }
 }
 
-/* The axes, and weights of n features; the last third may be 0 throughout. */
+/* Codes the axes, and the weights of n features; a bit says whether the last third is 0. */
 static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 {
     uint32_t any = 0;
@@ -6541,9 +6539,9 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 
 /* -- Regular levels: weights of an encoder --
  *
- * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left
- * has short codes. All in integers. Rows of at most CQI_ROWS vertices are kept: what the features are along the edge,
- * across it and above the surface, and what their sum should be.
+ * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
+ * that the residuals get short codes. There are rows for at most CQI_ROWS vertices: the features along x, y and above
+ * the surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8 };
@@ -6849,21 +6847,21 @@ static cq_result cqi_step_expect(cq_decoder *d)
 
 /* -- Regular levels: dissolved edges -- */
 
-/* Class of the length of an edge's flip beside its own; 4: unknown. */
+/* Class of the length of edge a - b when it is flipped to x - y, compared with its own; 4: without positions. */
 static int cqi_shape_class(const cq_decoder *d, cq_index a, cq_index b, cq_index x, cq_index y)
 {
     if (d->located < 0) return 4;
     return cqi_ratio_class(cqi_distance(d, x, y), cqi_distance(d, a, b), -4, 0, 4);
 }
 
-/* The vertex that will be opposite to an edge that is not marked. */
+/* The vertex that will be opposite to the unmarked edge of h, once its face has its new vertices. */
 static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
 {
     const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
     return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
 }
 
-/* Marks around an edge: of one face and of the other, fewer first; with one each, whether they meet. */
+/* Class of the marks of the two faces of an edge: how many each has, and if both have one, whether these meet. */
 static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
 {
     const int of_h = cqi_ones[cqi_marks_of(d, (cq_index)(h / 3))], of_g = cqi_ones[cqi_marks_of(d, (cq_index)(g / 3))];
@@ -6874,7 +6872,8 @@ static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
     return of_h + of_g + 1;
 }
 
-/* Codes whether the edge is dissolved. */
+/* Is the edge of h dissolved? Only asked of unmarked edges of two real faces, of which one at least has a mark, and
+ * none has a dissolved edge yet. */
 static void cqi_code_dissolve(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -6891,7 +6890,7 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     if (marks) cqi_set_dissolved_side(d, f, marks & 1 ? 1 : marks & 2 ? 2 : 3);
 }
 
-/* The edges of one face that it shares with a later one. */
+/* Which of the edges that a face shares with later ones are dissolved. */
 static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -6919,7 +6918,7 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
 
 /* -- Regular levels: residuals -- */
 
-/* Class of the size of residuals: half bits of their sum, as four bits of mark[] of the vertex. */
+/* Class of the size of residuals: half bits of their sum; kept in the lowest four bits of the vertex's mark. */
 static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size), 15); }
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
@@ -6948,7 +6947,7 @@ static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, c
     return (int)((uint32_t)(64 * sum) + d->regular.size) / (16 * weight);
 }
 
-/* The residual of an offset that is predicted in 1/256. */
+/* An offset by its residual; the prediction is in 1/256. */
 static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predicted, int32_t value)
 {
     const int32_t p = cqi_rounded(predicted);
@@ -6957,7 +6956,7 @@ static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predic
     return p + cqi_code_residual(d, kind, cqi_at_most(row, CQI_EXPECTED - 1), expected, 26, fraction, value - p);
 }
 
-/* Codes the position of v, on the edge h; false if it is none. */
+/* Codes the position of v in edge h. 0 if what was decoded is no position. */
 static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index input)
 {
     const cq_channel *const channel = &d->shape.channel[d->located];
