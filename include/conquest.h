@@ -2540,8 +2540,8 @@ typedef struct cqi_plan {
     int clean;                          /* no row may move */
     const cq_index *row_of_vertex;      /* rows of the input; NULL: the same numbers, and none of the following */
     const cq_index *row_of_wedge;
-    const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
-    const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
+    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
+    const uint8_t *face_state;          /* of these */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
@@ -8283,7 +8283,7 @@ static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     }
 }
 
-/* What is lost if the centre moves to x. Triangles without area lose nothing. */
+/* If the centre goes to x. Triangles without an area lose nothing. */
 static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
 {
     uint64_t sum = 0;
@@ -8328,7 +8328,7 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. Above the limit it need not be exact. */
+/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -8822,10 +8822,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
-{
-    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
-}
+static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -8916,7 +8913,7 @@ static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corn
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+static int cqi_goes(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
@@ -8984,7 +8981,7 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Is b better to collapse into a than the best one so far? That is, of smaller valence; or with CQ_BALANCED nearer. */
+/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
 static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
 {
     cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
@@ -8992,8 +8989,8 @@ static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index bes
     return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
 }
 
-/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
- * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
+/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
+ * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
 static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -9010,7 +9007,7 @@ static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candi
     return n;
 }
 
-/* The best of the candidates, the first of equal ones. */
+/* The best of the candidates, of equal ones the first. */
 static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
 {
     int best = 0, k;
@@ -9031,7 +9028,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     while (n && chosen == CQ_NONE) {
         const int best = cqi_best_candidate(p, a, candidate, n);
         const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
         for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
@@ -10031,7 +10028,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
+/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
 enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
@@ -10926,8 +10923,9 @@ static void cqi_refuse(cqi_labels *l)
         if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
 }
 
-/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
- * three fifths are above 16, and an eighth is above 32; more of these if many are above 8. */
+/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
+ * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
+ * 8. */
 static int cqi_has_sharp_edges(const cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
