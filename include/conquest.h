@@ -326,7 +326,7 @@ typedef struct cq_aside {
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
  * mesh.num_faces is then the sum of the capacities, and a face that is not there yet is free: origin[3f] == CQ_NONE;
- * or, until the base is complete (is_partial), origin[3f] is no vertex that is there. No face ever changes its number.
+ * or, while is_partial is set, origin[3f] is no vertex that is there. No face ever changes its number.
  * Without materials all faces form one range. */
 
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
@@ -552,7 +552,7 @@ typedef struct cq_report {
  *                                 203.1; the sum of weights 12.1; 61 exact components, each 0.9 over its 144, and 3 of
  *                                 the position, each 5.1 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits. */
+ * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* The same for one channel of a row, if there are seams: two adaptive bits, and for each of 4 components 16 bits of
@@ -821,12 +821,14 @@ typedef struct cqi_base_sizes {
 } cqi_base_sizes;
 
 /* A regular level in progress: see there. */
-enum { CQI_FIXED = 3, CQI_FINE = 7 }; /* features of the two predictions */
+enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_MOST = 8 }; /* features of the two predictions; and one more of normals */
 typedef struct cqi_regular {
-    cq_index vertices, faces;              /* of the mesh before the level */
+    cq_index vertices, faces;              /* of the mesh before the level: with materials, all slots, and */
+    cq_index real_faces;                   /* those that there are */
     cq_index count;                        /* marked edges: new vertices */
     cq_index at;                           /* the face or vertex that a phase has come to */
-    cq_index record;                       /* face slot of its record; or how many buckets are filled */
+    cq_index record;                       /* the next face slot for a record; or how many buckets are filled */
+    cq_index slot[2];                      /* of the record of the vertex at hand: on the left, on the right; CQ_NONE */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
     cq_index dissolved;                    /* halfedge of the edge that is flipped next; CQ_NONE: of none */
@@ -837,6 +839,10 @@ typedef struct cqi_regular {
     uint32_t size;                         /* class of the residuals, 1/16: running mean */
     int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the
                                                         edge, more */
+    int8_t weight[CQ_MAX_CHANNELS][CQI_MOST];        /* of other channels: of the prediction that is made next */
+    uint16_t size_of[CQ_MAX_CHANNELS];               /* half bits of their residuals, 1/64: running means */
+    uint32_t view, part;                   /* cqi_at looks at three components of this channel, from that one on; */
+    int fold;                              /* it takes them out of the fold of a pair */
 } cqi_regular;
 
 /* -- Decoder -------------------------------------------------------------------------------------------------------
@@ -1089,7 +1095,7 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * in->map[v] (one of them, if it was copied), input face f is decoded face in->face_map[f]; or if that is
  * mesh.num_faces + k, face k aside.
  *
- * Where positions are the only channel, or there is none, the finest levels are regular if that makes the stream
+ * Where there are no seams and nothing is locked, the finest levels are regular if that makes the stream
  * smaller; with CQ_BALANCED only if coarser meshes stay about as near to the surface. To find out, the mesh may be
  * encoded once more, or twice.
  *
@@ -2342,12 +2348,8 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Streams with regular levels have one channel, of positions, or none. */
-static int cqi_allows_regular(const cq_shape *s)
-{
-    return !s->num_rows && !s->num_materials &&
-           (!s->num_channels || (s->num_channels == 1 && cqi_context_channel(s) == 0));
-}
+/* Regular levels have no seams. */
+static int cqi_allows_regular(const cq_shape *s) { return !s->num_rows; }
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
@@ -2493,7 +2495,7 @@ typedef struct cqi_seed {
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
-    int16_t feature[3][CQI_FINE];
+    int16_t feature[3][CQI_MOST];
     int32_t offset[3];
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
@@ -3078,8 +3080,10 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 #define cqi_code_base_material(d, input) 1
 #define cqi_code_new_materials(d, p, q) 1
 #define cqi_take_new_faces(d) ((void)0)
-#define cqi_count_new_faces(d) ((void)0)
+#define cqi_count_new_faces(d, is_counted) ((void)0)
 #define cqi_show_materials(d) ((void)0)
+#define cqi_next_of_material(d, f) (f)
+#define cqi_next_coarse(d, f) (f)
 #define cqi_face_of_component(d, n) (cq_index)((d)->mesh.num_faces + (n))
 #define cqi_check_material_faces(d, corners) CQ_OK
 #define cqi_step_materials(d) CQ_ERROR_UNSUPPORTED
@@ -3189,6 +3193,26 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
+/* The next free face of the material of face f, which is counted; or CQ_NONE. */
+static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
+{
+    const uint32_t k = cqi_material_of(d, f);
+    cqi_material *const m = &d->materials[k];
+    if (m->first + m->count == cqi_end_of_material(d, k)) return CQ_NONE;
+    return (cq_index)(m->first + m->count++);
+}
+
+/* The next face of a regular level's coarse mesh, from f on: of those of each material before its `scan`. */
+static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
+{
+    uint32_t k;
+    for (k = d->materials ? cqi_material_of(d, f) : 0; d->materials && k < d->shape.num_materials; k++) {
+        if (f < d->materials[k].scan) break;
+        f = cqi_end_of_material(d, k);
+    }
+    return f;
+}
+
 /* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
 {
@@ -3197,15 +3221,16 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* Counts them, once the split has made them. */
-static void cqi_count_new_faces(cq_decoder *d)
+/* Counts them, once the split has made them, unless they are counted already. */
+static void cqi_count_new_faces(cq_decoder *d, int is_counted)
 {
     int end;
     for (end = 0; end < 2; end++) {
         cqi_material *m;
         if (d->new_face[end] == CQ_NONE) continue;
         m = &d->materials[cqi_material_of(d, d->new_face[end])];
-        m->shown = ++m->count;
+        m->count = (cq_index)(m->count + !is_counted);
+        m->shown = m->count;
     }
 }
 
@@ -4607,6 +4632,79 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     return 1;
 }
 
+/* The pair of a direction, from the middle of the square, which is `half` wide. */
+typedef struct cqi_pair_of_normal {
+    int32_t x, y;
+} cqi_pair_of_normal;
+
+/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
+static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
+{
+    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
+    a.x = a.x < 0 ? -x : x;
+    a.y = a.y < 0 ? -y : y;
+    return a;
+}
+
+typedef struct cqi_direction {
+    int64_t x, y, z;
+} cqi_direction;
+
+/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
+ * most. */
+static int64_t cqi_angle(int64_t x, int64_t y)
+{
+    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
+    const int64_t t = high ? low * 65536 / high : 0;
+    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
+    if (size < y) angle = 102944 - angle;
+    return x < 0 ? 205887 - angle : angle;
+}
+
+/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits,
+ * and are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
+static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
+{
+    cqi_vector u, v;
+    int64_t x, y, z, length, weight;
+    u.x = a[0] - o[0];
+    u.y = a[1] - o[1];
+    u.z = a[2] - o[2];
+    v.x = b[0] - o[0];
+    v.y = b[1] - o[1];
+    v.z = b[2] - o[2];
+    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
+    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
+    x = (int64_t)u.y * v.z - (int64_t)u.z * v.y;
+    y = (int64_t)u.z * v.x - (int64_t)u.x * v.z;
+    z = (int64_t)u.x * v.y - (int64_t)u.y * v.x;
+    length = (int64_t)cqi_root((uint64_t)(x * x) + (uint64_t)(y * y) + (uint64_t)(z * z));
+    if (!length) return;
+    weight = (cqi_angle((int64_t)u.x * v.x + (int64_t)u.y * v.y + (int64_t)u.z * v.z, length) << 24) / length;
+    n->x += x * weight;
+    n->y += y * weight;
+    n->z += z * weight;
+}
+
+/* The octahedral pair of a direction, unless that has none. */
+static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
+{
+    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
+    int64_t sum = x + y + z;
+    int shift = 0;
+    while (sum >> shift >> 38) shift++;
+    sum >>= shift;
+    if (!sum) return 0;
+    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
+    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
+    if (n.x < 0) pair->x = -pair->x;
+    if (n.y < 0) pair->y = -pair->y;
+    if (n.z < 0) *pair = cqi_folded(*pair, half);
+    return 1;
+}
+
+static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
+
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
  * A patch is conquered, and if its flag says so, split at once. Then the vertices in front of its gates are queued,
@@ -5093,7 +5191,7 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
     if (d->materials) cqi_take_new_faces(d);
     if (cq_mesh_split(&d->mesh, d->ring.spoke[p], d->ring.spoke[q]) == CQ_NONE) return CQ_ERROR_CORRUPT;
-    if (d->materials) cqi_count_new_faces(d);
+    if (d->materials) cqi_count_new_faces(d, 0);
     cqi_take_vertex(&d->mesh, b);
     d->splits++;
 #ifdef CQ_TRAINING
@@ -5436,60 +5534,6 @@ static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
  * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared,
  * which takes the upper hemisphere out to the border instead. */
 
-/* The pair of a direction, from the middle of the square, which is `half` wide. */
-typedef struct cqi_pair_of_normal {
-    int32_t x, y;
-} cqi_pair_of_normal;
-
-/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
-static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
-{
-    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
-    a.x = a.x < 0 ? -x : x;
-    a.y = a.y < 0 ? -y : y;
-    return a;
-}
-
-typedef struct cqi_direction {
-    int64_t x, y, z;
-} cqi_direction;
-
-/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
- * most. */
-static int64_t cqi_angle(int64_t x, int64_t y)
-{
-    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
-    const int64_t t = high ? low * 65536 / high : 0;
-    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
-    if (size < y) angle = 102944 - angle;
-    return x < 0 ? 205887 - angle : angle;
-}
-
-/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits,
- * and are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
-static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
-{
-    cqi_vector u, v;
-    int64_t x, y, z, length, weight;
-    u.x = a[0] - o[0];
-    u.y = a[1] - o[1];
-    u.z = a[2] - o[2];
-    v.x = b[0] - o[0];
-    v.y = b[1] - o[1];
-    v.z = b[2] - o[2];
-    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
-    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
-    x = (int64_t)u.y * v.z - (int64_t)u.z * v.y;
-    y = (int64_t)u.z * v.x - (int64_t)u.x * v.z;
-    z = (int64_t)u.x * v.y - (int64_t)u.y * v.x;
-    length = (int64_t)cqi_root((uint64_t)(x * x) + (uint64_t)(y * y) + (uint64_t)(z * z));
-    if (!length) return;
-    weight = (cqi_angle((int64_t)u.x * v.x + (int64_t)u.y * v.y + (int64_t)u.z * v.z, length) << 24) / length;
-    n->x += x * weight;
-    n->y += y * weight;
-    n->z += z * weight;
-}
-
 /* Sum of the normals of the faces that a new row has. */
 static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int corner)
 {
@@ -5510,23 +5554,6 @@ static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int co
     if (s->row[CQI_RIGHT_B] == row) cqi_add_normal(&n, b, a, q);
     if (s->row[CQI_AT_Q] == row) cqi_add_normal(&n, q, b, a);
     return n;
-}
-
-/* The octahedral pair of a direction, unless that has none. */
-static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
-{
-    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
-    int64_t sum = x + y + z;
-    int shift = 0;
-    while (sum >> shift >> 38) shift++;
-    sum >>= shift;
-    if (!sum) return 0;
-    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
-    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
-    if (n.x < 0) pair->x = -pair->x;
-    if (n.y < 0) pair->y = -pair->y;
-    if (n.z < 0) *pair = cqi_folded(*pair, half);
-    return 1;
 }
 
 static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, cq_index row, int32_t half, int fold)
@@ -5624,8 +5651,6 @@ static cqi_direction cqi_across(cqi_direction a, cqi_direction b)
 }
 
 static int64_t cqi_along(cqi_direction a, cqi_direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
 
 /* The first channel of pairs that are normals, if it comes before channel k; or -1. */
 static int cqi_normals_before(const cq_decoder *d, uint32_t k)
@@ -6127,11 +6152,39 @@ static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 
 /* -- Regular levels: marks -- */
 
-/* Position of a vertex, and what one is from another. */
+/* Takes a pair out of the fold, or back into it. */
+static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
+{
+    const int32_t half = cqi_half_of(channel);
+    cqi_pair_of_normal a;
+    a.x = x->x - half;
+    a.y = x->y - half;
+    a = cqi_folded(a, half);
+    x->x = a.x + half;
+    x->y = a.y + half;
+}
+
+/* Up to three components of a vertex' values as a vector; of a pair, out of the fold. */
+static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
+{
+    const cq_channel *const channel = &d->shape.channel[d->regular.view];
+    const uint32_t n = channel->components - d->regular.part;
+    cqi_vector x = { 0, 0, 0 };
+    values += d->regular.part;
+    x.x = cqi_rough(channel, values[0]);
+    if (n > 1) x.y = cqi_rough(channel, values[1]);
+    if (n > 2) x.z = cqi_rough(channel, values[2]);
+    if (d->regular.fold) cqi_fold_seen(channel, &x);
+    return x;
+}
+
+/* Position of a vertex, or what it has of the channel that is looked at; and what that is from another one's. */
 static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
 {
-    const cq_value *p = d->channel[d->located] + 3 * (size_t)v;
+    const uint32_t k = d->regular.view;
+    const cq_value *const p = d->channel[k] + d->shape.channel[k].components * (size_t)v;
     cqi_vector x;
+    if (CQI_HAS_ATTRIBUTES && (int)k != d->located) return cqi_seen(d, p);
     x.x = p[0];
     x.y = p[1];
     x.z = p[2];
@@ -6145,6 +6198,7 @@ static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
 
 static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
 {
+    CQ_ASSERT((int)d->regular.view == d->located);
     return (uint32_t)cqi_norm(cqi_from(d, a, b));
 }
 
@@ -6202,15 +6256,16 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 /* Are there enough new vertices for linear time, one for every 16 old ones and for every 32 faces? */
 static int cqi_is_worth_it(const cqi_regular *r)
 {
-    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->faces / 32;
+    return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->real_faces / 32;
 }
 
 /* The marks of one face. */
 static cq_result cqi_step_marks(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    cq_index h = (cq_index)(3 * r->at);
+    cq_index h;
     cq_result result = CQ_OK;
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
         if (!cqi_is_worth_it(r)) return CQ_ERROR_CORRUPT;
         for (r->bucket = 0; (3 * r->faces - 1) >> r->bucket >= r->count;) r->bucket++;
@@ -6219,10 +6274,89 @@ static cq_result cqi_step_marks(cq_decoder *d)
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
         return CQ_OK;
     }
-    r->at++;
+    h = (cq_index)(3 * r->at++);
     for (; h < 3 * r->at && result == CQ_OK; h++)
         if (d->mesh.twin[h] > h) result = cqi_code_mark(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : result;
+}
+
+/* -- Regular levels: other channels --
+ *
+ * What may be averaged is predicted as positions are, from the same vertices: but the weights are the same for all
+ * components and in all directions. Weights of skinning are predicted by the edge's two ends, as levels of patches
+ * predict them; and what may not be averaged is a copy of one of them, if it is. */
+
+/* Is the channel predicted so? */
+static int cqi_is_expected(const cq_decoder *d, uint32_t k)
+{
+    const cq_channel *const c = &d->shape.channel[k];
+    return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
+}
+
+/* Is any channel, or are there positions? */
+static int cqi_has_expected(const cq_decoder *d)
+{
+    uint32_t k;
+    for (k = 0; k < d->shape.num_channels; k++)
+        if ((int)k == d->located || cqi_is_expected(d, k)) return 1;
+    return 0;
+}
+
+/* Has to look at channel k from now on: at three components from this one on. */
+static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
+{
+    d->regular.view = k;
+    d->regular.part = part;
+    d->regular.fold = 0;
+}
+
+static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
+
+/* Are the first two components an octahedral pair? */
+static int cqi_is_pair(const cq_decoder *d, uint32_t k)
+{
+    const cq_channel *const c = &d->shape.channel[k];
+    return ((c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4)) &&
+           c->bits > 1 && c->bits <= 24;
+}
+
+/* If what is expected to be near v's pair is in the lower hemisphere, pairs are taken out of the fold. */
+static void cqi_look_around(cq_decoder *d, cq_index v)
+{
+    const cq_channel *const c = &d->shape.channel[d->regular.view];
+    const int32_t half = cqi_half_of(c);
+    cqi_vector x;
+    d->regular.fold = 0;
+    if (!cqi_is_pair(d, d->regular.view)) return;
+    x = cqi_at(d, v);
+    d->regular.fold = (int32_t)(cqi_abs(x.x - half) + cqi_abs(x.y - half)) > half;
+}
+
+/* -- Regular levels: slots of faces -- */
+
+/* Before the first vertex takes its slots: for the records, or for the faces. */
+static void cqi_rewind_slots(cq_decoder *d)
+{
+    uint32_t k;
+    d->regular.record = d->regular.faces;
+    for (k = 0; d->materials && k < d->shape.num_materials; k++)
+        d->materials[k].count = (cq_index)(d->materials[k].scan - d->materials[k].first);
+}
+
+/* Takes the slots of the faces that an insertion into the edge h makes, which have the materials of those that are
+ * there. 0: there is no room. */
+static int cqi_take_slots(cq_decoder *d, cq_index h)
+{
+    const cq_index side[2] = { h, d->mesh.twin[h] };
+    int i;
+    for (i = 0; i < 2; i++) {
+        cq_index *const slot = &d->regular.slot[i];
+        *slot = CQ_NONE;
+        if (!cqi_is_real_face(&d->mesh, side[i])) continue;
+        *slot = d->materials ? cqi_next_of_material(d, (cq_index)(side[i] / 3)) : d->regular.record++;
+        if (*slot >= d->mesh.first_virtual_face) return 0;
+    }
+    return 1;
 }
 
 /* -- Regular levels: the new vertices by their edges --
@@ -6241,8 +6375,8 @@ static cq_result cqi_step_table(cq_decoder *d)
         else r->at++;
     }
     if (r->at < r->count) return CQ_OK;
-    r->at = d->located < 0 ? r->count : 0;
-    r->record = r->faces;
+    r->at = cqi_has_expected(d) ? 0 : r->count;
+    cqi_rewind_slots(d);
     d->phase = CQI_EXPECT;
     return CQ_OK;
 }
@@ -6366,7 +6500,7 @@ static int cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index a, cqi_vecto
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
- * the other edges of the two faces; straight on from a and b is the four-point rule. */
+ * the other edges of the two faces; straight on from a and b is the four-point rule. Tilts are of positions. */
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -6389,7 +6523,7 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
                          cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
         num_wings += 2;
     }
-    cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
+    if (t) cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
     feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
     feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
     if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is
@@ -6441,10 +6575,61 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
+/* The value that a vector stands for: in range, and in the fold again. */
+static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
+{
+    const cq_channel *const c = &d->shape.channel[d->regular.view];
+    const int32_t low = cqi_is_exact(c) ? -0x800000 : 0, most = (int32_t)(((uint32_t)1 << (cqi_is_exact(c) ? 23 : c->bits)) - 1);
+    x.x = cqi_clamp(x.x, low, most);
+    x.y = cqi_clamp(x.y, low, most);
+    x.z = cqi_clamp(x.z, low, most);
+    if (d->regular.fold) cqi_fold_seen(c, &x);
+    return x;
+}
+
+/* Weighted sums of n features and of what they are beside: in 1/256. */
+static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, const int8_t *weight, int n)
+{
+    int64_t x = 0, y = 0, z = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        x += (int64_t)weight[k] * feature[k].x;
+        y += (int64_t)weight[k] * feature[k].y;
+        z += (int64_t)weight[k] * feature[k].z;
+    }
+    from.x += cqi_rounded(x);
+    from.y += cqi_rounded(y);
+    from.z += cqi_rounded(z);
+    return from;
+}
+
+/* Puts what is expected of the vertex of an edge in its rows of other channels. */
+static void cqi_expect_others(cq_decoder *d, cq_index v)
+{
+    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h], b = cq_target(&d->mesh, h);
+    uint32_t k, part, c;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        const cq_channel *const channel = &d->shape.channel[k];
+        if (!cqi_is_expected(d, k)) continue;
+        for (part = 0; part < channel->components; part += 3) {
+            cq_value *const to = d->channel[k] + channel->components * (size_t)v + part;
+            cqi_vector feature[CQI_FIXED], x;
+            cqi_look_at(d, k, part);
+            cqi_look_around(d, a);
+            cqi_find_fixed(d, h, feature, NULL);
+            x = cqi_shift(cqi_plus(cqi_at(d, a), cqi_at(d, b)), 1);
+            x = cqi_unseen(d, cqi_sum_features(x, feature, d->regular.weight[k], CQI_FIXED));
+            for (c = 0; c < 3 && part + c < channel->components; c++)
+                to[c] = (cq_value)cqi_number(channel, cqi_unrough(channel, cqi_component(x, (int)c)));
+        }
+    }
+    cqi_look_at_positions(d);
+}
+
 /* -- Regular levels: records --
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * In it are noted, as origin[] and twin[]: the new vertices on the next and on the previous edge, the vertex opposite;
+ * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new vertices on the next and on the previous edge;
  * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
  * begin and end where this edge does. */
 
@@ -6460,9 +6645,9 @@ static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
     int two;
     const cq_index on = cqi_straight(m, s, &two);
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
-    origin[0] = cqi_vertex_on(d, cq_next(s));
-    origin[1] = cqi_vertex_on(d, cq_prev(s));
-    origin[2] = m->origin[cq_prev(s)];
+    origin[0] = (cq_index)(CQ_NONE - m->origin[cq_prev(s)]);
+    origin[1] = cqi_vertex_on(d, cq_next(s));
+    origin[2] = cqi_vertex_on(d, cq_prev(s));
     twin[0] = on == CQ_NONE || two ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
@@ -6471,15 +6656,15 @@ static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
 /* Writes the record of a vertex; 0 if there is no room for its faces. */
 static int cqi_write_record(cq_decoder *d, cq_index v)
 {
-    const cq_mesh *m = &d->mesh;
-    const cq_index h = m->out[v], g = m->twin[h];
-    const cq_index n = (cq_index)(cqi_is_real_face(m, g) ? 2 : 1);
-    if (m->first_virtual_face - d->regular.record < n) return 0;
-    cqi_write_side(d, h, d->regular.record);
-    if (n == 2) cqi_write_side(d, g, (cq_index)(d->regular.record + 1));
-    d->regular.record = (cq_index)(d->regular.record + n);
+    const cq_index h = d->mesh.out[v];
+    if (!cqi_take_slots(d, h)) return 0;
+    cqi_write_side(d, h, d->regular.slot[0]);
+    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], d->regular.slot[1]);
     return 1;
 }
+
+/* The vertex opposite to a new one, in the record. */
+static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
 
 /* Adds where w is, from the place that v is expected at. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
@@ -6489,31 +6674,65 @@ static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_
 
 /* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
  * expected have weights of their own. And the plane of its faces. */
-static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cq_index record, cqi_vector *feature,
-                          cqi_tilt *t)
+static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_index a = m->origin[h], b = cq_target(m, h), n = (cq_index)(cqi_is_real_face(m, m->twin[h]) ? 2 : 1);
+    const cq_index a = m->origin[h], b = cq_target(m, h), *const slot = d->regular.slot;
     cqi_vector tip[2];
-    cq_index i;
-    int k;
+    int i, k;
     memset(feature, 0, CQI_FINE * sizeof *feature);
-    for (i = 0; i < n; i++) {
-        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i);
-        tip[i] = cqi_from(d, a, origin[2]);
-        for (k = 0; k < 2; k++) {
+    for (i = 0; i < 2 && slot[i] != CQ_NONE; i++) {
+        const cq_index *const origin = m->origin + 3 * slot[i], *const twin = m->twin + 3 * slot[i];
+        const cq_index opposite = cqi_record_tip(m, slot[i]);
+        tip[i] = cqi_from(d, a, opposite);
+        for (k = 1; k < 3; k++) {
             cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
-            cqi_add_offset(d, &feature[twin[k + 1] < v ? 3 : 4], v, twin[k + 1]);
+            cqi_add_offset(d, &feature[twin[k] < v ? 3 : 4], v, twin[k]);
         }
-        cqi_add_offset(d, &feature[origin[0] == CQ_NONE || origin[1] == CQ_NONE ? 6 : 2], v, origin[2]);
+        cqi_add_offset(d, &feature[origin[1] == CQ_NONE || origin[2] == CQ_NONE ? 6 : 2], v, opposite);
         cqi_add_offset(d, &feature[5], v, twin[0]);
     }
     feature[2] = cqi_scale(feature[2], 2);
     feature[5] = cqi_scale(feature[5], 2);
     feature[6] = cqi_scale(cqi_plus(feature[6], cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b))), 2);
-    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], n == 2 ? &tip[1] : NULL),
+    if (!t) return;
+    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], slot[1] != CQ_NONE ? &tip[1] : NULL),
                  d->regular.axes);
 }
+
+/* What normals of the faces say of v's pair: they are made of the places that v's neighbours will have, as far as these
+ * are known, else of those where they are expected. */
+static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_channel *const channel = &d->shape.channel[d->regular.view];
+    const cq_value *const at = d->channel[d->located];
+    const cq_index end[2] = { m->origin[h], cq_target(m, h) };
+    const cqi_vector expected = cqi_at(d, v);
+    cqi_direction sum = { 0, 0, 0 };
+    cqi_pair_of_normal pair;
+    int i, k;
+    for (i = 0; i < 2 && d->regular.slot[i] != CQ_NONE; i++) {
+        const cq_index *const record = m->origin + 3 * d->regular.slot[i];
+        const int alone = record[1] == CQ_NONE && record[2] == CQ_NONE;
+        const cq_index around[3] = { alone ? cqi_record_tip(m, d->regular.slot[i]) : record[1], record[2], end[i] };
+        cq_index before = end[1 - i];
+        for (k = 0; k < 3; k++) {
+            if (around[k] == CQ_NONE) continue;
+            cqi_add_normal(&sum, at + 3 * (size_t)v, at + 3 * (size_t)before, at + 3 * (size_t)around[k]);
+            before = around[k];
+        }
+    }
+    memset(feature, 0, sizeof *feature);
+    if (!cqi_pair_of(sum, cqi_half_of(channel), &pair)) return;
+    feature->x = pair.x + cqi_half_of(channel);
+    feature->y = pair.y + cqi_half_of(channel);
+    if (d->regular.fold) cqi_fold_seen(channel, feature);
+    *feature = cqi_scale(cqi_minus(*feature, expected), 4);
+}
+
+/* Features of the second prediction of a channel. */
+static int cqi_num_fine(const cq_decoder *d, uint32_t k) { return CQI_FINE + (cqi_is_pair(d, k) && d->located >= 0 && d->shape.channel[k].kind == CQ_NORMAL); }
 
 /* -- Regular levels: weights -- */
 
@@ -6547,9 +6766,9 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 enum { CQI_PASSES = 8 };
 
 typedef struct cqi_equations {
-    int64_t a[CQI_FINE][CQI_FINE], b[CQI_FINE];
+    int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
     uint32_t least;              /* cost of the best weights so far, */
-    int8_t best[CQI_FINE];       /* and these */
+    int8_t best[CQI_MOST];       /* and these */
     uint32_t cost;               /* about, in 1/8 bit */
     int power;                   /* of the error that rows count by, -1/2 */
 } cqi_equations;
@@ -6592,7 +6811,7 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
 /* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
 static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
-    int64_t x[CQI_FINE];
+    int64_t x[CQI_MOST];
     int i, j, k;
     cqi_scale_fit(fit, n);
     for (i = 0; i < n; i++) {
@@ -6641,7 +6860,7 @@ static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, in
         fit.power = pass < passes / 2 ? 2 : 3;
         for (k = 0; k < rows; k++)
             for (c = first; c <= last; c++) {
-                int16_t turned[CQI_FINE];
+                int16_t turned[CQI_MOST];
                 int32_t y;
                 const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
                 cqi_add_equation(&fit, weight, x, n, y);
@@ -6719,17 +6938,44 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     row->edge_y = (int16_t)(4096 * t->edge_y / length);
 }
 
-static int cqi_fit_shift(const cqi_regular *r) { return cqi_at_most(cqi_bit_length(r->length >> 14), 12); }
 
-/* Final position of a new vertex. */
-static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
+/* What positions are shifted by, so that most are below 2^13; what is more counts as that much. */
+static int cqi_fit_shift(const cq_decoder *d)
+{
+    return (int)d->regular.view != d->located ? 0 : cqi_at_most(cqi_bit_length(d->regular.length >> 14), 12);
+}
+
+/* Final values of a new vertex. */
+static void cqi_plan_values(const cq_decoder *d, cq_index v, cq_value *to)
 {
     const cq_index input = cqi_plan_mark(d->plan, d->mesh.out[v]);
-    cqi_vector x;
-    x.x = cqi_plan_value(d, (uint32_t)d->located, 0, input);
-    x.y = cqi_plan_value(d, (uint32_t)d->located, 1, input);
-    x.z = cqi_plan_value(d, (uint32_t)d->located, 2, input);
-    return x;
+    const uint32_t k = d->regular.view;
+    uint32_t c;
+    for (c = 0; c < d->shape.channel[k].components; c++) to[c] = (cq_value)cqi_plan_bits(d, k, c, input);
+}
+
+static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
+{
+    cq_value values[CQ_MAX_COMPONENTS];
+    cqi_plan_values(d, v, values);
+    return cqi_seen(d, values);
+}
+
+/* Fits weights to rows: those of positions, or of another channel. */
+static uint32_t cqi_fit_view(cq_decoder *d, uint32_t rows, int8_t *weight, int n, int passes)
+{
+    const uint32_t k = d->regular.view, last = d->shape.channel[k].components - 1;
+    if ((int)k == d->located) return cqi_fit_all(d->plan->row, rows, d->regular.count, weight, n, passes);
+    memset(d->regular.weight[k], 0, CQI_MOST);
+    return cqi_fit_weights(d->plan->row, rows, 0, last < 2 ? (int)last : 2, d->regular.weight[k], n, passes);
+}
+
+/* Axes as they are; no edge. */
+static void cqi_set_plain(cqi_tilt *t)
+{
+    memset(t, 0, sizeof *t);
+    t->axis[1] = 1;
+    t->axis[2] = 2;
 }
 
 /* The k-th new vertex of `rows` that are taken, one from each of as many equal parts. */
@@ -6743,12 +6989,15 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
 {
     const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    const int other = (int)d->regular.view != d->located;
     cqi_vector feature[CQI_FIXED], offset;
     cqi_tilt t;
-    cqi_find_fixed(d, h, feature, &t);
+    if (other) cqi_look_around(d, a);
+    cqi_set_plain(&t);
+    cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
-    cqi_set_row(row, &t, feature, CQI_FIXED, offset, cqi_fit_shift(&d->regular));
+    cqi_set_row(row, &t, feature, CQI_FIXED, offset, cqi_fit_shift(d));
 }
 
 /* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
@@ -6758,28 +7007,47 @@ static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
     uint32_t k;
     rows = r->count < rows ? r->count : rows;
     for (k = 0; k < rows; k++) cqi_fixed_row(d, cqi_sample(r, rows, k), &d->plan->row[k]);
-    return cqi_fit_all(d->plan->row, rows, r->count, r->fixed, CQI_FIXED, passes);
+    return cqi_fit_view(d, rows, r->fixed, CQI_FIXED, passes);
 }
 
-/* Exchanges the places of new vertices in a record that will be final when v has its turn with those in `place`, or
+/* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
  * fills that with the final ones first. There are 10 at most. */
-static void cqi_exchange(cq_decoder *d, cq_index v, cq_index record, cq_index n, cqi_vector *place, int back)
+static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
-    cq_index k;
-    for (k = 0; k < 6 * n; k++) {
-        const cq_index i = back ? (cq_index)(6 * n - 1 - k) : k, f = (cq_index)(3 * (record + i / 6) + i % 3);
-        const cq_index w = i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
-        cq_value *to;
-        cqi_vector old;
+    const uint32_t stride = d->shape.channel[d->regular.view].components;
+    int k;
+    for (k = 0; k < 12; k++) {
+        const int i = back ? 11 - k : k;
+        const cq_index slot = d->regular.slot[i / 6], f = (cq_index)(3 * slot + (cq_index)i % 3);
+        const cq_index w = slot == CQ_NONE || !(i % 6) ? CQ_NONE : i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
+        cq_value *to, old[CQ_MAX_COMPONENTS];
         if (w < d->regular.vertices || w >= v) continue;
-        to = d->channel[d->located] + 3 * (size_t)w;
-        if (!back) place[i] = cqi_plan_position(d, w);
-        old = cqi_at(d, w);
-        to[0] = (cq_value)place[i].x;
-        to[1] = (cq_value)place[i].y;
-        to[2] = (cq_value)place[i].z;
-        place[i] = old;
+        to = d->channel[d->regular.view] + stride * (size_t)w;
+        if (!back) cqi_plan_values(d, w, place[i]);
+        memcpy(old, to, stride * sizeof *to);
+        memcpy(to, place[i], stride * sizeof *to);
+        memcpy(place[i], old, stride * sizeof *to);
     }
+}
+
+/* What normals will say when v has its turn: then its position is known, if that comes before. */
+static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
+{
+    const uint32_t k = d->regular.view, located = (uint32_t)d->located;
+    const int fold = d->regular.fold;
+    cq_value place[12][CQ_MAX_COMPONENTS], *const to = d->channel[located] + 3 * (size_t)v, old[3];
+    cqi_look_at_positions(d);
+    cqi_exchange(d, v, place, 0);
+    memcpy(old, to, sizeof old);
+    if (located < k) cqi_plan_values(d, v, to);
+    cqi_look_at(d, k, 0);
+    d->regular.fold = fold;
+    cqi_find_normal(d, v, d->mesh.out[v], feature);
+    cqi_look_at_positions(d);
+    memcpy(to, old, sizeof old);
+    cqi_exchange(d, v, place, 1);
+    cqi_look_at(d, k, 0);
+    d->regular.fold = fold;
 }
 
 /* Fits the weights of the fine prediction; returns what the residuals cost, about. */
@@ -6787,23 +7055,28 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
 {
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
-    cq_index v = r->vertices, record = r->faces;
+    const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
+    cq_index v = r->vertices;
     uint32_t k;
+    cqi_rewind_slots(d);
     rows = r->count < rows ? r->count : rows;
     for (k = 0; k < rows; k++) {
         const cq_index sample = cqi_sample(r, rows, k);
-        cqi_vector feature[CQI_FINE], place[12];
+        const int other = (int)r->view != d->located;
+        cqi_vector feature[CQI_MOST];
+        cq_value place[12][CQ_MAX_COMPONENTS];
         cqi_tilt t;
-        cq_index n;
-        for (; v < sample; v++) record = (cq_index)(record + (cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1));
-        n = (cq_index)(cqi_is_real_face(m, m->twin[m->out[v]]) ? 2 : 1);
-        cqi_exchange(d, v, record, n, place, 0);
-        cqi_find_fine(d, v, m->out[v], record, feature, &t);
-        cqi_exchange(d, v, record, n, place, 1);
-        cqi_set_row(&d->plan->row[k], &t, feature, CQI_FINE,
-                    cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, v)), 16), cqi_fit_shift(r));
+        for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
+        if (other) cqi_look_around(d, sample);
+        cqi_exchange(d, sample, place, 0);
+        cqi_set_plain(&t);
+        cqi_find_fine(d, sample, m->out[sample], feature, other ? NULL : &t);
+        cqi_exchange(d, sample, place, 1);
+        if (fine > CQI_FINE) cqi_plan_normal(d, sample, &feature[CQI_FINE]);
+        cqi_set_row(&d->plan->row[k], &t, feature, fine,
+                    cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16), cqi_fit_shift(d));
     }
-    return cqi_fit_all(d->plan->row, rows, r->count, r->fine, CQI_FINE, passes);
+    return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
 /* Chooses the axes and the weights of one of the predictions. */
@@ -6824,6 +7097,26 @@ static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder
     fit(d, CQI_PASSES, CQI_ROWS);
 }
 
+/* The weights of all channels, for one of the two predictions. */
+static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
+                                 uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
+{
+    uint32_t k;
+    if (d->located >= 0) {
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, fit);
+        cqi_code_weights(d, weight, n);
+        cqi_charge_channel(d, (uint32_t)d->located);
+    }
+    for (k = 0; k < d->shape.num_channels; k++) {
+        if (!cqi_is_expected(d, k)) continue;
+        cqi_look_at(d, k, 0);
+        if (CQI_ENCODING(d)) fit(d, CQI_PASSES, CQI_ROWS);
+        cqi_code_signed(d, d->regular.weight[k], n == CQI_FIXED ? n : cqi_num_fine(d, k));
+        cqi_charge_channel(d, k);
+    }
+    cqi_look_at_positions(d);
+}
+
 /* Next new vertex: where it is expected, and its record. */
 static cq_result cqi_step_expect(cq_decoder *d)
 {
@@ -6835,12 +7128,11 @@ static cq_result cqi_step_expect(cq_decoder *d)
         return CQ_OK;
     }
     if (!r->at) {
-        if (CQI_ENCODING(d)) cqi_plan_weights(d, cqi_fit_fixed);
-        cqi_code_weights(d, r->fixed, CQI_FIXED);
+        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fit_fixed);
         if (cqi_starved(d)) return CQ_TRUNCATED;
-        cqi_charge_channel(d, (uint32_t)d->located);
     }
-    cqi_expect(d, v);
+    if (d->located >= 0) cqi_expect(d, v);
+    cqi_expect_others(d, v);
     r->at++;
     return cqi_write_record(d, v) ? CQ_OK : CQ_ERROR_CORRUPT;
 }
@@ -6894,14 +7186,13 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
 static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
-    cq_index h = (cq_index)(3 * r->at);
+    cq_index h;
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
-        if (d->located >= 0) {
-            if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-            if (CQI_ENCODING(d)) cqi_plan_weights(d, cqi_fit_fine);
-            cqi_code_weights(d, r->fine, CQI_FINE);
-            if (cqi_starved(d)) return CQ_TRUNCATED;
-        }
+        if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
+        cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
+        if (cqi_starved(d)) return CQ_TRUNCATED;
+        cqi_rewind_slots(d);
         r->at = 0;
         r->own = r->vertices;
         d->mesh.flipped_before = d->mesh.flipped_to;
@@ -6910,7 +7201,7 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
         d->phase = CQI_SWEEP;
         return CQ_OK;
     }
-    r->at++;
+    h = (cq_index)(3 * r->at++);
     for (; h < 3 * r->at; h++)
         if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
@@ -6925,15 +7216,14 @@ static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
 /* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
  * mean once. */
-static int cqi_expected_size(const cq_decoder *d, cq_index v, cq_index record, cq_index n)
+static int cqi_expected_size(const cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
-    int sum = 0, weight = 1;
-    cq_index i;
-    int k;
-    for (i = 0; i < n; i++) {
-        const cq_index *const origin = m->origin + 3 * (record + i), *const twin = m->twin + 3 * (record + i) + 1;
-        for (k = 0; k < 2; k++) {
+    const cq_index *const slot = d->regular.slot;
+    int sum = 0, weight = 1, i, k;
+    for (i = 0; i < 2 && slot[i] != CQ_NONE; i++) {
+        const cq_index *const origin = m->origin + 3 * slot[i], *const twin = m->twin + 3 * slot[i];
+        for (k = 1; k < 3; k++) {
             if (origin[k] < v) {
                 sum += 2 * cqi_size_of(m, origin[k]);
                 weight += 2;
@@ -6961,14 +7251,13 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
 {
     const cq_channel *const channel = &d->shape.channel[d->located];
     cq_value *const to = d->channel[d->located] + 3 * (size_t)v;
-    const cq_index record = d->mesh.num_faces, n = (cq_index)(cqi_is_real_face(&d->mesh, d->mesh.twin[h]) ? 2 : 1);
     int32_t value[3] = { 0, 0, 0 }, x[3], size[3];
     cqi_vector feature[CQI_FINE];
     cqi_tilt t;
     int64_t sum[3];
     int expected, c;
-    expected = cqi_expected_size(d, v, record, n);
-    cqi_find_fine(d, v, h, record, feature, &t);
+    expected = cqi_expected_size(d, v);
+    cqi_find_fine(d, v, h, feature, &t);
     cqi_weigh(&t, feature, d->regular.fine, CQI_FINE, sum);
     for (c = 0; c < 3; c++) {
         if (CQI_ENCODING(d))
@@ -6995,6 +7284,76 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
     return 1;
 }
 
+/* A residual of another channel, by what has been left of it at other vertices, and of the component before. */
+static int32_t cqi_code_other_residual(cq_decoder *d, uint32_t k, int *size, int32_t residual)
+{
+    const cq_channel *const channel = &d->shape.channel[k];
+    const int row = (*size + 32) / 64, expected = row < 4 ? 0 : row / 2;
+    residual = cqi_code_residual(d, CQI_PLAIN, cqi_at_most(row, CQI_EXPECTED - 1), expected, cqi_most_bits(channel), -1, residual);
+    *size = 64 * cqi_half_bits(cqi_abs(residual));
+    d->regular.size_of[k] = (uint16_t)(d->regular.size_of[k] + (*size - (int)d->regular.size_of[k]) / 32);
+    return residual;
+}
+
+/* Codes three components of a channel of v. */
+static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index h, cq_index input)
+{
+    const uint32_t k = d->regular.view, part = d->regular.part;
+    const cq_channel *const channel = &d->shape.channel[k];
+    cq_value *const to = d->channel[k] + channel->components * (size_t)v;
+    const int n = cqi_num_fine(d, k);
+    cqi_vector feature[CQI_MOST], x;
+    int size = d->regular.size_of[k];
+    uint32_t c;
+    if (d->located >= 0 && d->located < (int)k) size += (64 * cqi_size_of(&d->mesh, v) - (int)d->regular.size) / 4;
+    if (size < 0) size = 0;
+    cqi_look_around(d, v);
+    cqi_find_fine(d, v, h, feature, NULL);
+    if (n > CQI_FINE) cqi_find_normal(d, v, h, &feature[CQI_FINE]);
+    x = cqi_unseen(d, cqi_sum_features(cqi_at(d, v), feature, d->regular.weight[k], n));
+    for (c = part; c < part + 3 && c < channel->components; c++) {
+        const int32_t p = cqi_unrough(channel, cqi_component(x, (int)(c - part)));
+        int32_t value = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
+        value = cqi_number(channel, cqi_sum(p, cqi_code_other_residual(d, k, &size, value)));
+        if (!cqi_value_fits(channel, value)) return 0;
+        to[c] = (cq_value)value;
+        size = (size + (int)d->regular.size_of[k]) / 2;
+    }
+    return 1;
+}
+
+/* The two ends of an edge, for channels that are coded as in levels of patches. */
+static void cqi_list_ends(cq_decoder *d, cq_index h)
+{
+    cqi_fan *const f = &d->now.fan;
+    f->size = 2;
+    f->boundary = 1;
+    f->vertex[0] = d->mesh.origin[h];
+    f->vertex[1] = cq_target(&d->mesh, h);
+    f->beyond[0] = f->beyond[1] = CQ_NONE;
+}
+
+/* All channels of v, on the edge h. */
+static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index input)
+{
+    uint32_t k, part;
+    int ok = 1;
+    cqi_list_ends(d, h);
+    for (k = 0; k < d->shape.num_channels && ok; k++) {
+        if (cqi_class(&d->shape, k) == CQI_OF_FACE) continue;
+        if ((int)k == d->located) ok = cqi_code_new_position(d, v, h, input);
+        else if (!cqi_is_expected(d, k)) ok = cqi_code_channel(d, k, 0, 0, input, v);
+        else
+            for (part = 0; part < d->shape.channel[k].components && ok; part += 3) {
+                cqi_look_at(d, k, part);
+                ok = cqi_code_other_part(d, v, h, input);
+            }
+        cqi_look_at_positions(d);
+        cqi_charge_channel(d, k);
+    }
+    return ok;
+}
+
 /* -- Regular levels: insertions and flips -- */
 
 /* The coarse halfedge that was in slot h, as long as its edge has no new vertex. An insertion into another edge of its
@@ -7018,6 +7377,19 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
     }
 }
 
+/* The new faces have the values of those that they are cut off from. */
+static void cqi_copy_faces(cq_decoder *d, cq_index h, cq_index g)
+{
+    const cq_index from[2] = { (cq_index)(h / 3), (cq_index)(g / 3) }, *const slot = d->regular.slot;
+    uint32_t k;
+    int i;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        if (cqi_class(&d->shape, k) != CQI_OF_FACE) continue;
+        for (i = 0; i < 2; i++)
+            if (slot[i] != CQ_NONE) d->channel[k][slot[i]] = d->channel[k][from[i]];
+    }
+}
+
 /* Inserts the next new vertex into its edge, by a split of the edge's start. It cannot be where two faces share all
  * three edges: it would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
@@ -7025,14 +7397,20 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     cq_mesh *m = &d->mesh;
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
+    const cq_index g = m->twin[h];
     int ok;
-    if (m->valence[m->origin[h]] == 2) return CQ_ERROR_CORRUPT;
-    ok = d->located < 0 || cqi_code_new_position(d, v, h, input);
+    if (m->valence[m->origin[h]] == 2 || !cqi_take_slots(d, h)) return CQ_ERROR_CORRUPT;
+    ok = cqi_code_new_values(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
-    if (!ok || cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (!ok) return CQ_ERROR_CORRUPT;
+    if (CQI_HAS_ATTRIBUTES) cqi_copy_faces(d, h, g);
+    d->new_face[0] = d->regular.slot[0];
+    d->new_face[1] = d->regular.slot[1];
+    if (d->materials) cqi_take_new_faces(d);
+    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
     if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
-    if (CQI_REPORTING(d) && d->located >= 0) cqi_charge_channel(d, (uint32_t)d->located);
     return CQ_OK;
 }
 
@@ -7211,6 +7589,7 @@ static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 
 static cq_result cqi_end_regular(cq_decoder *d)
 {
+    d->mesh.is_partial = 0;
     if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 1);
     if (CQI_REPORTING(d)) {
         cq_level *level = cqi_level_report(d);
@@ -7229,6 +7608,7 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     const cq_index v = d->mesh.num_vertices;
     cq_result result;
     if (r->dissolved != CQ_NONE) return cqi_step_dissolved(d);
+    r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) return cqi_end_regular(d);
     if (v < r->vertices + r->count && d->mesh.out[v] / 3 == r->at) return cqi_code_insertion(d);
     result = cqi_code_flips(d, r->at);
@@ -7254,11 +7634,17 @@ static cq_result cqi_step_wipe(cq_decoder *d)
 static cq_result cqi_begin_regular(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
+    uint32_t k;
     memset(r, 0, sizeof *r);
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
+    r->real_faces = cqi_num_faces(d);
+    for (k = 0; d->materials && k < d->shape.num_materials; k++)
+        d->materials[k].scan = (cq_index)(d->materials[k].first + d->materials[k].count);
+    d->mesh.is_partial = d->materials != NULL;
     r->central = 2;
     r->dissolved = CQ_NONE;
+    cqi_look_at_positions(d);
     if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 0);
     if (CQI_REPORTING(d)) cqi_level_report(d)->regular = 1;
     d->phase = CQI_WIPE;
@@ -10036,6 +10422,8 @@ enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQ
 
 typedef struct cqi_labels {
     const cq_mesh *mesh;
+    const cq_input *input;       /* faces of a polygon have the same material, and values; NULL: whatever they have */
+    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
@@ -10314,11 +10702,29 @@ static int cqi_alike(const cqi_polygon *p)
     return cqi_is_marked(p, 0);
 }
 
+/* Have two faces the same material, and the same values? */
+static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
+{
+    const cq_input *const in = l->input;
+    uint32_t k;
+    if (!in || f >= l->mesh->first_virtual_face || g >= l->mesh->first_virtual_face) return 1;
+    if (l->input_face) {
+        f = l->input_face[f];
+        g = l->input_face[g];
+    }
+    if (in->shape.num_materials && in->materials[f] != in->materials[g]) return 0;
+    for (k = 0; k < in->shape.num_channels; k++)
+        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k][f] != in->values[k][g]) return 0;
+    return 1;
+}
+
 /* Reads the polygon of face f, and flips it back to coarse faces. 0 if it cannot be coded. */
 static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
     int alike;
     if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
+    for (alike = 1; alike < p->faces; alike++)
+        if (!cqi_are_alike(l, p->face[0], p->face[alike])) return 0;
     if (p->corners == 3) return 1;
     alike = l->alike ? cqi_alike(p) : -1;
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
@@ -11529,6 +11935,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
         l.positions = p->measured;
+        l.input = in;
         if (p->num_regular) {
             l.least = 340;
             l.strips = 300;

@@ -198,8 +198,7 @@ class Header:
         self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
-        if self.regular and (self.rows or self.materials or len(self.channels) > 1 or
-                             (self.channels and not self.position)):
+        if self.regular and self.rows:
             raise End("unsupported")
 
     def add_channel(self, channel):
@@ -352,6 +351,9 @@ class Materials:  # 18
         self.of[id(triangle)], self.number[id(triangle)] = m, self.next[m]
         self.next[m] += 1
         return self.next[m] - 1
+
+    def inherit(self, triangle, parent):  # 18
+        self.enter(triangle, self.of[id(parent)])
 
     def near(self, mesh, a, b):
         """Of the triangle on the left of a -> b, if it is real."""
@@ -1012,6 +1014,50 @@ class Place:
 
 # -- 15. Rows ----------------------------------------------------------------------------------------------------------
 
+# 15.7
+def face_normal(triangle):
+    o, a, b = triangle
+    u, v = minus(a, o), minus(b, o)
+    u = shifted(u, ((abs(u[0]) | abs(u[1]) | abs(u[2])) >> 14).bit_length())
+    v = shifted(v, ((abs(v[0]) | abs(v[1]) | abs(v[2])) >> 14).bit_length())
+    n = cross(u, v)
+    length = math.isqrt(dot(n, n))
+    if not length:
+        return [0, 0, 0]
+    x, y = dot(u, v), length
+    low, high = min(abs(x), y), max(abs(x), y)
+    t = 65536 * low // high
+    angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16
+    if abs(x) < y:
+        angle = 102944 - angle
+    if x < 0:
+        angle = 205887 - angle
+    weight = (angle << 24) // length
+    return [c * weight for c in n]
+
+
+def fold(pair, half1):
+    x, y = pair
+    u, v = half1 - abs(y), half1 - abs(x)
+    return [-u if x < 0 else u, -v if y < 0 else v]
+
+
+def direction_of(pair, half1):
+    z = half1 - sum(map(abs, pair))
+    return (fold(pair, half1) if z < 0 else list(pair)) + [z]
+
+
+def pair_of(n, half1):
+    m, shift = sum(map(abs, n)), 0
+    while m >> shift >= 1 << 38:
+        shift += 1
+    m >>= shift
+    if not m:
+        return None
+    pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
+    return fold(pair, half1) if n[2] < 0 else pair
+
+
 class RowFan:
     """That of a row, 15.5."""
 
@@ -1368,50 +1414,7 @@ class Rows:
         for r, t in zip(self.corners, ((a, b, p), (b, p, a), (p, a, b), (a, q, b), (b, a, q), (q, b, a))):
             if r == row:
                 triangles.append(t)
-        return total(map(self.normal, triangles))
-
-    @staticmethod
-    def normal(triangle):
-        o, a, b = triangle
-        u, v = minus(a, o), minus(b, o)
-        u = shifted(u, ((abs(u[0]) | abs(u[1]) | abs(u[2])) >> 14).bit_length())
-        v = shifted(v, ((abs(v[0]) | abs(v[1]) | abs(v[2])) >> 14).bit_length())
-        n = cross(u, v)
-        length = math.isqrt(dot(n, n))
-        if not length:
-            return [0, 0, 0]
-        x, y = dot(u, v), length
-        low, high = min(abs(x), y), max(abs(x), y)
-        t = 65536 * low // high
-        angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16
-        if abs(x) < y:
-            angle = 102944 - angle
-        if x < 0:
-            angle = 205887 - angle
-        weight = (angle << 24) // length
-        return [c * weight for c in n]
-
-    @staticmethod
-    def fold(pair, half1):
-        x, y = pair
-        u, v = half1 - abs(y), half1 - abs(x)
-        return [-u if x < 0 else u, -v if y < 0 else v]
-
-    @staticmethod
-    def vector(pair, half1):
-        z = half1 - sum(map(abs, pair))
-        return (Rows.fold(pair, half1) if z < 0 else list(pair)) + [z]
-
-    @staticmethod
-    def pair_of(n, half1):
-        m, shift = sum(map(abs, n)), 0
-        while m >> shift >= 1 << 38:
-            shift += 1
-        m >>= shift
-        if not m:
-            return None
-        pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
-        return Rows.fold(pair, half1) if n[2] < 0 else pair
+        return total(map(face_normal, triangles))
 
     @staticmethod
     def turn_of(a, t, side, half1):
@@ -1424,15 +1427,15 @@ class Rows:
         normals = next((c for c in self.header.channels[:k] if c.kind == 2 and self.is_pair(c)), None)
         if normals is None or not around:
             return None
-        around = [self.vector(pair, half1) for pair in around]
+        around = [direction_of(pair, half1) for pair in around]
         length = (1 << normals.bits - 1) - 1
-        normal = self.vector([c - length for c in self.values[row][self.part(normals)]], length)
-        pair = self.pair_of(total(around), half1)
-        pair = pair and self.pair_of(cross(normal, self.vector(pair, half1)), half1)
-        pair = pair and self.pair_of(cross(self.vector(pair, half1), normal), half1)
+        normal = direction_of([c - length for c in self.values[row][self.part(normals)]], length)
+        pair = pair_of(total(around), half1)
+        pair = pair and pair_of(cross(normal, direction_of(pair, half1)), half1)
+        pair = pair and pair_of(cross(direction_of(pair, half1), normal), half1)
         if pair is None:
             return None
-        t = self.vector(pair, half1)
+        t = direction_of(pair, half1)
         length = math.isqrt(dot(normal, normal))
         side = [quotient(c, length) for c in cross(normal, t)]
         spread = sum(abs(self.turn_of(a, t, side, half1)) // len(around) for a in around)
@@ -1445,11 +1448,11 @@ class Rows:
         around = [[c - half1 for c in self.values[r][self.part(channel)][:2]] for r in around]
         turned = self.turned(k, row, around, half1) if channel.kind == 10 else None
         n = direction if channel.kind == 2 else turned or [0, 0, 0]
-        expected = self.pair_of(n, half1) or (around[0] if around else [0, 0])
+        expected = pair_of(n, half1) or (around[0] if around else [0, 0])
         out = sum(map(abs, expected)) > half1
         if out:
-            expected = self.fold(expected, half1)
-            around = [self.fold(pair, half1) for pair in around]
+            expected = fold(expected, half1)
+            around = [fold(pair, half1) for pair in around]
         spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
         odd = self.coder.adaptive(f"EQUAL {k}", self.equal[k], 1) if out else 0
         which, e = (4, 19) if turned else (0 if len(around) > 1 else 1, half(spread))
@@ -1457,7 +1460,7 @@ class Rows:
         if any(abs(c) >= 1 << 25 for c in pair):
             self.decoder.reject("corrupt")
         if out and not odd:
-            pair = self.fold(pair, half1)
+            pair = fold(pair, half1)
         values = [channel.value(c + half1) for c in pair]
         if None in values:
             self.decoder.reject("corrupt")
@@ -2021,7 +2024,13 @@ class RegularLevel:
     def __init__(self, decoder):
         self.decoder, self.coder, self.mesh = decoder, decoder.coder, decoder.mesh
         self.located = decoder.header.position is not None
-        self.old, self.faces = decoder.vertices, [list(t) for t in self.mesh.real]
+        self.position, self.channels = decoder.header.position, decoder.header.channels
+        self.expected_channels = [(k, c) for k, c in enumerate(self.channels) if self.is_expected(c)]
+        self.view = None                # of positions, or a channel, the first of three components of it, and a flag
+        self.weights_of, self.sizes = {}, {k: 0 for k, _ in self.expected_channels}
+        self.expected = {}
+        self.real = list(decoder.triangles())
+        self.old, self.faces = decoder.vertices, [list(t) for t in self.real]
         self.of = {}
         for f, t in enumerate(self.faces):
             for k in range(3):
@@ -2054,8 +2063,42 @@ class RegularLevel:
     def new_on(self, h):
         return self.on.get(self.ends(h))
 
-    def at(self, v):
+    def is_expected(self, channel):  # 17.9
+        return channel is not self.position and channel.merge == Channel.AVERAGE and channel.kind != 6
+
+    @staticmethod
+    def is_pair(channel):
+        return (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3)) and 1 < channel.bits <= 24
+
+    def numbers(self, v):
         return self.expected[v] if v >= self.decoder.vertices else self.decoder.values[v]
+
+    def at(self, v):
+        numbers = self.numbers(v)
+        if not self.view:
+            return numbers[self.position.first:self.position.first + 3]
+        channel, part, out = self.view
+        first = channel.first + part
+        vector = [channel.rough(x) for x in numbers[first:channel.first + min(part + 3, channel.components)]]
+        vector += (3 - len(vector)) * [0]
+        return self.folded(vector) if out else vector
+
+    def folded(self, vector):
+        half1 = (1 << self.view[0].bits - 1) - 1
+        return [x + half1 for x in fold([x - half1 for x in vector[:2]], half1)] + vector[2:]
+
+    def look(self, channel, part, v):
+        """At three components, and at pairs out of the fold, if what v has there is."""
+        self.view = channel, part, False
+        if self.is_pair(channel):
+            half1 = (1 << channel.bits - 1) - 1
+            self.view = channel, part, sum(abs(x - half1) for x in self.at(v)[:2]) > half1
+
+    def unseen(self, vector):
+        channel, _, out = self.view
+        low, most = (-(1 << 23), (1 << 23) - 1) if channel.exact else (0, (1 << channel.bits) - 1)
+        vector = [clamp(x, low, most) for x in vector]
+        return self.folded(vector) if out else vector
 
     def offset(self, a, b):
         return minus(self.at(b), self.at(a))
@@ -2065,15 +2108,23 @@ class RegularLevel:
 
     def decode(self):
         self.read_marks()
-        if self.located:
-            self.fixed = self.weights(3)
+        self.fixed = self.all_weights(3)
+        if self.located or self.expected_channels:
             self.decoder.end_step()
             self.expect()
         self.read_dissolves()
-        if self.located:
-            self.fine = self.weights(7)
-            self.decoder.end_step()
+        self.fine = self.all_weights(7)
+        self.decoder.end_step()
         self.sweep()
+
+    def all_weights(self, n):
+        of_position = self.weights(n) if self.located else None
+        for k, channel in self.expected_channels:
+            self.weights_of[k] = [self.weight() for _ in range(n if n == 3 else self.num_fine(channel))]
+        return of_position
+
+    def num_fine(self, channel):
+        return 8 if self.is_pair(channel) and channel.kind == 2 and self.located else 7
 
     def weights(self, n):
         self.axes = self.coder.raw(2)
@@ -2182,25 +2233,50 @@ class RegularLevel:
         if found == 1:
             ahead = plus(ahead, [4 * x for x in b])
         third = [x - (4 * y if found == 2 else 2 * y) for x, y in zip(ahead, b)] if found else none
-        return [first, second, third], self.tilt(b, tips), b
+        return [first, second, third], None if self.view else self.tilt(b, tips), b
 
     def expect(self):
-        self.expected = {}
-        room = self.decoder.header.faces - len(self.faces)
-        most = (1 << self.decoder.header.position.bits) - 1
+        taken = []                      # materials of the triangles to come
         for n, h in enumerate(self.edges):
-            features, tilt, b = self.fixed_features(h)
-            sums = tilt.weighted(features, self.fixed)
-            b = tilt.tilted(b)
-            x, y = (rounded(sums[c] + 128 * b[c]) for c in range(2))
-            z = rounded(sums[2] + tilt.slope[0] * (x - (b[0] >> 1)) + tilt.slope[1] * (y - (b[1] >> 1)) + 128 * b[2])
-            place = list(self.at(self.ends(h)[0]))
-            for c, offset in zip(tilt.axis, (x, y, z)):
-                place[c] = clamp(place[c] + offset, 0, most)
-            self.expected[self.old + n] = place
-            room -= 1 if self.twin(h) is None else 2
-            if room < 0:
+            self.expected[self.old + n] = [0] * len(self.decoder.header.numbers())
+            if self.located:
+                self.expect_position(self.old + n, h)
+            for k, channel in self.expected_channels:
+                self.expect_other(self.old + n, h, k, channel)
+            self.view = None
+            for s in filter(lambda s: s is not None, (h, self.twin(h))):
+                materials = self.decoder.materials
+                m = materials.of[id(self.real[s // 3])] if materials else 0
+                taken.append(m)
+                if materials and materials.next[m] + taken.count(m) > materials.end[m]:
+                    raise End("corrupt")
+            if len(taken) > self.decoder.header.faces - len(self.faces):
                 raise End("corrupt")
+
+    def expect_other(self, v, h, k, channel):  # 17.9
+        a, b = self.ends(h)
+        for part in range(0, channel.components, 3):
+            self.look(channel, part, a)
+            features, _, _ = self.fixed_features(h)
+            middle = [x + y >> 1 for x, y in zip(self.at(a), self.at(b))]
+            vector = self.unseen(self.sums(middle, features, self.weights_of[k]))
+            for c in range(part, min(part + 3, channel.components)):
+                self.expected[v][channel.first + c] = channel.value(vector[c - part] * channel.unit())
+
+    @staticmethod
+    def sums(vector, features, weights):
+        return [x + rounded(sum(w * f[c] for w, f in zip(weights, features))) for c, x in enumerate(vector)]
+
+    def expect_position(self, v, h):
+        most = (1 << self.position.bits) - 1
+        features, tilt, b = self.fixed_features(h)
+        sums = tilt.weighted(features, self.fixed)
+        b = tilt.tilted(b)
+        x, y = (rounded(sums[c] + 128 * b[c]) for c in range(2))
+        z = rounded(sums[2] + tilt.slope[0] * (x - (b[0] >> 1)) + tilt.slope[1] * (y - (b[1] >> 1)) + 128 * b[2])
+        place = list(self.at(self.ends(h)[0]))
+        for c, offset in zip(tilt.axis, (x, y, z)):
+            self.expected[v][self.position.first + c] = clamp(place[c] + offset, 0, most)
 
     # 17.5
     def marks_of(self, f):
@@ -2256,32 +2332,36 @@ class RegularLevel:
             yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
                    self.on.get((start, on[0])) if len(on) == 1 else None, beyond)
 
-    def position(self, v, h):
+    def fine_features(self, v, h):
         a, b = self.ends(h)
-        sides = list(self.around(h))
         features = [[0, 0, 0] for _ in range(7)]
-        total_size, weight = 0, 1
 
         def add(k, w):
             if w is not None:
                 features[k] = plus(features[k], self.offset(v, w))
 
-        for beside, tip, on, beyond in sides:
+        for beside, tip, on, beyond in self.around(h):
             for w, u in zip(beside, beyond):
                 add(0 if w is not None and w < v else 1, w)
                 add(3 if u is not None and u < v else 4, u)
-                if w is not None and w < v:
-                    total_size += 2 * self.classes[w]
-                    weight += 2
-                if u is not None and u < v:
-                    total_size += self.classes[u]
-                    weight += 1
             add(6 if None in beside else 2, tip)
             add(5, on)
         for w in a, b:
             add(6, w)
         for k in 2, 5, 6:
             features[k] = [2 * x for x in features[k]]
+        return features
+
+    def position_of(self, v, h):
+        a, b = self.ends(h)
+        sides = list(self.around(h))
+        features = self.fine_features(v, h)
+        total_size, weight = 0, 1
+        for beside, _, _, beyond in sides:
+            for factor, w in (2, beside[0]), (2, beside[1]), (1, beyond[0]), (1, beyond[1]):
+                if w is not None and w < v:
+                    total_size += factor * self.classes[w]
+                    weight += factor
         expected = (64 * total_size + self.size) // (16 * weight)
         tips = [self.offset(a, tip) for _, tip, _, _ in sides]
         tilt = self.tilt(self.offset(a, b), (tips + [None])[:2])
@@ -2294,16 +2374,77 @@ class RegularLevel:
         z = self.coordinate("NEW_ABOVE", (3 * expected + 4 * size_class((of_x + of_y) * 3 // 2)) // 4, sums[2])
         self.classes[v] = size_class(of_x + of_y + abs(z - rounded(sums[2])))
         self.size += 2 * self.classes[v] - (self.size >> 5)
-        place = list(self.expected[v])
+        place = self.at(v)
         for c, offset in zip(tilt.axis, (x, y, z)):
             place[c] += offset
-        return place
+        return [self.decoder.value(self.position, x) for x in place]
 
     def coordinate(self, kind, size, predicted):
         row = (size + 2) // 4
         residual = self.decoder.residual(kind, 0 if row < 4 else (row - 3) // 2, 16 * min(row, 11), 26,
                                          (predicted + 128 >> 6) % 4)
         return rounded(predicted) + residual
+
+    # 17.9
+    def normal(self, v, h):
+        """The pair that the normals of the triangles around v say, less the one that is expected, times 4."""
+        channel, _, out = self.view
+        half1 = (1 << channel.bits - 1) - 1
+        at = {}
+        ends = self.ends(h)
+        first = self.position.first
+        sum_of_normals = [0, 0, 0]
+        for (beside, tip, _, _), (start, end) in zip(self.around(h), (ends, ends[::-1])):
+            ring = [w for w in beside if w is not None] or [tip]
+            ring = [end] + ring + [start]
+            for w in [v] + ring:
+                at[w] = self.numbers(w)[first:first + 3]
+            for w, u in zip(ring, ring[1:]):
+                sum_of_normals = plus(sum_of_normals, face_normal((at[v], at[w], at[u])))
+        pair = pair_of(sum_of_normals, half1)
+        if pair is None:
+            return [0, 0, 0]
+        vector = [x + half1 for x in pair] + [0]
+        return [4 * (x - y) for x, y in zip(self.folded(vector) if out else vector, self.at(v))]
+
+    def other_values(self, v, h, k, channel):
+        made = []
+        for part in range(0, channel.components, 3):
+            size = self.sizes[k]
+            if self.located and self.channels.index(self.position) < k:
+                size = max(size + quotient(64 * self.classes[v] - self.size, 4), 0)
+            self.look(channel, part, v)
+            features = self.fine_features(v, h)
+            if self.num_fine(channel) == 8:
+                features.append(self.normal(v, h))
+            vector = self.unseen(self.sums(self.at(v), features, self.weights_of[k]))
+            for predicted in vector[:channel.components - part]:
+                row = (size + 32) // 64
+                residual = self.decoder.residual("PLAIN", 0 if row < 4 else row // 2, 16 * min(row, 11),
+                                                 channel.most_bits)
+                made.append(self.decoder.value(channel, predicted * channel.unit() + residual))
+                size = 64 * half(abs(residual))
+                self.sizes[k] += quotient(size - self.sizes[k], 32)
+                size = (size + self.sizes[k]) // 2
+        self.view = None
+        return made
+
+    def new_values(self, v, h):
+        """Of all channels of vertices, in their order."""
+        decoder, result = self.decoder, []
+        fan = RowFan(list(self.ends(h)), [None, None], True)
+        for k, channel in enumerate(self.channels):
+            if channel is self.position:
+                result += self.position_of(v, h)
+                self.expected[v][channel.first:channel.first + 3] = result[-3:]
+            elif self.is_expected(channel):
+                result += self.other_values(v, h, k, channel)
+            for c in () if channel.per_face or channel is self.position or self.is_expected(channel) else \
+                    range(channel.first, channel.first + channel.components):
+                result.append(decoder.plain_value(channel, fan, c, decoder.plain[k], decoder.values, made=result)
+                              if channel.merge == Channel.AVERAGE else decoder.joint(channel, fan, c, result)
+                              if channel.kind == 5 else decoder.copied_value(channel, fan, c, decoder.values))
+        return result
 
     # 17.7
     def sweep(self):
@@ -2321,16 +2462,25 @@ class RegularLevel:
         a, b = self.ends(h)
         if mesh.front[a, b] == mesh.front[b, a]:
             raise End("corrupt")
-        place = self.position(v, h) if self.located else []
-        decoder.end_step()
-        bits = decoder.header.position.bits if self.located else 0
         p, q = mesh.front[a, b], mesh.front[b, a]
         virtual = mesh.is_virtual(p) + mesh.is_virtual(q)
-        if any(not 0 <= x < 1 << bits for x in place) or len(mesh.real) + 2 - virtual > decoder.header.faces or \
-                len(mesh.virtual) + virtual > decoder.header.edges:
+        parents = [mesh.left[edge] for edge in ((a, b), (b, a)) if not mesh.is_virtual(mesh.front[edge])]
+        materials = decoder.materials
+        of = [materials.of[id(triangle)] for triangle in parents] if materials else []
+        if len(mesh.real) + 2 - virtual > decoder.header.faces or \
+                any(materials.next[m] + of.count(m) > materials.end[m] for m in of):
+            raise End("corrupt")
+        values = self.new_values(v, h)
+        decoder.end_step()
+        if len(mesh.virtual) + virtual > decoder.header.edges:
             raise End("corrupt")
         mesh.split(a, v, [p, b, q], 0, 2)
-        decoder.values.append(place)
+        for triangle, parent in zip(mesh.real[-len(parents):], parents):
+            if materials:
+                materials.inherit(triangle, parent)
+            if id(parent) in decoder.face_values:
+                decoder.face_values[id(triangle)] = list(decoder.face_values[id(parent)])
+        decoder.values.append(values)
         decoder.vertices += 1
 
     # 17.7, 17.8

@@ -167,8 +167,8 @@ static void roof_make(sample *s, int32_t slope) {
     }
 }
 
-/* Of a roof: with its positions as numbers that mean something else; with its positions. A second channel keeps regular
- * levels away, which have no indices. */
+/* Of a roof: with its positions as numbers that mean something else; with its positions. Regular levels have no
+ * indices. */
 TEST(connectivity_costs_less_with_positions) {
     uint64_t cost[2];
     int k;
@@ -176,7 +176,7 @@ TEST(connectivity_costs_less_with_positions) {
         sample s;
         coded c;
         roof_make(&s, 1);
-        sample_channel(&s, CQ_GENERIC, 1, 1);
+        s.input.conquest_only = 1;
         s.input.goal = CQ_LEAST_CONNECTIVITY;
         if (k == 0) s.input.shape.channel[0].kind = CQ_GENERIC;
         code(&c, &s.input);
@@ -261,7 +261,7 @@ TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
         CHECK_EQ(area, all);
         CHECK_EQ(turned, 0);
         uncode(&c);
-        sample_channel(&s, CQ_GENERIC, 1, 1); /* no regular levels */
+        s.input.conquest_only = 1;
         s.input.goal = CQ_LEAST_CONNECTIVITY;
         code(&c, &s.input);
         roof_measure(&c, slope, ROOF * ROOF / 8, &off, &area, &turned);

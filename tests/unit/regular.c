@@ -132,9 +132,63 @@ static void smooth(sample *s, uint64_t *random) {
     exact_free(sum);
 }
 
+/* A channel whose numbers follow the positions, with some noise; with `steps`, in that many. */
+static void follow_positions(sample *s, cq_kind kind, cq_merge merge, int components, int bits, int steps) {
+    const uint32_t k = s->input.shape.num_channels;
+    uint64_t random = 300 + k;
+    uint32_t v, c, n;
+    sample_merged(s, kind, merge, components, bits);
+    n = merge == CQ_PER_FACE ? s->mesh.num_faces : s->mesh.num_vertices;
+    for (v = 0; v < n; ++v)
+        for (c = 0; c < (uint32_t)components; ++c) {
+            const cq_value *at = s->values[0] + 3 * (merge == CQ_PER_FACE ? s->mesh.indices[3 * v] : v);
+            const float x = (float)at[c % 3] + 0.25f;
+            cq_value *to = &s->values[k][v * (uint32_t)components + c];
+            if (bits == CQ_EXACT_BITS) memcpy(to, &x, sizeof x);
+            else if (steps) *to = (cq_value)(at[c % 3] * steps / 4096);
+            else *to = (cq_value)((uint32_t)at[c % 3] << bits >> 12 ^ (uint32_t)(next_random(&random) % 2));
+        }
+}
+
+/* Its own material for each slab of the box; the faces are counted, so no material is empty. */
+static void add_materials(sample *s, cq_index *materials) {
+    uint32_t f;
+    for (f = 0; f < s->mesh.num_faces; ++f) materials[f] = (cq_index)(s->values[0][3 * s->mesh.indices[3 * f]] / 1400);
+    s->input.materials = materials;
+    s->input.shape.num_materials = 3;
+}
+
+/* What a mesh has. */
+enum { NOTHING, POSITIONS, ATTRIBUTES, SKIN, FACES, WAYS };
+
+static void add_channels(sample *s, int way, cq_index *materials) {
+    switch (way) {
+    case ATTRIBUTES:
+        follow_positions(s, CQ_NORMAL, CQ_AVERAGE, 2, 9, 0);
+        follow_positions(s, CQ_TEXCOORD, CQ_AVERAGE, 2, 11, 0);
+        follow_positions(s, CQ_TANGENT, CQ_AVERAGE, 3, 7, 0);
+        follow_positions(s, CQ_COLOR, CQ_AVERAGE, 4, 8, 0);
+        break;
+    case SKIN:
+        follow_positions(s, CQ_GENERIC, CQ_AVERAGE, 3, SAMPLE_EXACT_BITS, 0);
+        follow_positions(s, CQ_JOINTS, CQ_COPY, 4, 8, 5);
+        follow_positions(s, CQ_WEIGHTS, CQ_AVERAGE, 4, 8, 0);
+        follow_positions(s, CQ_GROUP, CQ_COPY, 1, 5, 3);
+        break;
+    case FACES:
+        follow_positions(s, CQ_GROUP, CQ_PER_FACE, 1, 5, 2);
+        follow_positions(s, CQ_GENERIC, CQ_AVERAGE, 1, 12, 0);
+        add_materials(s, materials);
+        break;
+    default: break;
+    }
+}
+
 enum { SHAPES = 11 };
 
-static void shape_sample(sample *s, int which, int located) {
+static cq_index materials_of_sample[20000];
+
+static void shape_sample(sample *s, int which, int way) {
     uint64_t random = 11;
     triangles t;
     switch (which) {
@@ -155,13 +209,15 @@ static void shape_sample(sample *s, int which, int located) {
         triangles_append(&t, subdivided(subdivided(triangles_icosahedron(), 0), 0));
     }
     sample_begin(s, t);
-    if (!located) return;
+    if (way == NOTHING) return;
     sample_channel(s, CQ_POSITION, 3, 12);
     smooth(s, &random);
+    REQUIRE(s->mesh.num_faces <= sizeof materials_of_sample / sizeof *materials_of_sample);
+    add_channels(s, way, materials_of_sample);
 }
 
-static cq_result shape_code(sample *s, coded *c, int which, int located) {
-    shape_sample(s, which, located);
+static cq_result shape_code(sample *s, coded *c, int which, int way) {
+    shape_sample(s, which, way);
     code(c, &s->input);
     return c->result;
 }
@@ -175,11 +231,22 @@ static uint32_t regular_levels(const cq_report *r) {
 /* -- Round trips --------------------------------------------------------------------------------------------------- */
 
 static void check_result(const sample *s, const coded *c, const cq_decoder *d) {
-    uint32_t f, v, k;
+    uint32_t f, v, k, j;
     CHECK_EQ(d->mesh.num_vertices, s->mesh.num_vertices);
     CHECK_EQ(d->mesh.num_faces, s->mesh.num_faces);
-    for (v = 0; s->input.shape.num_channels && v < 3 * s->mesh.num_vertices; ++v)
-        CHECK_EQ(d->channel[0][3 * c->map[v / 3] + v % 3], s->values[0][v]);
+    for (k = 0; k < s->input.shape.num_channels; ++k) {
+        const cq_channel *channel = &s->input.shape.channel[k];
+        const int per_face = channel->merge == CQ_PER_FACE;
+        const cq_index *map = per_face ? c->face_map : c->map;
+        for (v = 0; v < (per_face ? s->mesh.num_faces : s->mesh.num_vertices); ++v)
+            for (j = 0; j < channel->components; ++j)
+                CHECK_EQ(d->channel[k][channel->components * map[v] + j], s->values[k][channel->components * v + j]);
+    }
+    for (f = 0; s->input.materials && f < s->mesh.num_faces; ++f) {
+        cq_index first, count;
+        cq_material(d, s->input.materials[f], &first, &count);
+        CHECK(c->face_map[f] >= first && c->face_map[f] < first + count);
+    }
     for (f = 0; f < s->mesh.num_faces; ++f) {
         const cq_index *to = d->mesh.origin + 3 * c->face_map[f], *from = s->mesh.indices + 3 * f;
         for (k = 0; k < 3 && to[k] != c->map[from[0]]; ++k) {}
@@ -188,14 +255,15 @@ static void check_result(const sample *s, const coded *c, const cq_decoder *d) {
 }
 
 TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
-    int which, located, counted = 0;
+    int which, way, counted[WAYS];
+    memset(counted, 0, sizeof counted);
     for (which = 0; which < SHAPES; ++which)
-        for (located = 0; located < 2; ++located) {
+        for (way = 0; way < WAYS; ++way) {
             sample s;
             coded c;
             decoding d;
-            REQUIRE_EQ(shape_code(&s, &c, which, located), CQ_OK);
-            counted += regular_levels(c.report) > 0;
+            REQUIRE_EQ(shape_code(&s, &c, which, way), CQ_OK);
+            counted[way] += regular_levels(c.report) > 0;
             decoding_begin(&d, c.bytes, c.size);
             decoding_report(&d);
             CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
@@ -205,7 +273,7 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
             uncode(&c);
             sample_free(&s);
         }
-    CHECK(counted >= SHAPES);                   /* of two times as many */
+    for (way = 0; way < WAYS; ++way) CHECK(counted[way] >= (way == FACES ? 4 : SHAPES / 2));
 }
 
 /* -- Each step ------------------------------------------------------------------------------------------------------ */
@@ -213,22 +281,57 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
 /* What somebody has seen: the index buffer, and positions. */
 typedef struct seen {
     cq_index *origin;
-    cq_value *values;
+    uint8_t *there;                             /* of each face */
+    cq_value *values[CQ_MAX_CHANNELS];
     cq_index num_vertices, num_faces;
     uint8_t *watched;                           /* of all faces; NULL: not watched */
     uint32_t num_marked, num_changed;           /* in all */
 } seen;
+
+static void begin_to_look(seen *s, const sample *of) {
+    uint32_t k;
+    memset(s, 0, sizeof *s);
+    s->origin = (cq_index *)exact_alloc(3 * (size_t)of->mesh.num_faces * sizeof(cq_index));
+    s->there = (uint8_t *)exact_alloc(of->mesh.num_faces);
+    memset(s->there, 0, of->mesh.num_faces);
+    for (k = 0; k < of->input.shape.num_channels; ++k)
+        if (of->input.shape.channel[k].merge != CQ_PER_FACE)
+            s->values[k] = (cq_value *)exact_alloc((size_t)of->mesh.num_vertices *
+                                                   of->input.shape.channel[k].components * sizeof(cq_value));
+}
+
+static void end_looking(seen *s) {
+    uint32_t k;
+    exact_free(s->origin);
+    exact_free(s->there);
+    exact_free(s->watched);
+    for (k = 0; k < CQ_MAX_CHANNELS; ++k) exact_free(s->values[k]);
+}
+
+/* Are the faces there that the mesh has? */
+static int is_face_there(const cq_decoder *d, cq_index f) {
+    uint32_t m;
+    for (m = 0; m < (d->shape.num_materials ? d->shape.num_materials : 1); ++m) {
+        cq_index first, count;
+        cq_material(d, m, &first, &count);
+        if (f >= first && f < first + count) return 1;
+    }
+    return 0;
+}
 
 /* A watched face that is marked has changed, though it may be as it was before: flipped there and back. */
 static void look(seen *s, cq_decoder *d) {
     const cq_mesh *m = &d->mesh;
     uint8_t *changed = s->watched ? s->watched : (uint8_t *)exact_alloc(m->num_faces + 1);
     cq_index f, v;
+    uint32_t k;
     if (!s->watched) memset(changed, 0, m->num_faces + 1);
     cq_mesh_changes(m, s->num_vertices, 0, changed);
     for (f = 0; f < m->num_faces; ++f) {
-        const int same = f < s->num_faces && memcmp(s->origin + 3 * f, m->origin + 3 * f, 3 * sizeof(cq_index)) == 0;
+        const int same = s->there[f] && memcmp(s->origin + 3 * f, m->origin + 3 * f, 3 * sizeof(cq_index)) == 0;
+        if (!is_face_there(d, f)) continue;
         CHECK(same || changed[f]);
+        s->there[f] = 1;
         s->num_marked += changed[f] != 0;
         s->num_changed += !same;
     }
@@ -236,9 +339,14 @@ static void look(seen *s, cq_decoder *d) {
         memset(changed, 0, m->num_faces);
         cq_mesh_watch(&d->mesh, 0, s->watched);
     }
-    for (v = 0; v < 3 * s->num_vertices && d->channel[0]; ++v) CHECK_EQ(s->values[v], d->channel[0][v]);
+    for (k = 0; k < d->shape.num_channels; ++k)
+        for (v = 0; v < d->shape.channel[k].components * s->num_vertices && s->values[k]; ++v)
+            CHECK_EQ(s->values[k][v], d->channel[k][v]);
     memcpy(s->origin, m->origin, 3 * (size_t)m->num_faces * sizeof(cq_index));
-    if (d->channel[0]) memcpy(s->values, d->channel[0], 3 * (size_t)m->num_vertices * sizeof(cq_value));
+    for (k = 0; k < d->shape.num_channels; ++k)
+        if (s->values[k])
+            memcpy(s->values[k], d->channel[k],
+                   d->shape.channel[k].components * (size_t)m->num_vertices * sizeof(cq_value));
     s->num_vertices = m->num_vertices;
     s->num_faces = m->num_faces;
     if (!s->watched) exact_free(changed);
@@ -246,25 +354,20 @@ static void look(seen *s, cq_decoder *d) {
 
 TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
     uint64_t random = 5;
-    int which, located;
+    int which, way;
     for (which = 0; which < SHAPES; ++which)
-        for (located = 0; located < 2; ++located) {
+        for (way = 0; way < WAYS; ++way) {
             sample s;
             coded c;
             decoding d;
             seen often, seldom;
             cq_bytes in;
-            REQUIRE_EQ(shape_code(&s, &c, which, located), CQ_OK);
+            REQUIRE_EQ(shape_code(&s, &c, which, way), CQ_OK);
             decoding_begin(&d, c.bytes, c.size);
-            often.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
-            often.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
-            seldom.origin = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
-            seldom.values = (cq_value *)exact_alloc(3 * (size_t)s.mesh.num_vertices * sizeof(cq_value));
-            often.num_vertices = often.num_faces = seldom.num_vertices = seldom.num_faces = 0;
-            often.num_marked = often.num_changed = seldom.num_marked = seldom.num_changed = 0;
+            begin_to_look(&often, &s);
+            begin_to_look(&seldom, &s);
             often.watched = (uint8_t *)exact_alloc(s.mesh.num_faces);
             memset(often.watched, 0, s.mesh.num_faces);
-            seldom.watched = NULL;
             in.data = c.bytes;
             in.size = c.size;
             while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
@@ -279,11 +382,8 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
             look(&seldom, d.decoder);
             look(&often, d.decoder);
             CHECK_EQ(often.num_marked, often.num_changed);
-            exact_free(often.watched);
-            exact_free(often.origin);
-            exact_free(often.values);
-            exact_free(seldom.origin);
-            exact_free(seldom.values);
+            end_looking(&often);
+            end_looking(&seldom);
             decoding_free(&d);
             uncode(&c);
             sample_free(&s);
@@ -301,18 +401,21 @@ TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
         decoding whole;
         size_t size;
         cq_index before = 0;
-        REQUIRE_EQ(shape_code(&s, &c, which, 1), CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, 1 + which % (WAYS - 1)), CQ_OK);
         decoding_begin(&whole, c.bytes, c.size);
         REQUIRE_EQ(decoding_run(&whole, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
         for (size = 40; size < c.size; size += which < 3 ? 1 : 7) {
             decoding d;
-            uint32_t v;
+            uint32_t v, k;
             decoding_begin(&d, c.bytes, size);
             CHECK_EQ(decoding_run(&d, c.bytes, size, size, CQ_NO_LIMIT), CQ_TRUNCATED);
             CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
             CHECK(d.decoder->mesh.num_vertices >= before && d.decoder->mesh.num_vertices < s.mesh.num_vertices);
             before = d.decoder->mesh.num_vertices;
-            for (v = 0; v < 3 * (uint32_t)before; ++v) CHECK_EQ(d.decoder->channel[0][v], whole.decoder->channel[0][v]);
+            for (k = 0; k < s.input.shape.num_channels; ++k)
+                for (v = 0; v < (uint32_t)before * s.input.shape.channel[k].components &&
+                            s.input.shape.channel[k].merge != CQ_PER_FACE; ++v)
+                    CHECK_EQ(d.decoder->channel[k][v], whole.decoder->channel[k][v]);
             decoding_free(&d);
         }
         decoding_free(&whole);
@@ -321,13 +424,24 @@ TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
     }
 }
 
+/* Values of the mesh that are out of their range. */
+static uint32_t num_stray_values(const cq_decoder *d) {
+    uint32_t k, v, n = 0;
+    for (k = 0; k < d->shape.num_channels && d->mesh.num_vertices; ++k) {
+        const cq_channel *channel = &d->shape.channel[k];
+        if (channel->merge == CQ_PER_FACE || channel->bits == CQ_EXACT_BITS) continue;
+        for (v = 0; v < channel->components * d->mesh.num_vertices; ++v) n += (uint32_t)d->channel[k][v] >> channel->bits != 0;
+    }
+    return n;
+}
+
 TEST(damaged_streams_leave_a_valid_mesh) {
     uint64_t random = 77;
     int which, tries, wrong = 0;
     for (which = 0; which < SHAPES; ++which) {
         sample s;
         coded c;
-        REQUIRE_EQ(shape_code(&s, &c, which, which % 2), CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, which % WAYS), CQ_OK);
         for (tries = 0; tries < 100; ++tries) {
             uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size);
             const size_t first = c.size > 60 ? 45 : 20;
@@ -341,6 +455,7 @@ TEST(damaged_streams_leave_a_valid_mesh) {
                   result == CQ_ERROR_FORMAT || result == CQ_ERROR_TOO_LARGE || result == CQ_ERROR_MEMORY ||
                   result == CQ_TRUNCATED || result == CQ_ERROR_VERSION);
             if (d.decoder->mesh.num_vertices) CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            CHECK_EQ(num_stray_values(d.decoder), 0);
             wrong += result == CQ_ERROR_CORRUPT;
             decoding_free(&d);
             exact_free(bytes);
@@ -382,7 +497,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
     for (which = 0; which < SHAPES; ++which) {
         sample s;
         coded c;
-        REQUIRE_EQ(shape_code(&s, &c, which, which % 2), CQ_OK);
+        REQUIRE_EQ(shape_code(&s, &c, which, which % WAYS), CQ_OK);
         for (tries = 0; tries < 60; ++tries) {
             const uint32_t marks = 2000 + (uint32_t)(next_random(&random) % 60000);
             const uint32_t flips = 500 + (uint32_t)(next_random(&random) % 40000);
@@ -400,6 +515,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
                 CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+                CHECK_EQ(num_stray_values(d.decoder), 0);
             }
             decoding_free(&d);
         }
