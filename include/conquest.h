@@ -829,6 +829,8 @@ typedef struct cqi_regular {
     cq_index at;                           /* the face or vertex that a phase has come to */
     cq_index record;                       /* the next face slot for a record; or how many buckets are filled */
     cq_index slot[2];                      /* of the record of the vertex at hand: on the left, on the right; CQ_NONE */
+    cq_index ahead[2];                     /* straight on from both ends of the edge at hand, see cqi_straight, */
+    int two_ahead[2];                      /* and whether there are two */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
     cq_index dissolved;                    /* halfedge of the edge that is flipped next; CQ_NONE: of none */
@@ -3935,12 +3937,12 @@ static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* Components in the order of the fan, which is a cyclic one. */
-static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
+/* The components in the cyclic order in which component `last` is the last. */
+static inline cqi_vector cqi_in_cycle(cqi_vector a, int last)
 {
     cqi_vector b = a;
-    if (f->axis[2] == 2) return a;
-    if (f->axis[2] == 1) {
+    if (last == 2) return a;
+    if (last == 1) {
         b.x = a.z;
         b.y = a.x;
         b.z = a.y;
@@ -3973,7 +3975,7 @@ static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values
     f->at[0] = sum;
     for (k = p; k <= q; k++) {
         if (k == r->boundary) continue;
-        f->at[n] = cqi_in_order(f, r->at[k]);
+        f->at[n] = cqi_in_cycle(r->at[k], f->axis[2]);
         sum = cqi_plus(sum, f->at[n++]);
     }
     f->mean = cqi_product_of(sum, cqi_reciprocal[n], 16);
@@ -6179,21 +6181,36 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 }
 
 /* Position of a vertex, or what it has of the channel that is looked at; and what that is from another one's. */
-static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
-    const cq_value *const p = d->channel[k] + d->shape.channel[k].components * (size_t)v;
+    return cqi_seen(d, d->channel[k] + d->shape.channel[k].components * (size_t)v);
+}
+
+static inline cqi_vector cqi_position(const cq_decoder *d, cq_index v)
+{
+    const cq_value *const p = d->channel[d->located] + 3 * (size_t)v;
     cqi_vector x;
-    if (CQI_HAS_ATTRIBUTES && (int)k != d->located) return cqi_seen(d, p);
     x.x = p[0];
     x.y = p[1];
     x.z = p[2];
     return x;
 }
 
-static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
+static int cqi_looks_elsewhere(const cq_decoder *d)
 {
-    return cqi_minus(cqi_at(d, b), cqi_at(d, a));
+    return CQI_HAS_ATTRIBUTES && (int)d->regular.view != d->located;
+}
+
+static inline cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+{
+    return cqi_looks_elsewhere(d) ? cqi_seen_at(d, v) : cqi_position(d, v);
+}
+
+static inline cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
+{
+    if (cqi_looks_elsewhere(d)) return cqi_minus(cqi_seen_at(d, b), cqi_seen_at(d, a));
+    return cqi_minus(cqi_position(d, b), cqi_position(d, a));
 }
 
 static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
@@ -6411,10 +6428,9 @@ static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1
 /* Sets the direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
 static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
 {
-    const int32_t x = cqi_component(edge, t->axis[0]), y = cqi_component(edge, t->axis[1]);
-    const int bits = cqi_bit_length(cqi_abs(x) | cqi_abs(y));
-    t->edge_x = bits > 12 ? cqi_floor_shift(x, bits - 12) : x * (1 << (12 - bits));
-    t->edge_y = bits > 12 ? cqi_floor_shift(y, bits - 12) : y * (1 << (12 - bits));
+    const int bits = cqi_bit_length(cqi_abs(edge.x) | cqi_abs(edge.y));
+    t->edge_x = bits > 12 ? cqi_floor_shift(edge.x, bits - 12) : edge.x * (1 << (12 - bits));
+    t->edge_y = bits > 12 ? cqi_floor_shift(edge.y, bits - 12) : edge.y * (1 << (12 - bits));
     t->inverse = bits ? (int32_t)(0x80000000u / ((uint32_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y) >> 8)) : 0;
 }
 
@@ -6427,25 +6443,19 @@ static void cqi_set_tilt(cqi_tilt *t, cqi_vector edge, cqi_vector normal, int ax
     if (!axes) {
         normal = cqi_shift(normal, shift);
         k = cqi_abs(normal.y) > cqi_abs(normal.x);
-        if (cqi_abs(normal.z) > cqi_abs(cqi_component(normal, k))) k = 2;
-        nearest = cqi_component(normal, k);
+        if (cqi_abs(normal.z) > cqi_abs(k ? normal.y : normal.x)) k = 2;
+        normal = cqi_in_cycle(normal, k);
+        nearest = normal.z;
     }
     t->axis[2] = k;
     t->axis[0] = k < 2 ? k + 1 : 0;
     t->axis[1] = 3 - k - t->axis[0];
-    t->slope_x = nearest ? -(cqi_component(normal, t->axis[0]) * 256 / nearest) : 0;
-    t->slope_y = nearest ? -(cqi_component(normal, t->axis[1]) * 256 / nearest) : 0;
-    cqi_set_edge(t, edge);
+    t->slope_x = nearest ? -(normal.x * 256 / nearest) : 0;
+    t->slope_y = nearest ? -(normal.y * 256 / nearest) : 0;
+    cqi_set_edge(t, cqi_in_cycle(edge, k));
 }
 
-static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a)
-{
-    cqi_vector x;
-    x.x = cqi_component(a, t->axis[0]);
-    x.y = cqi_component(a, t->axis[1]);
-    x.z = cqi_component(a, t->axis[2]);
-    return x;
-}
+static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a) { return cqi_in_cycle(a, t->axis[2]); }
 
 /* The same with z as the height above the plane. */
 static cqi_vector cqi_above(const cqi_tilt *t, cqi_vector a)
@@ -6470,33 +6480,50 @@ static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vec
     return sum;
 }
 
+/* Is the origin of h next to a virtual vertex? */
+static int cqi_is_at_boundary(const cq_mesh *m, cq_index h)
+{
+    cq_index s = h;
+    do {
+        if (cq_is_virtual(m, cq_target(m, s))) return 1;
+        s = cq_clockwise(m, s);
+    } while (s != h);
+    return 0;
+}
+
 /* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An
  * odd valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
 static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
 {
-    const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
-    cq_index s = h, k, end = CQ_NONE;
+    const cq_index n = m->valence[m->origin[h]];
+    cq_index end = h, k;
     *two = 0;
     if (n > CQ_MAX_VALENCE) return CQ_NONE;
-    if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
-    if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
-    for (k = 0; k < n; k++, s = cq_clockwise(m, s)) {
-        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
-        if (k == n / 2) end = s;
+    if (m->num_virtual) {
+        const cq_index right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
+        if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
+        if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
+        if (cqi_is_at_boundary(m, h)) return CQ_NONE;
     }
+    for (k = 0; k < n / 2; k++) end = cq_clockwise(m, end);
     *two = n & 1;
     return end;
 }
 
-/* Twice the offset from a of what lies straight on from h; false if there is none. */
-static int cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index a, cqi_vector *ahead)
+/* Finds what goes straight on from both ends of the edge h, which is at hand. */
+static void cqi_look_ahead(cq_decoder *d, cq_index h)
+{
+    cqi_regular *r = &d->regular;
+    r->ahead[0] = cqi_straight(&d->mesh, h, &r->two_ahead[0]);
+    r->ahead[1] = cqi_straight(&d->mesh, d->mesh.twin[h], &r->two_ahead[1]);
+}
+
+/* Twice the offset from a of what lies straight on from an end of the edge at hand. */
+static cqi_vector cqi_offset_ahead(const cq_decoder *d, int end, cq_index a)
 {
     const cq_mesh *m = &d->mesh;
-    int two;
-    const cq_index on = cqi_straight(m, h, &two);
-    if (on == CQ_NONE) return 0;
-    *ahead = cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two ? cq_clockwise(m, on) : on)));
-    return 1;
+    const cq_index on = d->regular.ahead[end], two = d->regular.two_ahead[end] ? cq_clockwise(m, on) : on;
+    return cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two)));
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
@@ -6506,15 +6533,15 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     const cq_mesh *m = &d->mesh;
     const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
     const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
-    cqi_vector tip[2], wings = none, ahead = none, end;
+    cqi_vector tip[2], wings = none, ahead = none;
     int inner[2], num_wings = 0, num_ahead = 0, i;
     for (i = 0; i < 2; i++) {
         const cq_index s = side[i], next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
         inner[i] = cqi_is_real_face(m, s);
         tip[i] = none;
-        if (cqi_find_ahead(d, s, a, &end)) {
+        if (d->regular.ahead[i] != CQ_NONE) {
             num_ahead += 1 + i;
-            ahead = cqi_plus(ahead, end);
+            ahead = cqi_plus(ahead, cqi_offset_ahead(d, i, a));
         }
         if (!inner[i]) continue;
         tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
@@ -6543,8 +6570,9 @@ static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t
         sum[0] += (int64_t)weight[k] * x.x;
         sum[1] += (int64_t)weight[k] * x.y;
         sum[2] += (int64_t)weight[n + k] * x.z;
-        part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
+        if (weight[2 * n + k]) part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
     }
+    if (!part) return;
     part = cqi_floor_shift_wide(cqi_floor_shift_wide(part, 12) * t->inverse, 15);
     sum[0] += cqi_floor_shift_wide(part * t->edge_x, 12);
     sum[1] += cqi_floor_shift_wide(part * t->edge_y, 12);
@@ -6639,16 +6667,15 @@ static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
     return cqi_is_real_face(&d->mesh, g) ? cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g)) : CQ_NONE;
 }
 
-static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
+static void cqi_write_side(cq_decoder *d, cq_index s, int end, cq_index f)
 {
     cq_mesh *m = &d->mesh;
-    int two;
-    const cq_index on = cqi_straight(m, s, &two);
+    const cq_index on = d->regular.two_ahead[end] ? CQ_NONE : d->regular.ahead[end];
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
     origin[0] = (cq_index)(CQ_NONE - m->origin[cq_prev(s)]);
     origin[1] = cqi_vertex_on(d, cq_next(s));
     origin[2] = cqi_vertex_on(d, cq_prev(s));
-    twin[0] = on == CQ_NONE || two ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
+    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
 }
@@ -6658,8 +6685,8 @@ static int cqi_write_record(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v];
     if (!cqi_take_slots(d, h)) return 0;
-    cqi_write_side(d, h, d->regular.slot[0]);
-    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], d->regular.slot[1]);
+    cqi_write_side(d, h, 0, d->regular.slot[0]);
+    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], 1, d->regular.slot[1]);
     return 1;
 }
 
@@ -6994,6 +7021,7 @@ static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
     cqi_tilt t;
     if (other) cqi_look_around(d, a);
     cqi_set_plain(&t);
+    cqi_look_ahead(d, h);
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
@@ -7131,6 +7159,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fit_fixed);
         if (cqi_starved(d)) return CQ_TRUNCATED;
     }
+    cqi_look_ahead(d, d->mesh.out[v]);
     if (d->located >= 0) cqi_expect(d, v);
     cqi_expect_others(d, v);
     r->at++;
