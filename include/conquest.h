@@ -6240,7 +6240,8 @@ static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high
     return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
 }
 
-/* Is the edge of h marked? By what is known of the edges around, and by its length compared with marked ones. */
+/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which
+ * are. */
 static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -9220,7 +9221,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Measures the error of a level, whose collapses begin with that note. */
+/* Takes the collapses of a level into account, from that note on. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -9594,8 +9595,8 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
     return v;
 }
 
-/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
- * p->decoded, beginning with the smallest. `parent` is scratch. */
+/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
+ * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
