@@ -9113,29 +9113,44 @@ static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
     return order ? order < 0 : a < b;
 }
 
-/* Heapsort: sinks an element of the heap of n. */
-static void cqi_sink(const cq_input *in, cq_index *heap, size_t at, size_t n)
+/* Compares the edges of two halfedges by the places of their ends, in either order. */
+static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, cq_index h)
 {
-    const cq_index row = heap[at];
+    const cq_index a = m->origin[g], b = cq_target(m, g), c = m->origin[h], d = cq_target(m, h);
+    const int first = cqi_compare_rows(in, a, b, 0) < 0, second = cqi_compare_rows(in, c, d, 0) < 0;
+    const int order = cqi_compare_rows(in, first ? a : b, second ? c : d, 0);
+    return order ? order : cqi_compare_rows(in, first ? b : a, second ? d : c, 0);
+}
+
+/* What is sorted are halfedges of a mesh, or rows. */
+static int cqi_is_less(const cq_input *in, const cq_mesh *m, cq_index a, cq_index b)
+{
+    return m ? cqi_compare_edges(in, m, a, b) < 0 : cqi_row_is_less(in, a, b);
+}
+
+/* Heapsort: sinks an element of the heap of n. */
+static void cqi_sink(const cq_input *in, const cq_mesh *m, cq_index *heap, size_t at, size_t n)
+{
+    const cq_index element = heap[at];
     size_t child;
     while ((child = 2 * at + 1) < n) {
-        if (child + 1 < n && cqi_row_is_less(in, heap[child], heap[child + 1])) child++;
-        if (!cqi_row_is_less(in, row, heap[child])) break;
+        if (child + 1 < n && cqi_is_less(in, m, heap[child], heap[child + 1])) child++;
+        if (!cqi_is_less(in, m, element, heap[child])) break;
         heap[at] = heap[child];
         at = child;
     }
-    heap[at] = row;
+    heap[at] = element;
 }
 
-static void cqi_sort_rows(const cq_input *in, cq_index *rows, size_t n)
+static void cqi_sort(const cq_input *in, const cq_mesh *m, cq_index *list, size_t n)
 {
     size_t k;
-    for (k = n / 2; k--;) cqi_sink(in, rows, k, n);
+    for (k = n / 2; k--;) cqi_sink(in, m, list, k, n);
     for (k = n; k > 1; k--) {
-        const cq_index last = rows[k - 1];
-        rows[k - 1] = rows[0];
-        rows[0] = last;
-        cqi_sink(in, rows, 0, k - 1);
+        const cq_index last = list[k - 1];
+        list[k - 1] = list[0];
+        list[0] = last;
+        cqi_sink(in, m, list, 0, k - 1);
     }
 }
 
@@ -9145,7 +9160,7 @@ static void cqi_find_places(cqi_preparer *p)
     cq_index *const rows = p->count, k, places = 0;
     for (k = 0; k < n; k++) rows[k] = p->same[k] = p->place[k] = k;
     if (!p->located) return;
-    cqi_sort_rows(p->in, rows, n);
+    cqi_sort(p->in, NULL, rows, n);
     for (k = 0; k < n; k++) {
         const int here = k && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 0);
         places = (cq_index)(places + !here);
@@ -11527,36 +11542,58 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
-/* Is the place of row v also that of another one of these, which are sorted? */
-static int cqi_has_twin(const cq_input *in, const cq_index *rows, cq_index n, cq_index v)
+/* Marks the faces with two corners in one place, which would go aside. Returns their number. */
+static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_t *degenerate)
 {
-    cq_index begin = 0, end = n;
-    while (begin < end) {
-        const cq_index middle = (cq_index)(begin + (end - begin) / 2);
-        const int order = cqi_compare_rows(in, rows[middle], v, 0);
-        if (!order) return rows[middle] != v;
-        if (order < 0) begin = (cq_index)(middle + 1);
-        else end = middle;
+    cq_index h, f, n = 0;
+    memset(degenerate, 0, m->num_faces);
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (t < h || cqi_compare_rows(in, m->origin[h], m->origin[t], 0)) continue;
+        degenerate[h / 3] = 1;
+        if (cqi_is_real_face(m, t)) degenerate[t / 3] = 1;
     }
-    return 0;
+    for (f = 0; f < m->num_faces; f++) n = (cq_index)(n + degenerate[f]);
+    return n;
 }
 
-/* Is a vertex of the mesh's boundary in the place of another vertex? Without that no border becomes shorter. The memory
- * behind the mesh is free. */
+/* Lists the halfedges that would be open without these faces. Returns their number. */
+static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_index *open)
+{
+    cq_index h, n = 0;
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (!degenerate[h / 3] && (!cqi_is_real_face(m, t) || degenerate[t / 3])) open[n++] = h;
+    }
+    return n;
+}
+
+/* How many pairs of halfedges, which are sorted by their places, have the same one: no more can be glued. */
+static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
+{
+    cq_index k, single = 0, pairs = 0;
+    for (k = 1; k < n; k++) {
+        if (k == single || cqi_compare_edges(in, m, open[k - 1], open[k])) continue;
+        pairs++;
+        single = (cq_index)(k + 1);
+    }
+    return pairs;
+}
+
+/* Would more pairs of halfedges be glued than faces go aside? Without that no border becomes shorter. The memory behind
+ * the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
-    const size_t used = cq_mesh_bytes(&in->shape);
-    cq_index *const rows = (cq_index *)(void *)(arena->next + used), n = 0, h, v;
-    if (arena->left < used + in->shape.num_boundary_edges * sizeof(cq_index)) return 1;
-    for (h = 3 * m->first_virtual_face; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++)
-        if (!cq_is_virtual(m, m->origin[h]) && !cq_is_virtual(m, cq_target(m, h))) rows[n++] = m->origin[h];
-    cqi_sort_rows(in, rows, n);
-    for (v = 1; v < n; v++)
-        if (!cqi_compare_rows(in, rows[v - 1], rows[v], 0)) return 1;
-    for (v = 0; v < in->shape.num_vertices; v++)
-        if (cqi_has_twin(in, rows, n, v)) return 1;
-    return 0;
+    const size_t used = cq_mesh_bytes(&in->shape), flags = CQI_ROUND((size_t)m->num_faces);
+    uint8_t *const degenerate = arena->next + used;
+    cq_index *const open = (cq_index *)(void *)(degenerate + flags), aside, n;
+    if (arena->left < used + flags + 3 * (size_t)m->num_faces * sizeof(cq_index)) return 1;
+    aside = cqi_mark_degenerate(m, in, degenerate);
+    n = cqi_list_open(m, degenerate, open);
+    if (n / 2 <= aside) return 0;
+    cqi_sort(in, m, open, n);
+    return cqi_count_pairs(m, in, open, n) > aside;
 }
 
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
