@@ -11794,7 +11794,7 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
         best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     } else {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
-                        &e->report);
+                        report ? &e->report : NULL);
         best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);
     }
     if (best == plan.num_regular) return result;
