@@ -3665,8 +3665,7 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 /* The square root, rounded down. */
 static uint32_t cqi_root(uint64_t x)
 {
-    uint64_t root = 0, bit = (uint64_t)1 << 62;
-    while (bit > x) bit >>= 2;
+    uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
     for (; bit; bit >>= 2) {
         if (x >= root + bit) {
             x -= root + bit;
@@ -6412,16 +6411,11 @@ typedef struct cqi_equations {
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
 /* A row: features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int16_t *x, int n, int32_t y)
+static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
-    int32_t error = 16 * y;
-    int32_t share;
-    int i, j, left;
-    for (i = 0; i < n; i++) error -= weight[i] * x[i];
-    left = cqi_left(error);
-    share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
-    fit->cost += (uint32_t)left;
+    const int32_t share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    int i, j;
     for (i = 0; i < n; i++) {
         const int32_t z = share * x[i];
         for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
@@ -6443,11 +6437,11 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
     }
 }
 
-/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
-static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. Returns whether weights change. */
+static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
     int64_t x[CQI_FINE];
-    int i, j, k;
+    int i, j, k, changed = 0;
     cqi_scale_fit(fit, n);
     for (i = 0; i < n; i++) {
         if (fit->a[i][i] < 1) fit->a[i][i] = 1;
@@ -6462,8 +6456,11 @@ static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
         for (k = i + 1; k < n; k++) x[i] -= fit->a[i][k] * x[k];
         x[i] /= fit->a[i][i];
         x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
-        weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
+        k = cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127);
+        changed |= weight[i] != k;
+        weight[i] = (int8_t)k;
     }
+    return changed;
 }
 
 /* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
@@ -6479,32 +6476,54 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
+/* What the weights leave of a row, in 1/256. */
+static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
+{
+    int32_t error = 16 * y;
+    int i;
+    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    return error;
+}
+
+/* The cost of the weights; and the equations for others, if there is a power. */
+static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
+                              const int8_t *weight, int n)
+{
+    uint32_t k;
+    int c;
+    memset(fit->a, 0, sizeof fit->a);
+    memset(fit->b, 0, sizeof fit->b);
+    fit->cost = 0;
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++) {
+            int16_t turned[CQI_FINE];
+            int32_t y;
+            const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
+            const int left = cqi_left(cqi_left_of(weight, x, n, y));
+            fit->cost += (uint32_t)left;
+            if (fit->power) cqi_add_equation(fit, x, n, y, left);
+        }
+}
+
 /* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
- * 1/8 bit. */
+ * 1/8 bit. Where a pass changes nothing, others with the same power would not either. */
 static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
                                 int passes)
 {
     cqi_equations fit;
-    uint32_t k;
-    int pass, c;
+    int pass;
     fit.least = UINT32_MAX;
     for (pass = 0; pass <= passes; pass++) {
-        memset(fit.a, 0, sizeof fit.a);
-        memset(fit.b, 0, sizeof fit.b);
-        fit.cost = 0;
-        fit.power = pass < passes / 2 ? 2 : 3;
-        for (k = 0; k < rows; k++)
-            for (c = first; c <= last; c++) {
-                int16_t turned[CQI_FINE];
-                int32_t y;
-                const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-                cqi_add_equation(&fit, weight, x, n, y);
-            }
+        fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
+        cqi_sum_equations(&fit, row, rows, first, last, weight, n);
         if (fit.cost < fit.least) {
             fit.least = fit.cost;
             memcpy(fit.best, weight, (size_t)n);
         }
-        if (pass < passes) cqi_solve(&fit, weight, n);
+        if (!fit.power) break;
+        if (cqi_solve(&fit, weight, n)) continue;
+        if (fit.power == 3) break;
+        pass = passes / 2 - 1;
     }
     memcpy(weight, fit.best, (size_t)n);
     return fit.least;
