@@ -8035,13 +8035,9 @@ size_t cq_encoder_bytes(const cq_shape *shape)
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
 {
-    uint64_t sum = 0;
-    int c;
-    for (c = 0; c < 3; c++) {
-        int64_t x = (int64_t)positions[3 * (size_t)a + (size_t)c] - positions[3 * (size_t)b + (size_t)c];
-        sum += (uint64_t)(x * x);
-    }
-    return sum;
+    const cq_value *const from = positions + 3 * (size_t)a, *const to = positions + 3 * (size_t)b;
+    const int64_t x = (int64_t)to[0] - from[0], y = (int64_t)to[1] - from[1], z = (int64_t)to[2] - from[2];
+    return (uint64_t)(x * x + y * y + z * z);
 }
 
 /* -- What a collapse loses: the goal balanced --
@@ -8138,35 +8134,41 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     f->size = n;
 }
 
-static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
+/* The area of triangle k, or a boundary's edge; and its norm, or -1. */
+static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
 {
-    int k;
-    cqi_list_fan(p, f, v);
-    for (k = 0; k < f->size; k++) {
-        int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
-        f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
-        f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
-    }
+    const int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
+    f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
+    f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* If the centre goes to x. Triangles without an area lose nothing. */
-static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
+/* What triangle k loses if the centre goes to x: nothing, if it has no area. */
+static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
+{
+    uint64_t sum = 0;
+    if (f->norm[k] > 0) {
+        const int64_t volume = cqi_wide_dot(f->area[k], x);
+        const uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
+        sum = 16 * above / (uint32_t)f->norm[k] * above >> 4;
+    } else if (f->norm[k]) {
+        const cqi_vector area = cqi_cross(f->area[k], x);
+        sum = (uint64_t)cqi_wide_dot(area, area);
+    }
+    if (f->seam[k]) {
+        const cqi_vector area = cqi_cross(f->at[k], x);
+        sum += (uint64_t)cqi_wide_dot(area, area);
+    }
+    return sum;
+}
+
+/* If the centre goes to x; or a part of it that is `enough`. */
+static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
-    for (k = 0; k < f->size; k++) {
-        if (f->norm[k] > 0) {
-            int64_t volume = cqi_wide_dot(f->area[k], x);
-            uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
-            sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
-        } else if (f->norm[k]) {
-            cqi_vector area = cqi_cross(f->area[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
-        if (f->seam[k]) {
-            cqi_vector area = cqi_cross(f->at[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
+    for (k = 0; k < f->size && sum < enough; k++) {
+        cqi_measure_triangle(p, f, k);
+        sum += cqi_triangle_loss(f, x, k);
     }
     return sum;
 }
@@ -8194,16 +8196,24 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
+/* A number x for which cqi_loss is above a limit. */
+static uint64_t cqi_sum_above(uint32_t limit, int shift)
+{
+    const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
+    return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
+}
+
+/* Of the collapse of h = A -> B, which takes B's fan to A. If it is above both limits, any number that is. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
     const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
+    const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
     cqi_vector x = cqi_offset(p->positions, b, a);
     uint32_t loss;
-    cqi_read_fan(p, &fan, b);
+    cqi_list_fan(p, &fan, b);
     x = fan.shift ? cqi_shift(x, fan.shift) : x;
-    loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
+    loss = cqi_loss(cqi_fan_loss(p, &fan, x, cqi_sum_above(limit, fan.shift)), fan.shift);
     if (loss > p->most_loss) return loss;
     return cqi_turns(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
@@ -8837,39 +8847,63 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
 
 /* -- Choosing collapses -- */
 
-/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
-static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
+/* Neighbours that could be collapsed into A, and their squared distances, where these were asked for. */
+typedef struct cqi_candidates {
+    int size;
+    cq_index spoke[CQ_MAX_VALENCE];
+    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet */
+} cqi_candidates;
+
+static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
 {
-    cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
+    const cq_index h = c->spoke[k];
+    if (c->square[k] == UINT64_MAX)
+        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[h], cq_target(&p->mesh, h));
+    return c->square[k];
+}
+
+/* Is candidate k better than another one? Smaller valence; then, if that is the goal, nearer. */
+static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
+{
+    const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
+                   other = p->mesh.valence[cq_target(&p->mesh, c->spoke[than])];
     if (valence != other || !p->positions) return valence < other;
-    return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
+    return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
 /* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
  * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
-static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
+static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
     cq_index h = spoke;
-    int n = 0;
+    c->size = 0;
     *boundary = 0;
     do {
         const cq_index b = cq_target(m, h);
         *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) candidate[n++] = h;
+        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) {
+            c->square[c->size] = UINT64_MAX;
+            c->spoke[c->size++] = h;
+        }
         m->mark[b] |= CQI_SCRATCH;
         h = cq_clockwise(m, h);
     } while (h != spoke);
-    return n;
 }
 
-/* The best of the candidates, of equal ones the first. */
-static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
+/* Takes the best of the candidates out, of equal ones the first. */
+static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 {
     int best = 0, k;
-    for (k = 1; k < n; k++)
-        if (cqi_is_better(p, a, cq_target(&p->mesh, candidate[k]), cq_target(&p->mesh, candidate[best]))) best = k;
-    return best;
+    cq_index h;
+    for (k = 1; k < c->size; k++)
+        if (cqi_is_better(p, c, k, best)) best = k;
+    h = c->spoke[best];
+    for (c->size--, k = best; k < c->size; k++) {
+        c->spoke[k] = c->spoke[k + 1];
+        c->square[k] = c->square[k + 1];
+    }
+    return h;
 }
 
 /* The neighbour B to collapse into A, the spoke's origin, as the halfedge A -> B: the best one that can be, and loses
@@ -8877,15 +8911,15 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    cq_index a = m->origin[spoke], candidate[CQ_MAX_VALENCE], chosen = CQ_NONE;
-    int boundary, n, k;
+    const cq_index a = m->origin[spoke];
+    cq_index chosen = CQ_NONE;
+    cqi_candidates c;
+    int boundary;
     if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
-    n = cqi_list_candidates(m, spoke, candidate, &boundary);
-    while (n && chosen == CQ_NONE) {
-        const int best = cqi_best_candidate(p, a, candidate, n);
-        const cq_index h = candidate[best];
+    cqi_list_candidates(m, spoke, &c, &boundary);
+    while (c.size && chosen == CQ_NONE) {
+        const cq_index h = cqi_take_candidate(p, &c);
         if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
-        for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
