@@ -3666,13 +3666,10 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
-    for (; bit; bit >>= 2) {
-        if (x >= root + bit) {
-            x -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
+    for (; bit; bit >>= 2) { /* no branch: it would be taken half of the time */
+        const uint64_t here = root + bit, fits = (uint64_t)0 - (x >= here);
+        x -= here & fits;
+        root = (root >> 1) + (bit & fits);
     }
     return (uint32_t)root;
 }
@@ -9922,7 +9919,10 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * a in one and the end of a side from a in the other, or d is so for b, against 3. */
 
 /* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
+enum {
+    CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
+    CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
+};
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of what is none */
@@ -10242,11 +10242,13 @@ static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
     const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
     const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
+    const cq_index end = m->num_virtual ? valence : (cq_index)(valence / 2 + 1); /* of those that are looked at */
     cq_index s = right, k, opposite = CQ_NONE;
     if (valence > CQ_MAX_VALENCE) return CQ_NONE;
+    if (!m->num_virtual && !any_valence && valence != 6) return CQ_NONE;
     if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
     if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
-    for (k = 1; k < valence; k++, s = cq_clockwise(m, s)) {
+    for (k = 1; k < end; k++, s = cq_clockwise(m, s)) {
         if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
         if (2 * k == valence) opposite = cq_target(m, s);
     }
@@ -10800,18 +10802,18 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what is too far. */
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit. */
 static void cqi_refuse(cqi_labels *l)
 {
     cq_index v;
-    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
-        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
+    for (v = 0; v < l->mesh->num_vertices; v++)
+        if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
 }
 
 /* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
  * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. */
-static int cqi_has_sharp_edges(const cqi_labels *l)
+ * 8. These are marked for cqi_refuse. */
+static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
     int k;
@@ -10819,7 +10821,9 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
         uint64_t square;
         if (!cqi_is_odd(l, v)) continue;
         square = cqi_square_off(l, v, l->parent[0][v], l->parent[1][v]);
-        for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
+        if (square > cqi_square_limit((int64_t)l->step * CQI_LIMIT)) l->label[v] |= CQI_TOO_FAR;
+        for (k = 0; k < 3; k++)
+            far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (CQI_LIMIT << k))));
         odd++;
     }
     return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
