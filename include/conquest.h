@@ -1096,6 +1096,17 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_APART
 #endif
 
+/* Asks the processor for memory that will be read soon; it makes no difference to the result. What does nothing else
+ * must be inlined: else gcc takes it for a function without effect, and leaves its calls out. */
+#if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
+#define CQI_SOON(address) __builtin_prefetch(address)
+#define CQI_INLINED inline __attribute__((always_inline))
+#else
+#define CQI_SOON(address) ((void)(address))
+#define CQI_INLINED inline
+#endif
+#define CQI_AHEAD 16 /* patches: about as long as memory takes */
+
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
@@ -4566,6 +4577,31 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
+/* The vertex of the queue that has its turn after so many others. */
+static cq_index cqi_queued(const cqi_walk *w, cq_index after)
+{
+    return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
+}
+
+/* Vertices of the queue are asked for, and the first faces of nearer ones. One that is no more there has no spoke. */
+static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
+{
+    cq_index v, h;
+    if (w->count <= CQI_AHEAD) return;
+    v = cqi_queued(w, CQI_AHEAD);
+    CQI_SOON(&m->out[v]);
+    CQI_SOON(&m->mark[v]);
+    CQI_SOON(&m->valence[v]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 2)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[h]);
+    CQI_SOON(&m->origin[h]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 4)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[m->twin[h]]);
+    CQI_SOON(&m->origin[m->twin[h]]);
+}
+
 /* The next vertex of the queue that is free; CQ_NONE if there is none. */
 static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
 {
@@ -4573,6 +4609,7 @@ static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
         const cq_index v = w->queue[w->head];
         w->head = (cq_index)(w->head + 1 < w->capacity ? w->head + 1 : 0);
         w->count--;
+        cqi_expect_patches(m, w);
         if (cqi_state(m, v) == CQI_FREE) return v;
     }
     return CQ_NONE;
@@ -8670,6 +8707,38 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
+/* Asks for a face of a cover; */
+static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
+{
+    CQI_SOON(&p->mesh.twin[h]);
+    CQI_SOON(&p->mesh.origin[h]);
+    CQI_SOON(&p->attached[h / 3]);
+}
+
+/* for the first vertex that is attached to a face; */
+static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
+{
+    const cq_index v = p->attached[f];
+    if (v == CQ_NONE) return;
+    CQI_SOON(&p->follower[v]);
+    CQI_SOON(&p->measured[3 * (size_t)v]);
+}
+
+/* and for what the collapses behind this one need. */
+static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
+{
+    const cqi_collapse *const far = c + CQI_AHEAD, *const near = c + CQI_AHEAD / 2;
+    CQI_SOON(&p->mesh.out[far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->removed]);
+    CQI_SOON(&p->attached[far->face[0]]);
+    CQI_SOON(&p->attached[far->face[1]]);
+    cqi_expect_list(p, near->face[0]);
+    cqi_expect_list(p, near->face[1]);
+    cqi_expect_face(p, p->mesh.out[near->kept]);
+    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_AHEAD / 4].kept]));
+}
+
 /* Takes the collapses of a level into account, from that note on. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
@@ -8677,7 +8746,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     if (code[0] < code[-1]) code[0] = code[-1];
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
-    for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
+    for (; note < p->num_notes; note++) {
+        if (p->num_notes - note > CQI_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        cqi_measure_collapse(p, &p->note[note]);
+    }
 }
 
 /* -- Encoder: wedges of an edge that is collapsed --
