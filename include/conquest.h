@@ -1210,6 +1210,17 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_APART
 #endif
 
+/* Asks the processor for memory that will be read soon; it makes no difference to the result. What does nothing else
+ * must be inlined: else gcc takes it for a function without effect, and leaves its calls out. */
+#if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
+#define CQI_SOON(address) __builtin_prefetch(address)
+#define CQI_INLINED inline __attribute__((always_inline))
+#else
+#define CQI_SOON(address) ((void)(address))
+#define CQI_INLINED inline
+#endif
+#define CQI_AHEAD 16 /* patches: about as long as memory takes */
+
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
@@ -3816,15 +3827,11 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 /* The square root, rounded down, bit by bit. */
 static uint32_t cqi_root(uint64_t x)
 {
-    uint64_t root = 0, bit = (uint64_t)1 << 62;
-    while (bit > x) bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (x >= root + bit) {
-            x -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
+    uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
+    for (; bit; bit >>= 2) { /* no branch: it would be taken half of the time */
+        const uint64_t here = root + bit, fits = (uint64_t)0 - (x >= here);
+        x -= here & fits;
+        root = (root >> 1) + (bit & fits);
     }
     return (uint32_t)root;
 }
@@ -4806,6 +4813,31 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
+/* The vertex of the queue that has its turn after so many others. */
+static cq_index cqi_queued(const cqi_walk *w, cq_index after)
+{
+    return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
+}
+
+/* Vertices of the queue are asked for, and the first faces of nearer ones. One that is no more there has no spoke. */
+static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
+{
+    cq_index v, h;
+    if (w->count <= CQI_AHEAD) return;
+    v = cqi_queued(w, CQI_AHEAD);
+    CQI_SOON(&m->out[v]);
+    CQI_SOON(&m->mark[v]);
+    CQI_SOON(&m->valence[v]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 2)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[h]);
+    CQI_SOON(&m->origin[h]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 4)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[m->twin[h]]);
+    CQI_SOON(&m->origin[m->twin[h]]);
+}
+
 /* The next vertex of the queue that is free; CQ_NONE if there is none. */
 static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
 {
@@ -4813,6 +4845,7 @@ static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
         const cq_index v = w->queue[w->head];
         w->head = (cq_index)(w->head + 1 < w->capacity ? w->head + 1 : 0);
         w->count--;
+        cqi_expect_patches(m, w);
         if (cqi_state(m, v) == CQI_FREE) return v;
     }
     return CQ_NONE;
@@ -6805,16 +6838,11 @@ typedef struct cqi_equations {
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
 /* A row: features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int16_t *x, int n, int32_t y)
+static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
-    int32_t error = 16 * y;
-    int32_t share;
-    int i, j, left;
-    for (i = 0; i < n; i++) error -= weight[i] * x[i];
-    left = cqi_left(error);
-    share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
-    fit->cost += (uint32_t)left;
+    const int32_t share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    int i, j;
     for (i = 0; i < n; i++) {
         const int32_t z = share * x[i];
         for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
@@ -6836,11 +6864,11 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
     }
 }
 
-/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
-static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. Returns whether weights change. */
+static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
     int64_t x[CQI_MOST];
-    int i, j, k;
+    int i, j, k, changed = 0;
     cqi_scale_fit(fit, n);
     for (i = 0; i < n; i++) {
         if (fit->a[i][i] < 1) fit->a[i][i] = 1;
@@ -6855,8 +6883,11 @@ static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
         for (k = i + 1; k < n; k++) x[i] -= fit->a[i][k] * x[k];
         x[i] /= fit->a[i][i];
         x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
-        weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
+        k = cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127);
+        changed |= weight[i] != k;
+        weight[i] = (int8_t)k;
     }
+    return changed;
 }
 
 /* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
@@ -6872,32 +6903,54 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
+/* What the weights leave of a row, in 1/256. */
+static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
+{
+    int32_t error = 16 * y;
+    int i;
+    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    return error;
+}
+
+/* The cost of the weights; and the equations for others, if there is a power. */
+static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
+                              const int8_t *weight, int n)
+{
+    uint32_t k;
+    int c;
+    memset(fit->a, 0, sizeof fit->a);
+    memset(fit->b, 0, sizeof fit->b);
+    fit->cost = 0;
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++) {
+            int16_t turned[CQI_MOST];
+            int32_t y;
+            const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
+            const int left = cqi_left(cqi_left_of(weight, x, n, y));
+            fit->cost += (uint32_t)left;
+            if (fit->power) cqi_add_equation(fit, x, n, y, left);
+        }
+}
+
 /* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
- * 1/8 bit. */
+ * 1/8 bit. Where a pass changes nothing, others with the same power would not either. */
 static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
                                 int passes)
 {
     cqi_equations fit;
-    uint32_t k;
-    int pass, c;
+    int pass;
     fit.least = UINT32_MAX;
     for (pass = 0; pass <= passes; pass++) {
-        memset(fit.a, 0, sizeof fit.a);
-        memset(fit.b, 0, sizeof fit.b);
-        fit.cost = 0;
-        fit.power = pass < passes / 2 ? 2 : 3;
-        for (k = 0; k < rows; k++)
-            for (c = first; c <= last; c++) {
-                int16_t turned[CQI_MOST];
-                int32_t y;
-                const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-                cqi_add_equation(&fit, weight, x, n, y);
-            }
+        fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
+        cqi_sum_equations(&fit, row, rows, first, last, weight, n);
         if (fit.cost < fit.least) {
             fit.least = fit.cost;
             memcpy(fit.best, weight, (size_t)n);
         }
-        if (pass < passes) cqi_solve(&fit, weight, n);
+        if (!fit.power) break;
+        if (cqi_solve(&fit, weight, n)) continue;
+        if (fit.power == 3) break;
+        pass = passes / 2 - 1;
     }
     memcpy(weight, fit.best, (size_t)n);
     return fit.least;
@@ -8594,13 +8647,9 @@ size_t cq_encoder_bytes(const cq_shape *shape)
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
 {
-    uint64_t sum = 0;
-    int c;
-    for (c = 0; c < 3; c++) {
-        int64_t x = (int64_t)positions[3 * (size_t)a + (size_t)c] - positions[3 * (size_t)b + (size_t)c];
-        sum += (uint64_t)(x * x);
-    }
-    return sum;
+    const cq_value *const from = positions + 3 * (size_t)a, *const to = positions + 3 * (size_t)b;
+    const int64_t x = (int64_t)to[0] - from[0], y = (int64_t)to[1] - from[1], z = (int64_t)to[2] - from[2];
+    return (uint64_t)(x * x + y * y + z * z);
 }
 
 /* -- What a collapse loses: CQ_BALANCED --
@@ -8688,35 +8737,41 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     f->size = n;
 }
 
-static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
+/* The area of triangle k, or a boundary's edge; and its norm, or -1. */
+static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
 {
-    int k;
-    cqi_list_fan(p, f, v);
-    for (k = 0; k < f->size; k++) {
-        int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
-        f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
-        f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
-    }
+    const int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
+    f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
+    f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* If the centre goes to x. Triangles without an area lose nothing. */
-static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
+/* What triangle k loses if the centre goes to x: nothing, if it has no area. */
+static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
+{
+    uint64_t sum = 0;
+    if (f->norm[k] > 0) {
+        const int64_t volume = cqi_wide_dot(f->area[k], x);
+        const uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
+        sum = 16 * above / (uint32_t)f->norm[k] * above >> 4;
+    } else if (f->norm[k]) {
+        const cqi_vector area = cqi_cross(f->area[k], x);
+        sum = (uint64_t)cqi_wide_dot(area, area);
+    }
+    if (f->seam[k]) {
+        const cqi_vector area = cqi_cross(f->at[k], x);
+        sum += (uint64_t)cqi_wide_dot(area, area);
+    }
+    return sum;
+}
+
+/* If the centre goes to x; or a part of it that is `enough`. */
+static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
-    for (k = 0; k < f->size; k++) {
-        if (f->norm[k] > 0) {
-            int64_t volume = cqi_wide_dot(f->area[k], x);
-            uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
-            sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
-        } else if (f->norm[k]) {
-            cqi_vector area = cqi_cross(f->area[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
-        if (f->seam[k]) {
-            cqi_vector area = cqi_cross(f->at[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
+    for (k = 0; k < f->size && sum < enough; k++) {
+        cqi_measure_triangle(p, f, k);
+        sum += cqi_triangle_loss(f, x, k);
     }
     return sum;
 }
@@ -8744,16 +8799,24 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A: a number above the limit if it is above the limit. */
+/* A number x for which cqi_loss is above a limit. */
+static uint64_t cqi_sum_above(uint32_t limit, int shift)
+{
+    const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
+    return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
+}
+
+/* Of the collapse of h = A -> B, which takes B's fan to A. If it is above both limits, any number that is. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
     const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
+    const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
     cqi_vector x = cqi_offset(p->positions, b, a);
     uint32_t loss;
-    cqi_read_fan(p, &fan, b);
+    cqi_list_fan(p, &fan, b);
     x = fan.shift ? cqi_shift(x, fan.shift) : x;
-    loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
+    loss = cqi_loss(cqi_fan_loss(p, &fan, x, cqi_sum_above(limit, fan.shift)), fan.shift);
     if (loss > p->most_loss) return loss;
     return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
@@ -9221,6 +9284,38 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
+/* Asks for a face of a cover; */
+static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
+{
+    CQI_SOON(&p->mesh.twin[h]);
+    CQI_SOON(&p->mesh.origin[h]);
+    CQI_SOON(&p->attached[h / 3]);
+}
+
+/* for the first vertex that is attached to a face; */
+static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
+{
+    const cq_index v = p->attached[f];
+    if (v == CQ_NONE) return;
+    CQI_SOON(&p->follower[v]);
+    CQI_SOON(&p->measured[3 * (size_t)v]);
+}
+
+/* and for what the collapses behind this one need. */
+static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
+{
+    const cqi_collapse *const far = c + CQI_AHEAD, *const near = c + CQI_AHEAD / 2;
+    CQI_SOON(&p->mesh.out[far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->removed]);
+    CQI_SOON(&p->attached[far->face[0]]);
+    CQI_SOON(&p->attached[far->face[1]]);
+    cqi_expect_list(p, near->face[0]);
+    cqi_expect_list(p, near->face[1]);
+    cqi_expect_face(p, p->mesh.out[near->kept]);
+    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_AHEAD / 4].kept]));
+}
+
 /* Takes the collapses of a level into account, from that note on. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
@@ -9228,7 +9323,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     if (code[0] < code[-1]) code[0] = code[-1];
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
-    for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
+    for (; note < p->num_notes; note++) {
+        if (p->num_notes - note > CQI_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        cqi_measure_collapse(p, &p->note[note]);
+    }
 }
 
 /* -- Encoder: wedges of an edge that is collapsed --
@@ -9397,39 +9495,63 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Is b better to collapse a with than the best one so far? Smaller valence; then, if that is the goal, nearer. */
-static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
+/* Neighbours that could be collapsed into A, and their squared distances, where these were asked for. */
+typedef struct cqi_candidates {
+    int size;
+    cq_index spoke[CQ_MAX_VALENCE];
+    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet */
+} cqi_candidates;
+
+static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
 {
-    cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
+    const cq_index h = c->spoke[k];
+    if (c->square[k] == UINT64_MAX)
+        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[h], cq_target(&p->mesh, h));
+    return c->square[k];
+}
+
+/* Is candidate k better than another one? Smaller valence; then, if that is the goal, nearer. */
+static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
+{
+    const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
+                   other = p->mesh.valence[cq_target(&p->mesh, c->spoke[than])];
     if (valence != other || !p->positions) return valence < other;
-    return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
+    return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
 /* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
  * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
-static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
+static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
     cq_index h = spoke;
-    int n = 0;
+    c->size = 0;
     *boundary = 0;
     do {
         const cq_index b = cq_target(m, h);
         *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) candidate[n++] = h;
+        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) {
+            c->square[c->size] = UINT64_MAX;
+            c->spoke[c->size++] = h;
+        }
         m->mark[b] |= CQI_SCRATCH;
         h = cq_clockwise(m, h);
     } while (h != spoke);
-    return n;
 }
 
-/* The best of the candidates, of equal ones the first. */
-static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
+/* Takes the best of the candidates out, of equal ones the first. */
+static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 {
     int best = 0, k;
-    for (k = 1; k < n; k++)
-        if (cqi_is_better(p, a, cq_target(&p->mesh, candidate[k]), cq_target(&p->mesh, candidate[best]))) best = k;
-    return best;
+    cq_index h;
+    for (k = 1; k < c->size; k++)
+        if (cqi_is_better(p, c, k, best)) best = k;
+    h = c->spoke[best];
+    for (c->size--, k = best; k < c->size; k++) {
+        c->spoke[k] = c->spoke[k + 1];
+        c->square[k] = c->square[k + 1];
+    }
+    return h;
 }
 
 /* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, and loses no
@@ -9437,15 +9559,15 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    cq_index a = m->origin[spoke], candidate[CQ_MAX_VALENCE], chosen = CQ_NONE;
-    int boundary, n, k;
+    const cq_index a = m->origin[spoke];
+    cq_index chosen = CQ_NONE;
+    cqi_candidates c;
+    int boundary;
     if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
-    n = cqi_list_candidates(m, spoke, candidate, &boundary);
-    while (n && chosen == CQ_NONE) {
-        const int best = cqi_best_candidate(p, a, candidate, n);
-        const cq_index h = candidate[best];
+    cqi_list_candidates(m, spoke, &c, &boundary);
+    while (c.size && chosen == CQ_NONE) {
+        const cq_index h = cqi_take_candidate(p, &c);
         if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
-        for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
@@ -9693,29 +9815,44 @@ static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
     return order ? order < 0 : a < b;
 }
 
-/* Heapsort: sinks an element of the heap of n. */
-static void cqi_sink(const cq_input *in, cq_index *heap, size_t at, size_t n)
+/* Compares the edges of two halfedges by the places of their ends, in either order. */
+static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, cq_index h)
 {
-    const cq_index row = heap[at];
+    const cq_index a = m->origin[g], b = cq_target(m, g), c = m->origin[h], d = cq_target(m, h);
+    const int first = cqi_compare_rows(in, a, b, 0) < 0, second = cqi_compare_rows(in, c, d, 0) < 0;
+    const int order = cqi_compare_rows(in, first ? a : b, second ? c : d, 0);
+    return order ? order : cqi_compare_rows(in, first ? b : a, second ? d : c, 0);
+}
+
+/* What is sorted are halfedges of a mesh, or rows. */
+static int cqi_is_less(const cq_input *in, const cq_mesh *m, cq_index a, cq_index b)
+{
+    return m ? cqi_compare_edges(in, m, a, b) < 0 : cqi_row_is_less(in, a, b);
+}
+
+/* Heapsort: sinks an element of the heap of n. */
+static void cqi_sink(const cq_input *in, const cq_mesh *m, cq_index *heap, size_t at, size_t n)
+{
+    const cq_index element = heap[at];
     size_t child;
     while ((child = 2 * at + 1) < n) {
-        if (child + 1 < n && cqi_row_is_less(in, heap[child], heap[child + 1])) child++;
-        if (!cqi_row_is_less(in, row, heap[child])) break;
+        if (child + 1 < n && cqi_is_less(in, m, heap[child], heap[child + 1])) child++;
+        if (!cqi_is_less(in, m, element, heap[child])) break;
         heap[at] = heap[child];
         at = child;
     }
-    heap[at] = row;
+    heap[at] = element;
 }
 
-static void cqi_sort_rows(const cq_input *in, cq_index *rows, size_t n)
+static void cqi_sort(const cq_input *in, const cq_mesh *m, cq_index *list, size_t n)
 {
     size_t k;
-    for (k = n / 2; k--;) cqi_sink(in, rows, k, n);
+    for (k = n / 2; k--;) cqi_sink(in, m, list, k, n);
     for (k = n; k > 1; k--) {
-        const cq_index last = rows[k - 1];
-        rows[k - 1] = rows[0];
-        rows[0] = last;
-        cqi_sink(in, rows, 0, k - 1);
+        const cq_index last = list[k - 1];
+        list[k - 1] = list[0];
+        list[0] = last;
+        cqi_sink(in, m, list, 0, k - 1);
     }
 }
 
@@ -9725,7 +9862,7 @@ static void cqi_find_places(cqi_preparer *p)
     cq_index *const rows = p->count, k, places = 0;
     for (k = 0; k < n; k++) rows[k] = p->same[k] = p->place[k] = k;
     if (!p->located) return;
-    cqi_sort_rows(p->in, rows, n);
+    cqi_sort(p->in, NULL, rows, n);
     for (k = 0; k < n; k++) {
         const int here = k && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 0);
         places = (cq_index)(places + !here);
@@ -10445,7 +10582,10 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
 /* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
+enum {
+    CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
+    CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
+};
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of a region that is no polygon */
@@ -10788,11 +10928,13 @@ static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
     const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
     const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
+    const cq_index end = m->num_virtual ? valence : (cq_index)(valence / 2 + 1); /* of those that are looked at */
     cq_index s = right, k, opposite = CQ_NONE;
     if (valence > CQ_MAX_VALENCE) return CQ_NONE;
+    if (!m->num_virtual && !any_valence && valence != 6) return CQ_NONE;
     if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
     if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
-    for (k = 1; k < valence; k++, s = cq_clockwise(m, s)) {
+    for (k = 1; k < end; k++, s = cq_clockwise(m, s)) {
         if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
         if (2 * k == valence) opposite = cq_target(m, s);
     }
@@ -11351,18 +11493,18 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what is too far. */
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit. */
 static void cqi_refuse(cqi_labels *l)
 {
     cq_index v;
-    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
-        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] = CQI_EVEN;
+    for (v = 0; v < l->mesh->num_vertices; v++)
+        if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
 }
 
 /* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
  * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. */
-static int cqi_has_sharp_edges(const cqi_labels *l)
+ * 8. These are marked for cqi_refuse. */
+static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
     int k;
@@ -11370,7 +11512,9 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
         uint64_t square;
         if (!cqi_is_odd(l, v)) continue;
         square = cqi_square_off(l, v, l->parent[0][v], l->parent[1][v]);
-        for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
+        if (square > cqi_square_limit((int64_t)l->step * CQI_LIMIT)) l->label[v] |= CQI_TOO_FAR;
+        for (k = 0; k < 3; k++)
+            far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (CQI_LIMIT << k))));
         odd++;
     }
     return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
@@ -12157,36 +12301,58 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
-/* Is the place of row v also that of another one of these, which are sorted? */
-static int cqi_has_twin(const cq_input *in, const cq_index *rows, cq_index n, cq_index v)
+/* Marks the faces with two corners in one place, which would go aside. Returns their number. */
+static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_t *degenerate)
 {
-    cq_index begin = 0, end = n;
-    while (begin < end) {
-        const cq_index middle = (cq_index)(begin + (end - begin) / 2);
-        const int order = cqi_compare_rows(in, rows[middle], v, 0);
-        if (!order) return rows[middle] != v;
-        if (order < 0) begin = (cq_index)(middle + 1);
-        else end = middle;
+    cq_index h, f, n = 0;
+    memset(degenerate, 0, m->num_faces);
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (t < h || cqi_compare_rows(in, m->origin[h], m->origin[t], 0)) continue;
+        degenerate[h / 3] = 1;
+        if (cqi_is_real_face(m, t)) degenerate[t / 3] = 1;
     }
-    return 0;
+    for (f = 0; f < m->num_faces; f++) n = (cq_index)(n + degenerate[f]);
+    return n;
 }
 
-/* Is a vertex of the mesh's boundary in the place of another vertex? Without that no border becomes shorter. The memory
- * behind the mesh is free. */
+/* Lists the halfedges that would be open without these faces. Returns their number. */
+static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_index *open)
+{
+    cq_index h, n = 0;
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (!degenerate[h / 3] && (!cqi_is_real_face(m, t) || degenerate[t / 3])) open[n++] = h;
+    }
+    return n;
+}
+
+/* How many pairs of halfedges, which are sorted by their places, have the same one: no more can be glued. */
+static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
+{
+    cq_index k, single = 0, pairs = 0;
+    for (k = 1; k < n; k++) {
+        if (k == single || cqi_compare_edges(in, m, open[k - 1], open[k])) continue;
+        pairs++;
+        single = (cq_index)(k + 1);
+    }
+    return pairs;
+}
+
+/* Would more pairs of halfedges be glued than faces go aside? Without that no border becomes shorter. The memory behind
+ * the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
-    const size_t used = cq_mesh_bytes(&in->shape);
-    cq_index *const rows = (cq_index *)(void *)(arena->next + used), n = 0, h, v;
-    if (arena->left < used + in->shape.num_boundary_edges * sizeof(cq_index)) return 1;
-    for (h = 3 * m->first_virtual_face; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++)
-        if (!cq_is_virtual(m, m->origin[h]) && !cq_is_virtual(m, cq_target(m, h))) rows[n++] = m->origin[h];
-    cqi_sort_rows(in, rows, n);
-    for (v = 1; v < n; v++)
-        if (!cqi_compare_rows(in, rows[v - 1], rows[v], 0)) return 1;
-    for (v = 0; v < in->shape.num_vertices; v++)
-        if (cqi_has_twin(in, rows, n, v)) return 1;
-    return 0;
+    const size_t used = cq_mesh_bytes(&in->shape), flags = CQI_ROUND((size_t)m->num_faces);
+    uint8_t *const degenerate = arena->next + used;
+    cq_index *const open = (cq_index *)(void *)(degenerate + flags), aside, n;
+    if (arena->left < used + flags + 3 * (size_t)m->num_faces * sizeof(cq_index)) return 1;
+    aside = cqi_mark_degenerate(m, in, degenerate);
+    n = cqi_list_open(m, degenerate, open);
+    if (n / 2 <= aside) return 0;
+    cqi_sort(in, m, open, n);
+    return cqi_count_pairs(m, in, open, n) > aside;
 }
 
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
@@ -12387,7 +12553,7 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
         best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     } else {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
-                        &e->report);
+                        report ? &e->report : NULL);
         best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);
     }
     if (best == plan.num_regular) return result;
