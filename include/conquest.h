@@ -830,6 +830,8 @@ typedef struct cqi_regular {
     cq_index at;                           /* the face or vertex that a phase has come to */
     cq_index record;                       /* the next face slot for a record; or how many buckets are filled */
     cq_index slot[2];                      /* of the record of the vertex at hand: on the left, on the right; CQ_NONE */
+    cq_index ahead[2];                     /* straight on from both ends of the edge at hand, see cqi_straight, */
+    int two_ahead[2];                      /* and whether there are two */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
     uint8_t side[3];                       /* and on which of its sides; */
     cq_index dissolved;                    /* halfedge of the edge that is flipped next; CQ_NONE: of none */
@@ -1209,6 +1211,17 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #else
 #define CQI_APART
 #endif
+
+/* Asks the processor for memory that will be read soon; it makes no difference to the result. What does nothing else
+ * must be inlined: else gcc takes it for a function without effect, and leaves its calls out. */
+#if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
+#define CQI_SOON(address) __builtin_prefetch(address)
+#define CQI_INLINED inline __attribute__((always_inline))
+#else
+#define CQI_SOON(address) ((void)(address))
+#define CQI_INLINED inline
+#endif
+#define CQI_AHEAD 16 /* patches: about as long as memory takes */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -3821,15 +3834,11 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
 /* The square root, rounded down, bit by bit. */
 static uint32_t cqi_root(uint64_t x)
 {
-    uint64_t root = 0, bit = (uint64_t)1 << 62;
-    while (bit > x) bit >>= 2;
-    for (; bit; bit >>= 2) {
-        if (x >= root + bit) {
-            x -= root + bit;
-            root = (root >> 1) + bit;
-        } else {
-            root >>= 1;
-        }
+    uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
+    for (; bit; bit >>= 2) { /* no branch: it would be taken half of the time */
+        const uint64_t here = root + bit, fits = (uint64_t)0 - (x >= here);
+        x -= here & fits;
+        root = (root >> 1) + (bit & fits);
     }
     return (uint32_t)root;
 }
@@ -3942,12 +3951,12 @@ static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* Components in the order of the fan, which is a cyclic one. */
-static inline cqi_vector cqi_in_order(const cqi_fan *f, cqi_vector a)
+/* The components in the cyclic order in which component `last` is the last. */
+static inline cqi_vector cqi_in_cycle(cqi_vector a, int last)
 {
     cqi_vector b = a;
-    if (f->axis[2] == 2) return a;
-    if (f->axis[2] == 1) {
+    if (last == 2) return a;
+    if (last == 1) {
         b.x = a.z;
         b.y = a.x;
         b.z = a.y;
@@ -3980,7 +3989,7 @@ static void cqi_locate_fan(cqi_fan *f, const cqi_ring *r, const cq_value *values
     f->at[0] = sum;
     for (k = p; k <= q; k++) {
         if (k == r->boundary) continue;
-        f->at[n] = cqi_in_order(f, r->at[k]);
+        f->at[n] = cqi_in_cycle(r->at[k], f->axis[2]);
         sum = cqi_plus(sum, f->at[n++]);
     }
     f->mean = cqi_product_of(sum, cqi_reciprocal[n], 16);
@@ -4811,6 +4820,31 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
+/* The vertex of the queue that has its turn after so many others. */
+static cq_index cqi_queued(const cqi_walk *w, cq_index after)
+{
+    return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
+}
+
+/* Vertices of the queue are asked for, and the first faces of nearer ones. One that is no more there has no spoke. */
+static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
+{
+    cq_index v, h;
+    if (w->count <= CQI_AHEAD) return;
+    v = cqi_queued(w, CQI_AHEAD);
+    CQI_SOON(&m->out[v]);
+    CQI_SOON(&m->mark[v]);
+    CQI_SOON(&m->valence[v]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 2)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[h]);
+    CQI_SOON(&m->origin[h]);
+    h = m->out[cqi_queued(w, CQI_AHEAD / 4)];
+    if (h == CQ_NONE) return;
+    CQI_SOON(&m->twin[m->twin[h]]);
+    CQI_SOON(&m->origin[m->twin[h]]);
+}
+
 /* The next vertex of the queue that is free; CQ_NONE if there is none. */
 static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
 {
@@ -4818,6 +4852,7 @@ static cq_index cqi_dequeue(const cq_mesh *m, cqi_walk *w)
         const cq_index v = w->queue[w->head];
         w->head = (cq_index)(w->head + 1 < w->capacity ? w->head + 1 : 0);
         w->count--;
+        cqi_expect_patches(m, w);
         if (cqi_state(m, v) == CQI_FREE) return v;
     }
     return CQ_NONE;
@@ -6087,13 +6122,13 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse
  * edges.
  *
- *     marks        for each coarse edge: does it get a vertex? New vertices have the order of the edges
- *     expected for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel, which
- *                  is not part of the mesh yet
- *     dissolves    for some edges without a vertex: is the edge flipped, when its faces have got theirs?
- *     sweep coarse face after coarse face: the new vertices of its edges that are not there yet, one by one, each
- *                  with its final position; then flips that turn what they made of the face into the triangles wanted,
- *                  and flips of dissolved edges that it shares with earlier faces
+ *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
+ *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
+ *                  which is not part of the mesh yet
+ *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
+ *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
+ *                  each with its final position; then flips, which make the wanted triangles of the face; and flips of
+ *                  dissolved edges that it shares with earlier faces
  *
  * So the mesh is valid after each insertion and each flip, and what has arrived is final. The first vertex that is
  * inserted into a face is its hub: two or three of them make a fan around it.
@@ -6105,18 +6140,18 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *       a---------b      a---hub---b         a---hub----b         a---hub----b    in the middle, and another flip a fan
  *                                                                                 around m1 or m2
  *
- * While the level lasts, memory of what is to come is used for it: of new vertex v, out[v] is its coarse edge (the
- * smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, mark[v] has in bits 4 and 5 its side in the
- * other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record. Bits of the
- * coarse faces are in the queue. All this is written while the mesh is coarse, and halfedges below are those of that
- * mesh. */
+ * The level keeps its notes in memory of vertices and faces that are still to come. Of new vertex v, out[v] is its
+ * coarse edge (the smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, bits 4 and 5 of mark[v] are its
+ * side in the other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse: halfedges in it are of the
+ * coarse mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
- * For each halfedge whether its edge is marked; then for each face two bits: 0, or 1 + a side. If that side is not
- * marked, its edge is dissolved, and flipped when it is the turn of this face; else only that a dissolved edge is there
- * already. That makes 5/8 byte per face, of 2/3 and more that the queue has: for F = 3k + i, (9k + 3i + 7) / 8 + (6k +
- * 2i + 7) / 8 is not above 2 k + 2. */
+ * For each halfedge one bit: its edge is marked. Then for each face two bits: 0, or 1 + a side. If that side is not
+ * marked, its edge is dissolved, and flipped in the turn of this face. If it is, the two bits only say that the face
+ * has a dissolved edge. That makes 5/8 byte per face, where the queue has at least 2/3: for F = 3k + i,
+ * (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 <= 2 (k + 1). */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
 {
@@ -6148,7 +6183,7 @@ static void cqi_clear_dissolved_side(const cq_decoder *d, cq_index f)
     *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
 }
 
-/* Marked sides of a face, as bits. */
+/* The marked sides of a face, as bits. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f)
 {
     return cqi_has_mark(d, (cq_index)(3 * f)) | cqi_has_mark(d, (cq_index)(3 * f + 1)) << 1 |
@@ -6186,21 +6221,36 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 }
 
 /* Position of a vertex, or what it has of the channel that is looked at; and what that is from another one's. */
-static cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
-    const cq_value *const p = d->channel[k] + d->shape.channel[k].components * (size_t)v;
+    return cqi_seen(d, d->channel[k] + d->shape.channel[k].components * (size_t)v);
+}
+
+static inline cqi_vector cqi_position(const cq_decoder *d, cq_index v)
+{
+    const cq_value *const p = d->channel[d->located] + 3 * (size_t)v;
     cqi_vector x;
-    if (CQI_HAS_ATTRIBUTES && (int)k != d->located) return cqi_seen(d, p);
     x.x = p[0];
     x.y = p[1];
     x.z = p[2];
     return x;
 }
 
-static cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
+static int cqi_looks_elsewhere(const cq_decoder *d)
 {
-    return cqi_minus(cqi_at(d, b), cqi_at(d, a));
+    return CQI_HAS_ATTRIBUTES && (int)d->regular.view != d->located;
+}
+
+static inline cqi_vector cqi_at(const cq_decoder *d, cq_index v)
+{
+    return cqi_looks_elsewhere(d) ? cqi_seen_at(d, v) : cqi_position(d, v);
+}
+
+static inline cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
+{
+    if (cqi_looks_elsewhere(d)) return cqi_minus(cqi_seen_at(d, b), cqi_seen_at(d, a));
+    return cqi_minus(cqi_position(d, b), cqi_position(d, a));
 }
 
 static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
@@ -6209,13 +6259,13 @@ static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
     return (uint32_t)cqi_norm(cqi_from(d, a, b));
 }
 
-/* 0: not marked, 1: marked, 2: not known when halfedge `now` has its turn. */
+/* 0: not marked, 1: marked, 2: not yet known when it is the turn of halfedge `now`. */
 static int cqi_mark_state(const cq_decoder *d, cq_index h, cq_index now)
 {
     return h < now || d->mesh.twin[h] < now ? cqi_has_mark(d, h) : 2;
 }
 
-/* States of the two other edges of the halfedge's face, in either order. */
+/* Class of the states of the two other edges of h's face, whose order makes no difference. */
 static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
 {
     static const uint8_t pair[9] = { 0, 1, 2, 1, 3, 4, 2, 4, 5 };
@@ -6223,7 +6273,7 @@ static int cqi_mark_pair(const cq_decoder *d, cq_index h, cq_index now)
     return pair[3 * cqi_mark_state(d, cq_next(h), now) + cqi_mark_state(d, cq_prev(h), now)];
 }
 
-/* Class of a ratio of lengths. */
+/* Class of the ratio a / b; limits are in 1/8 octave. */
 static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high)
 {
     const int x = cqi_logarithm(a + 1) - cqi_logarithm(b + 1);
@@ -6291,7 +6341,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     return d->seams && !cqi_code_rows_of_mark(d, h, v) ? CQ_ERROR_CORRUPT : CQ_OK;
 }
 
-/* Enough new vertices for linear time: one for 16 of the old ones, and for 32 faces. */
+/* Are there enough new vertices for linear time, one for every 16 old ones and for every 32 faces? */
 static int cqi_is_worth_it(const cqi_regular *r)
 {
     return r->count >= CQI_MIN_SPLITS(r->vertices) && r->count > r->real_faces / 32;
@@ -6399,9 +6449,8 @@ static int cqi_take_slots(cq_decoder *d, cq_index h)
 
 /* -- Regular levels: the new vertices by their edges --
  *
- * out[] of new vertices is in ascending order. Halfedges are in buckets of 2^bucket, not more than there are new
- * vertices; valence[] of the new vertex with the number of the bucket is the first one in it. A bucket has at most 192
- * halfedges. */
+ * out[] of new vertices is in ascending order. Halfedges are divided into buckets of 2^bucket, no more buckets than new
+ * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6435,8 +6484,8 @@ static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
 
 /* -- Regular levels: predictions --
  *
- * Along the surface and above it, the weights are not the same: x and y of the tilt are two components, z is the third
- * one above a plane through a point, which rises by the slopes. */
+ * A prediction is a weighted sum of features. Weights along the surface differ from those above it: x and y of the tilt
+ * are two components, z is the third one above a plane that rises by the slopes. */
 
 typedef struct cqi_tilt {
     int axis[3];                 /* components that are x, y, z here */
@@ -6447,13 +6496,12 @@ typedef struct cqi_tilt {
 
 static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
-/* The direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
+/* Sets the direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
 static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
 {
-    const int32_t x = cqi_component(edge, t->axis[0]), y = cqi_component(edge, t->axis[1]);
-    const int bits = cqi_bit_length(cqi_abs(x) | cqi_abs(y));
-    t->edge_x = bits > 12 ? cqi_floor_shift(x, bits - 12) : x * (1 << (12 - bits));
-    t->edge_y = bits > 12 ? cqi_floor_shift(y, bits - 12) : y * (1 << (12 - bits));
+    const int bits = cqi_bit_length(cqi_abs(edge.x) | cqi_abs(edge.y));
+    t->edge_x = bits > 12 ? cqi_floor_shift(edge.x, bits - 12) : edge.x * (1 << (12 - bits));
+    t->edge_y = bits > 12 ? cqi_floor_shift(edge.y, bits - 12) : edge.y * (1 << (12 - bits));
     t->inverse = bits ? (int32_t)(0x80000000u / ((uint32_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y) >> 8)) : 0;
 }
 
@@ -6466,25 +6514,19 @@ static void cqi_set_tilt(cqi_tilt *t, cqi_vector edge, cqi_vector normal, int ax
     if (!axes) {
         normal = cqi_shift(normal, shift);
         k = cqi_abs(normal.y) > cqi_abs(normal.x);
-        if (cqi_abs(normal.z) > cqi_abs(cqi_component(normal, k))) k = 2;
-        nearest = cqi_component(normal, k);
+        if (cqi_abs(normal.z) > cqi_abs(k ? normal.y : normal.x)) k = 2;
+        normal = cqi_in_cycle(normal, k);
+        nearest = normal.z;
     }
     t->axis[2] = k;
     t->axis[0] = k < 2 ? k + 1 : 0;
     t->axis[1] = 3 - k - t->axis[0];
-    t->slope_x = nearest ? -(cqi_component(normal, t->axis[0]) * 256 / nearest) : 0;
-    t->slope_y = nearest ? -(cqi_component(normal, t->axis[1]) * 256 / nearest) : 0;
-    cqi_set_edge(t, edge);
+    t->slope_x = nearest ? -(normal.x * 256 / nearest) : 0;
+    t->slope_y = nearest ? -(normal.y * 256 / nearest) : 0;
+    cqi_set_edge(t, cqi_in_cycle(edge, k));
 }
 
-static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a)
-{
-    cqi_vector x;
-    x.x = cqi_component(a, t->axis[0]);
-    x.y = cqi_component(a, t->axis[1]);
-    x.z = cqi_component(a, t->axis[2]);
-    return x;
-}
+static cqi_vector cqi_tilted(const cqi_tilt *t, cqi_vector a) { return cqi_in_cycle(a, t->axis[2]); }
 
 /* The same with z as the height above the plane. */
 static cqi_vector cqi_above(const cqi_tilt *t, cqi_vector a)
@@ -6509,33 +6551,50 @@ static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vec
     return sum;
 }
 
+/* Is the origin of h next to a virtual vertex? */
+static int cqi_is_at_boundary(const cq_mesh *m, cq_index h)
+{
+    cq_index s = h;
+    do {
+        if (cq_is_virtual(m, cq_target(m, s))) return 1;
+        s = cq_clockwise(m, s);
+    } while (s != h);
+    return 0;
+}
+
 /* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An
  * odd valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
 static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
 {
-    const cq_index n = m->valence[m->origin[h]], right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
-    cq_index s = h, k, end = CQ_NONE;
+    const cq_index n = m->valence[m->origin[h]];
+    cq_index end = h, k;
     *two = 0;
     if (n > CQ_MAX_VALENCE) return CQ_NONE;
-    if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
-    if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
-    for (k = 0; k < n; k++, s = cq_clockwise(m, s)) {
-        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
-        if (k == n / 2) end = s;
+    if (m->num_virtual) {
+        const cq_index right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
+        if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
+        if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
+        if (cqi_is_at_boundary(m, h)) return CQ_NONE;
     }
+    for (k = 0; k < n / 2; k++) end = cq_clockwise(m, end);
     *two = n & 1;
     return end;
 }
 
-/* Twice the offset from a of what lies straight on from h; false if there is none. */
-static int cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index a, cqi_vector *ahead)
+/* Finds what goes straight on from both ends of the edge h, which is at hand. */
+static void cqi_look_ahead(cq_decoder *d, cq_index h)
+{
+    cqi_regular *r = &d->regular;
+    r->ahead[0] = cqi_straight(&d->mesh, h, &r->two_ahead[0]);
+    r->ahead[1] = cqi_straight(&d->mesh, d->mesh.twin[h], &r->two_ahead[1]);
+}
+
+/* Twice the offset from a of what lies straight on from an end of the edge at hand. */
+static cqi_vector cqi_offset_ahead(const cq_decoder *d, int end, cq_index a)
 {
     const cq_mesh *m = &d->mesh;
-    int two;
-    const cq_index on = cqi_straight(m, h, &two);
-    if (on == CQ_NONE) return 0;
-    *ahead = cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two ? cq_clockwise(m, on) : on)));
-    return 1;
+    const cq_index on = d->regular.ahead[end], two = d->regular.two_ahead[end] ? cq_clockwise(m, on) : on;
+    return cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two)));
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
@@ -6545,15 +6604,15 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     const cq_mesh *m = &d->mesh;
     const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
     const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
-    cqi_vector tip[2], wings = none, ahead = none, end;
+    cqi_vector tip[2], wings = none, ahead = none;
     int inner[2], num_wings = 0, num_ahead = 0, i;
     for (i = 0; i < 2; i++) {
         const cq_index s = side[i], next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
         inner[i] = cqi_is_real_face(m, s);
         tip[i] = none;
-        if (cqi_find_ahead(d, s, a, &end)) {
+        if (d->regular.ahead[i] != CQ_NONE) {
             num_ahead += 1 + i;
-            ahead = cqi_plus(ahead, end);
+            ahead = cqi_plus(ahead, cqi_offset_ahead(d, i, a));
         }
         if (!inner[i]) continue;
         tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
@@ -6582,8 +6641,9 @@ static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t
         sum[0] += (int64_t)weight[k] * x.x;
         sum[1] += (int64_t)weight[k] * x.y;
         sum[2] += (int64_t)weight[n + k] * x.z;
-        part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
+        if (weight[2 * n + k]) part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
     }
+    if (!part) return;
     part = cqi_floor_shift_wide(cqi_floor_shift_wide(part, 12) * t->inverse, 15);
     sum[0] += cqi_floor_shift_wide(part * t->edge_x, 12);
     sum[1] += cqi_floor_shift_wide(part * t->edge_y, 12);
@@ -6591,7 +6651,7 @@ static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t
 
 static int32_t cqi_rounded(int64_t x) { return (int32_t)cqi_floor_shift_wide(x + 128, 8); }
 
-/* Puts the vertex of the edge where it is expected. */
+/* Puts new vertex v where the fixed prediction expects it. */
 static void cqi_expect(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
@@ -6754,28 +6814,27 @@ static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
     return cqi_is_real_face(&d->mesh, g) ? cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g)) : CQ_NONE;
 }
 
-static void cqi_write_side(cq_decoder *d, cq_index s, cq_index f)
+static void cqi_write_side(cq_decoder *d, cq_index s, int end, cq_index f)
 {
     cq_mesh *m = &d->mesh;
-    int two;
-    const cq_index on = cqi_straight(m, s, &two);
+    const cq_index on = d->regular.two_ahead[end] ? CQ_NONE : d->regular.ahead[end];
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
     origin[0] = (cq_index)(CQ_NONE - m->origin[cq_prev(s)]);
     origin[1] = cqi_vertex_on(d, cq_next(s));
     origin[2] = cqi_vertex_on(d, cq_prev(s));
-    twin[0] = on == CQ_NONE || two ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
+    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
     if (d->seams) cqi_note_rows(d, s, f);
 }
 
-/* Writes the record of a vertex; false if there is no room for its faces. */
+/* Writes the record of a vertex; 0 if there is no room for its faces. */
 static int cqi_write_record(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v];
     if (!cqi_take_slots(d, h)) return 0;
-    cqi_write_side(d, h, d->regular.slot[0]);
-    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], d->regular.slot[1]);
+    cqi_write_side(d, h, 0, d->regular.slot[0]);
+    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], 1, d->regular.slot[1]);
     return 1;
 }
 
@@ -6897,7 +6956,7 @@ static void cqi_code_signed(cq_decoder *d, int8_t *weight, int n)
     }
 }
 
-/* The axes, and weights of n features; the last third may be 0 throughout. */
+/* Codes the axes, and the weights of n features; a bit says whether the last third is 0. */
 static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 {
     uint32_t any = 0;
@@ -6911,9 +6970,9 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 
 /* -- Regular levels: weights of an encoder --
  *
- * Robust least squares: rows count the less the larger their error is, as its power -1, then -3/2, so that what is left
- * has short codes. All in integers. Rows of at most CQI_ROWS vertices are kept: what the features are along the edge,
- * across it and above the surface, and what their sum should be.
+ * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
+ * that the residuals get short codes. There are rows for at most CQI_ROWS vertices: the features along x, y and above
+ * the surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8 };
@@ -6930,16 +6989,11 @@ typedef struct cqi_equations {
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
 /* A row: features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int8_t *weight, const int16_t *x, int n, int32_t y)
+static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
-    int32_t error = 16 * y;
-    int32_t share;
-    int i, j, left;
-    for (i = 0; i < n; i++) error -= weight[i] * x[i];
-    left = cqi_left(error);
-    share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
-    fit->cost += (uint32_t)left;
+    const int32_t share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    int i, j;
     for (i = 0; i < n; i++) {
         const int32_t z = share * x[i];
         for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
@@ -6961,11 +7015,11 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
     }
 }
 
-/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. */
-static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. Returns whether weights change. */
+static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
     int64_t x[CQI_MOST];
-    int i, j, k;
+    int i, j, k, changed = 0;
     cqi_scale_fit(fit, n);
     for (i = 0; i < n; i++) {
         if (fit->a[i][i] < 1) fit->a[i][i] = 1;
@@ -6980,8 +7034,11 @@ static void cqi_solve(cqi_equations *fit, int8_t *weight, int n)
         for (k = i + 1; k < n; k++) x[i] -= fit->a[i][k] * x[k];
         x[i] /= fit->a[i][i];
         x[i] = x[i] < -0x7fff ? -0x7fff : x[i] > 0x7fff ? 0x7fff : x[i];
-        weight[i] = (int8_t)(cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127));
+        k = cqi_clamp((int32_t)cqi_floor_shift_wide(x[i] + 128, 8), -127, 127);
+        changed |= weight[i] != k;
+        weight[i] = (int8_t)k;
     }
+    return changed;
 }
 
 /* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
@@ -6997,32 +7054,54 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
+/* What the weights leave of a row, in 1/256. */
+static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
+{
+    int32_t error = 16 * y;
+    int i;
+    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    return error;
+}
+
+/* The cost of the weights; and the equations for others, if there is a power. */
+static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
+                              const int8_t *weight, int n)
+{
+    uint32_t k;
+    int c;
+    memset(fit->a, 0, sizeof fit->a);
+    memset(fit->b, 0, sizeof fit->b);
+    fit->cost = 0;
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++) {
+            int16_t turned[CQI_MOST];
+            int32_t y;
+            const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
+            const int left = cqi_left(cqi_left_of(weight, x, n, y));
+            fit->cost += (uint32_t)left;
+            if (fit->power) cqi_add_equation(fit, x, n, y, left);
+        }
+}
+
 /* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
- * 1/8 bit. */
+ * 1/8 bit. Where a pass changes nothing, others with the same power would not either. */
 static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
                                 int passes)
 {
     cqi_equations fit;
-    uint32_t k;
-    int pass, c;
+    int pass;
     fit.least = UINT32_MAX;
     for (pass = 0; pass <= passes; pass++) {
-        memset(fit.a, 0, sizeof fit.a);
-        memset(fit.b, 0, sizeof fit.b);
-        fit.cost = 0;
-        fit.power = pass < passes / 2 ? 2 : 3;
-        for (k = 0; k < rows; k++)
-            for (c = first; c <= last; c++) {
-                int16_t turned[CQI_MOST];
-                int32_t y;
-                const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-                cqi_add_equation(&fit, weight, x, n, y);
-            }
+        fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
+        cqi_sum_equations(&fit, row, rows, first, last, weight, n);
         if (fit.cost < fit.least) {
             fit.least = fit.cost;
             memcpy(fit.best, weight, (size_t)n);
         }
-        if (pass < passes) cqi_solve(&fit, weight, n);
+        if (!fit.power) break;
+        if (cqi_solve(&fit, weight, n)) continue;
+        if (fit.power == 3) break;
+        pass = passes / 2 - 1;
     }
     memcpy(weight, fit.best, (size_t)n);
     return fit.least;
@@ -7147,6 +7226,7 @@ static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
     cqi_tilt t;
     if (other) cqi_look_around(d, a);
     cqi_set_plain(&t);
+    cqi_look_ahead(d, h);
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
@@ -7318,6 +7398,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fit_fixed);
         if (cqi_starved(d)) return CQ_TRUNCATED;
     }
+    cqi_look_ahead(d, d->mesh.out[v]);
     if (d->located >= 0) cqi_expect(d, v);
     cqi_expect_others(d, v);
     r->at++;
@@ -7326,21 +7407,21 @@ static cq_result cqi_step_expect(cq_decoder *d)
 
 /* -- Regular levels: dissolved edges -- */
 
-/* Class of the length of an edge's flip beside its own; 4: unknown. */
+/* Class of the length of edge a - b when it is flipped to x - y, compared with its own; 4: without positions. */
 static int cqi_shape_class(const cq_decoder *d, cq_index a, cq_index b, cq_index x, cq_index y)
 {
     if (d->located < 0) return 4;
     return cqi_ratio_class(cqi_distance(d, x, y), cqi_distance(d, a, b), -4, 0, 4);
 }
 
-/* The vertex that will be opposite to an edge that is not marked. */
+/* The vertex that will be opposite to the unmarked edge of h, once its face has its new vertices. */
 static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
 {
     const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
     return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
 }
 
-/* Marks around an edge: of one face and of the other, fewer first; with one each, whether they meet. */
+/* Class of the marks of the two faces of an edge: how many each has, and if both have one, whether these meet. */
 static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
 {
     const int of_h = cqi_ones[cqi_marks_of(d, (cq_index)(h / 3))], of_g = cqi_ones[cqi_marks_of(d, (cq_index)(g / 3))];
@@ -7351,7 +7432,8 @@ static int cqi_marks_around(const cq_decoder *d, cq_index h, cq_index g)
     return of_h + of_g + 1;
 }
 
-/* Codes whether the edge is dissolved. */
+/* Is the edge of h dissolved? Only asked of unmarked edges of two real faces, of which one at least has a mark, and
+ * none has a dissolved edge yet. */
 static void cqi_code_dissolve(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -7368,7 +7450,7 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     if (marks) cqi_set_dissolved_side(d, f, marks & 1 ? 1 : marks & 2 ? 2 : 3);
 }
 
-/* The edges of one face that it shares with a later one. */
+/* Which of the edges that a face shares with later ones are dissolved. */
 static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7395,7 +7477,7 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
 
 /* -- Regular levels: residuals -- */
 
-/* Class of the size of residuals: half bits of their sum, as four bits of mark[] of the vertex. */
+/* Class of the size of residuals: half bits of their sum; kept in the lowest four bits of the vertex's mark. */
 static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size), 15); }
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
@@ -7423,7 +7505,7 @@ static int cqi_expected_size(const cq_decoder *d, cq_index v)
     return (int)((uint32_t)(64 * sum) + d->regular.size) / (16 * weight);
 }
 
-/* The residual of an offset that is predicted in 1/256. */
+/* An offset by its residual; the prediction is in 1/256. */
 static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predicted, int32_t value)
 {
     const int32_t p = cqi_rounded(predicted);
@@ -7432,7 +7514,7 @@ static int32_t cqi_code_offset(cq_decoder *d, int kind, int size, int64_t predic
     return p + cqi_code_residual(d, kind, cqi_at_most(row, CQI_EXPECTED - 1), expected, 26, fraction, value - p);
 }
 
-/* Codes the position of v, on the edge h; false if it is none. */
+/* Codes the position of v in edge h. 0 if what was decoded is no position. */
 static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index input)
 {
     const cq_channel *const channel = &d->shape.channel[d->located];
@@ -8834,13 +8916,9 @@ size_t cq_encoder_bytes(const cq_shape *shape)
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)
 {
-    uint64_t sum = 0;
-    int c;
-    for (c = 0; c < 3; c++) {
-        int64_t x = (int64_t)positions[3 * (size_t)a + (size_t)c] - positions[3 * (size_t)b + (size_t)c];
-        sum += (uint64_t)(x * x);
-    }
-    return sum;
+    const cq_value *const from = positions + 3 * (size_t)a, *const to = positions + 3 * (size_t)b;
+    const int64_t x = (int64_t)to[0] - from[0], y = (int64_t)to[1] - from[1], z = (int64_t)to[2] - from[2];
+    return (uint64_t)(x * x + y * y + z * z);
 }
 
 /* -- What a collapse loses: CQ_BALANCED --
@@ -8928,35 +9006,41 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
     f->size = n;
 }
 
-static void cqi_read_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
+/* The area of triangle k, or a boundary's edge; and its norm, or -1. */
+static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
 {
-    int k;
-    cqi_list_fan(p, f, v);
-    for (k = 0; k < f->size; k++) {
-        int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
-        f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
-        f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
-    }
+    const int from = cq_is_virtual(&p->mesh, f->vertex[k]), to = cq_is_virtual(&p->mesh, f->vertex[k + 1]);
+    f->area[k] = from ? f->at[k + 1] : to ? f->at[k] : cqi_cross(f->at[k], f->at[k + 1]);
+    f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What is lost if the centre moves to x. Triangles without area lose nothing. */
-static uint64_t cqi_fan_loss(const cqi_fan_of_input *f, cqi_vector x)
+/* What triangle k loses if the centre goes to x: nothing, if it has no area. */
+static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
+{
+    uint64_t sum = 0;
+    if (f->norm[k] > 0) {
+        const int64_t volume = cqi_wide_dot(f->area[k], x);
+        const uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
+        sum = 16 * above / (uint32_t)f->norm[k] * above >> 4;
+    } else if (f->norm[k]) {
+        const cqi_vector area = cqi_cross(f->area[k], x);
+        sum = (uint64_t)cqi_wide_dot(area, area);
+    }
+    if (f->seam[k]) {
+        const cqi_vector area = cqi_cross(f->at[k], x);
+        sum += (uint64_t)cqi_wide_dot(area, area);
+    }
+    return sum;
+}
+
+/* If the centre goes to x; or a part of it that is `enough`. */
+static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
-    for (k = 0; k < f->size; k++) {
-        if (f->norm[k] > 0) {
-            int64_t volume = cqi_wide_dot(f->area[k], x);
-            uint64_t above = (uint64_t)(volume < 0 ? -volume : volume);
-            sum += 16 * above / (uint32_t)f->norm[k] * above >> 4;
-        } else if (f->norm[k]) {
-            cqi_vector area = cqi_cross(f->area[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
-        if (f->seam[k]) {
-            cqi_vector area = cqi_cross(f->at[k], x);
-            sum += (uint64_t)cqi_wide_dot(area, area);
-        }
+    for (k = 0; k < f->size && sum < enough; k++) {
+        cqi_measure_triangle(p, f, k);
+        sum += cqi_triangle_loss(f, x, k);
     }
     return sum;
 }
@@ -8984,16 +9068,24 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. Above the limit it need not be exact. */
+/* A number x for which cqi_loss is above a limit. */
+static uint64_t cqi_sum_above(uint32_t limit, int shift)
+{
+    const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
+    return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
+}
+
+/* Of the collapse of h = A -> B, which takes B's fan to A. If it is above both limits, any number that is. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
     const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
+    const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
     cqi_vector x = cqi_offset(p->positions, b, a);
     uint32_t loss;
-    cqi_read_fan(p, &fan, b);
+    cqi_list_fan(p, &fan, b);
     x = fan.shift ? cqi_shift(x, fan.shift) : x;
-    loss = cqi_loss(cqi_fan_loss(&fan, x), fan.shift);
+    loss = cqi_loss(cqi_fan_loss(p, &fan, x, cqi_sum_above(limit, fan.shift)), fan.shift);
     if (loss > p->most_loss) return loss;
     return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
 }
@@ -9461,14 +9553,49 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Measures the error of a level, whose collapses begin with that note. */
+/* Asks for a face of a cover; */
+static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
+{
+    CQI_SOON(&p->mesh.twin[h]);
+    CQI_SOON(&p->mesh.origin[h]);
+    CQI_SOON(&p->attached[h / 3]);
+}
+
+/* for the first vertex that is attached to a face; */
+static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
+{
+    const cq_index v = p->attached[f];
+    if (v == CQ_NONE) return;
+    CQI_SOON(&p->follower[v]);
+    CQI_SOON(&p->measured[3 * (size_t)v]);
+}
+
+/* and for what the collapses behind this one need. */
+static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
+{
+    const cqi_collapse *const far = c + CQI_AHEAD, *const near = c + CQI_AHEAD / 2;
+    CQI_SOON(&p->mesh.out[far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->kept]);
+    CQI_SOON(&p->measured[3 * (size_t)far->removed]);
+    CQI_SOON(&p->attached[far->face[0]]);
+    CQI_SOON(&p->attached[far->face[1]]);
+    cqi_expect_list(p, near->face[0]);
+    cqi_expect_list(p, near->face[1]);
+    cqi_expect_face(p, p->mesh.out[near->kept]);
+    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_AHEAD / 4].kept]));
+}
+
+/* Takes the collapses of a level into account, from that note on. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
     if (code[0] < code[-1]) code[0] = code[-1];
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
-    for (; note < p->num_notes; note++) cqi_measure_collapse(p, &p->note[note]);
+    for (; note < p->num_notes; note++) {
+        if (p->num_notes - note > CQI_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        cqi_measure_collapse(p, &p->note[note]);
+    }
 }
 
 /* -- Encoder: wedges of an edge that is collapsed --
@@ -9478,10 +9605,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
-{
-    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
-}
+static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -9572,7 +9696,7 @@ static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corn
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+static int cqi_goes(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
@@ -9640,39 +9764,63 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Is b better to collapse into a than the best one so far? That is, of smaller valence; or with CQ_BALANCED nearer. */
-static int cqi_is_better(const cqi_plan *p, cq_index a, cq_index b, cq_index best)
+/* Neighbours that could be collapsed into A, and their squared distances, where these were asked for. */
+typedef struct cqi_candidates {
+    int size;
+    cq_index spoke[CQ_MAX_VALENCE];
+    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet */
+} cqi_candidates;
+
+static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
 {
-    cq_index valence = p->mesh.valence[b], other = p->mesh.valence[best];
-    if (valence != other || !p->positions) return valence < other;
-    return cqi_square_distance(p->positions, a, b) < cqi_square_distance(p->positions, a, best);
+    const cq_index h = c->spoke[k];
+    if (c->square[k] == UINT64_MAX)
+        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[h], cq_target(&p->mesh, h));
+    return c->square[k];
 }
 
-/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
- * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
-static int cqi_list_candidates(const cq_mesh *m, cq_index spoke, cq_index *candidate, int *boundary)
+/* Is candidate k better than another one? Smaller valence; then, if that is the goal, nearer. */
+static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
+{
+    const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
+                   other = p->mesh.valence[cq_target(&p->mesh, c->spoke[than])];
+    if (valence != other || !p->positions) return valence < other;
+    return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
+}
+
+/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
+ * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
+static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
     cq_index h = spoke;
-    int n = 0;
+    c->size = 0;
     *boundary = 0;
     do {
         const cq_index b = cq_target(m, h);
         *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) candidate[n++] = h;
+        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) {
+            c->square[c->size] = UINT64_MAX;
+            c->spoke[c->size++] = h;
+        }
         m->mark[b] |= CQI_SCRATCH;
         h = cq_clockwise(m, h);
     } while (h != spoke);
-    return n;
 }
 
-/* The best of the candidates, the first of equal ones. */
-static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *candidate, int n)
+/* Takes the best of the candidates out, of equal ones the first. */
+static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 {
     int best = 0, k;
-    for (k = 1; k < n; k++)
-        if (cqi_is_better(p, a, cq_target(&p->mesh, candidate[k]), cq_target(&p->mesh, candidate[best]))) best = k;
-    return best;
+    cq_index h;
+    for (k = 1; k < c->size; k++)
+        if (cqi_is_better(p, c, k, best)) best = k;
+    h = c->spoke[best];
+    for (c->size--, k = best; k < c->size; k++) {
+        c->spoke[k] = c->spoke[k + 1];
+        c->square[k] = c->square[k + 1];
+    }
+    return h;
 }
 
 /* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, and loses no
@@ -9680,15 +9828,15 @@ static int cqi_best_candidate(const cqi_plan *p, cq_index a, const cq_index *can
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    cq_index a = m->origin[spoke], candidate[CQ_MAX_VALENCE], chosen = CQ_NONE;
-    int boundary, n, k;
+    const cq_index a = m->origin[spoke];
+    cq_index chosen = CQ_NONE;
+    cqi_candidates c;
+    int boundary;
     if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
-    n = cqi_list_candidates(m, spoke, candidate, &boundary);
-    while (n && chosen == CQ_NONE) {
-        const int best = cqi_best_candidate(p, a, candidate, n);
-        const cq_index h = candidate[best];
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
-        for (n--, k = best; k < n; k++) candidate[k] = candidate[k + 1];
+    cqi_list_candidates(m, spoke, &c, &boundary);
+    while (c.size && chosen == CQ_NONE) {
+        const cq_index h = cqi_take_candidate(p, &c);
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
@@ -9838,8 +9986,8 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
     return v;
 }
 
-/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
- * p->decoded, beginning with the smallest. `parent` is scratch. */
+/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
+ * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
@@ -9936,29 +10084,44 @@ static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
     return order ? order < 0 : a < b;
 }
 
-/* Heapsort: sinks an element of the heap of n. */
-static void cqi_sink(const cq_input *in, cq_index *heap, size_t at, size_t n)
+/* Compares the edges of two halfedges by the places of their ends, in either order. */
+static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, cq_index h)
 {
-    const cq_index row = heap[at];
+    const cq_index a = m->origin[g], b = cq_target(m, g), c = m->origin[h], d = cq_target(m, h);
+    const int first = cqi_compare_rows(in, a, b, 0) < 0, second = cqi_compare_rows(in, c, d, 0) < 0;
+    const int order = cqi_compare_rows(in, first ? a : b, second ? c : d, 0);
+    return order ? order : cqi_compare_rows(in, first ? b : a, second ? d : c, 0);
+}
+
+/* What is sorted are halfedges of a mesh, or rows. */
+static int cqi_is_less(const cq_input *in, const cq_mesh *m, cq_index a, cq_index b)
+{
+    return m ? cqi_compare_edges(in, m, a, b) < 0 : cqi_row_is_less(in, a, b);
+}
+
+/* Heapsort: sinks an element of the heap of n. */
+static void cqi_sink(const cq_input *in, const cq_mesh *m, cq_index *heap, size_t at, size_t n)
+{
+    const cq_index element = heap[at];
     size_t child;
     while ((child = 2 * at + 1) < n) {
-        if (child + 1 < n && cqi_row_is_less(in, heap[child], heap[child + 1])) child++;
-        if (!cqi_row_is_less(in, row, heap[child])) break;
+        if (child + 1 < n && cqi_is_less(in, m, heap[child], heap[child + 1])) child++;
+        if (!cqi_is_less(in, m, element, heap[child])) break;
         heap[at] = heap[child];
         at = child;
     }
-    heap[at] = row;
+    heap[at] = element;
 }
 
-static void cqi_sort_rows(const cq_input *in, cq_index *rows, size_t n)
+static void cqi_sort(const cq_input *in, const cq_mesh *m, cq_index *list, size_t n)
 {
     size_t k;
-    for (k = n / 2; k--;) cqi_sink(in, rows, k, n);
+    for (k = n / 2; k--;) cqi_sink(in, m, list, k, n);
     for (k = n; k > 1; k--) {
-        const cq_index last = rows[k - 1];
-        rows[k - 1] = rows[0];
-        rows[0] = last;
-        cqi_sink(in, rows, 0, k - 1);
+        const cq_index last = list[k - 1];
+        list[k - 1] = list[0];
+        list[0] = last;
+        cqi_sink(in, m, list, 0, k - 1);
     }
 }
 
@@ -9968,7 +10131,7 @@ static void cqi_find_places(cqi_preparer *p)
     cq_index *const rows = p->count, k, places = 0;
     for (k = 0; k < n; k++) rows[k] = p->same[k] = p->place[k] = k;
     if (!p->located) return;
-    cqi_sort_rows(p->in, rows, n);
+    cqi_sort(p->in, NULL, rows, n);
     for (k = 0; k < n; k++) {
         const int here = k && !cqi_compare_rows(p->in, rows[k - 1], rows[k], 0);
         places = (cq_index)(places + !here);
@@ -10688,8 +10851,11 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
-enum { CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16 };
+/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+enum {
+    CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
+    CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
+};
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
 #define CQI_REGION_FACES 24  /* looked at of a region that is no polygon */
@@ -11050,11 +11216,13 @@ static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
     const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
     const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
+    const cq_index end = m->num_virtual ? valence : (cq_index)(valence / 2 + 1); /* of those that are looked at */
     cq_index s = right, k, opposite = CQ_NONE;
     if (valence > CQ_MAX_VALENCE) return CQ_NONE;
+    if (!m->num_virtual && !any_valence && valence != 6) return CQ_NONE;
     if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
     if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
-    for (k = 1; k < valence; k++, s = cq_clockwise(m, s)) {
+    for (k = 1; k < end; k++, s = cq_clockwise(m, s)) {
         if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
         if (2 * k == valence) opposite = cq_target(m, s);
     }
@@ -11613,18 +11781,20 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what is too far. */
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is locked. */
 static void cqi_refuse(cqi_labels *l)
 {
     cq_index v;
-    for (v = 0; v < l->mesh->num_vertices && (l->limit || l->locked); v++)
-        if (cqi_is_odd(l, v) && (cqi_is_locked(l, v) || cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])))
-            l->label[v] = CQI_EVEN;
+    for (v = 0; v < l->mesh->num_vertices; v++) {
+        if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
+        if (cqi_is_odd(l, v) && cqi_is_locked(l, v)) l->label[v] = CQI_EVEN;
+    }
 }
 
-/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
- * three fifths are above 16, and an eighth is above 32; more of these if many are above 8. */
-static int cqi_has_sharp_edges(const cqi_labels *l)
+/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
+ * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
+ * 8. These are marked for cqi_refuse. */
+static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
     int k;
@@ -11632,7 +11802,9 @@ static int cqi_has_sharp_edges(const cqi_labels *l)
         uint64_t square;
         if (!cqi_is_odd(l, v)) continue;
         square = cqi_square_off(l, v, l->parent[0][v], l->parent[1][v]);
-        for (k = 0; k < 3; k++) far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (8 << k))));
+        if (square > cqi_square_limit((int64_t)l->step * CQI_LIMIT)) l->label[v] |= CQI_TOO_FAR;
+        for (k = 0; k < 3; k++)
+            far[k] = (cq_index)(far[k] + (square > cqi_square_limit((int64_t)l->step * (CQI_LIMIT << k))));
         odd++;
     }
     return far[1] > odd / 128 && far[1] / 2 <= odd / 3 && far[1] / 3 >= far[0] / 5 &&
@@ -12470,36 +12642,58 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
-/* Is the place of row v also that of another one of these, which are sorted? */
-static int cqi_has_twin(const cq_input *in, const cq_index *rows, cq_index n, cq_index v)
+/* Marks the faces with two corners in one place, which would go aside. Returns their number. */
+static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_t *degenerate)
 {
-    cq_index begin = 0, end = n;
-    while (begin < end) {
-        const cq_index middle = (cq_index)(begin + (end - begin) / 2);
-        const int order = cqi_compare_rows(in, rows[middle], v, 0);
-        if (!order) return rows[middle] != v;
-        if (order < 0) begin = (cq_index)(middle + 1);
-        else end = middle;
+    cq_index h, f, n = 0;
+    memset(degenerate, 0, m->num_faces);
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (t < h || cqi_compare_rows(in, m->origin[h], m->origin[t], 0)) continue;
+        degenerate[h / 3] = 1;
+        if (cqi_is_real_face(m, t)) degenerate[t / 3] = 1;
     }
-    return 0;
+    for (f = 0; f < m->num_faces; f++) n = (cq_index)(n + degenerate[f]);
+    return n;
 }
 
-/* Is a vertex of the mesh's boundary in the place of another vertex? Without that no border becomes shorter. The memory
- * behind the mesh is free. */
+/* Lists the halfedges that would be open without these faces. Returns their number. */
+static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_index *open)
+{
+    cq_index h, n = 0;
+    for (h = 0; h < 3 * m->num_faces; h++) {
+        const cq_index t = m->twin[h];
+        if (!degenerate[h / 3] && (!cqi_is_real_face(m, t) || degenerate[t / 3])) open[n++] = h;
+    }
+    return n;
+}
+
+/* How many pairs of halfedges, which are sorted by their places, have the same one: no more can be glued. */
+static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
+{
+    cq_index k, single = 0, pairs = 0;
+    for (k = 1; k < n; k++) {
+        if (k == single || cqi_compare_edges(in, m, open[k - 1], open[k])) continue;
+        pairs++;
+        single = (cq_index)(k + 1);
+    }
+    return pairs;
+}
+
+/* Would more pairs of halfedges be glued than faces go aside? Without that no border becomes shorter. The memory behind
+ * the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
-    const size_t used = cq_mesh_bytes(&in->shape);
-    cq_index *const rows = (cq_index *)(void *)(arena->next + used), n = 0, h, v;
-    if (arena->left < used + in->shape.num_boundary_edges * sizeof(cq_index)) return 1;
-    for (h = 3 * m->first_virtual_face; h < 3 * (m->first_virtual_face + m->num_virtual_faces); h++)
-        if (!cq_is_virtual(m, m->origin[h]) && !cq_is_virtual(m, cq_target(m, h))) rows[n++] = m->origin[h];
-    cqi_sort_rows(in, rows, n);
-    for (v = 1; v < n; v++)
-        if (!cqi_compare_rows(in, rows[v - 1], rows[v], 0)) return 1;
-    for (v = 0; v < in->shape.num_vertices; v++)
-        if (cqi_has_twin(in, rows, n, v)) return 1;
-    return 0;
+    const size_t used = cq_mesh_bytes(&in->shape), flags = CQI_ROUND((size_t)m->num_faces);
+    uint8_t *const degenerate = arena->next + used;
+    cq_index *const open = (cq_index *)(void *)(degenerate + flags), aside, n;
+    if (arena->left < used + flags + 3 * (size_t)m->num_faces * sizeof(cq_index)) return 1;
+    aside = cqi_mark_degenerate(m, in, degenerate);
+    n = cqi_list_open(m, degenerate, open);
+    if (n / 2 <= aside) return 0;
+    cqi_sort(in, m, open, n);
+    return cqi_count_pairs(m, in, open, n) > aside;
 }
 
 /* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
@@ -12700,7 +12894,7 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
         best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     } else {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
-                        &e->report);
+                        report ? &e->report : NULL);
         best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);
     }
     if (best == plan.num_regular) return result;

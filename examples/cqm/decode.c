@@ -161,7 +161,48 @@ static int tell_labels_not_written(const struct mesh_file *mesh, const char *pat
     return losses;
 }
 
-/* Says what the file does not hold of the stream. Returns how many things these are. */
+struct stl_losses {
+    size_t unused, merged, lines;      /* vertices of no face, vertices at the place of others, lines and points */
+};
+
+static int count_stl_losses(const struct mesh_file *mesh, struct stl_losses *losses)
+{
+    uint32_t *first = mesh_first_equal(mesh->positions, mesh->num_vertices, 3 * sizeof *mesh->positions);
+    uint8_t *used = calloc((size_t)mesh->num_vertices + 1, 1);
+    int ok = first != NULL && used != NULL;
+    for (size_t c = 0; c < 3 * (size_t)mesh->num_faces && ok; c++)
+        used[mesh->indices[c]] = 1;
+    for (size_t v = 0; v < mesh->num_vertices && ok; v++) {
+        losses->unused += used[v] == 0;
+        losses->merged += used[v] != 0 && used[first[v]] != 0 && first[v] != v;
+    }
+    for (size_t f = 0; f < mesh->num_faces && mesh->marks != NULL; f++)
+        losses->lines += (mesh->marks[f] & (MESH_LINE | MESH_POINT)) != 0;
+    free(first);
+    free(used);
+    return ok;
+}
+
+/* STL is triangles of points. Returns how many things are lost, -1: no memory. */
+static int tell_stl_losses(const struct mesh_file *mesh, const char *path, int quiet)
+{
+    struct stl_losses losses = { 0 };
+    double distance = float_distance(mesh);
+    if (!count_stl_losses(mesh, &losses))
+        return -1;
+    if (distance > 0 && !quiet)
+        complain(path, "changed: positions: STL has 32-bit floats, which move them by up to %.3g", distance);
+    if (losses.unused > 0 && !quiet)
+        complain(path, "dropped: vertices of no face (%zu), which STL does not have", losses.unused);
+    if (losses.merged > 0 && !quiet)
+        complain(path, "changed: vertices at the place of others (%zu) become one with them, as STL has places alone",
+                 losses.merged);
+    if (losses.lines > 0 && !quiet)
+        complain(path, "changed: lines and points (%zu) become triangles without area", losses.lines);
+    return (distance > 0) + (losses.unused > 0) + (losses.merged > 0) + (losses.lines > 0);
+}
+
+/* Says what the file does not hold of the stream. Returns how many things these are, -1: no memory. */
 static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh, const char *path,
                             enum mesh_format format, int quiet)
 {
@@ -171,9 +212,11 @@ static int tell_not_written(const cq_shape *shape, const struct mesh_file *mesh,
             complain(path, "dropped: %s%s of the stream, which this format or this program does not write",
                      channel_kind_name(&shape->channel[k]),
                      shape->channel[k].kind == CQ_COLOR && format == MESH_OBJ ? "'s alpha" : "");
-    if (format == MESH_STL && float_distance(mesh) > 0 && ++losses > 0 && !quiet)
-        complain(path, "changed: positions: STL has 32-bit floats, which move them by up to %.3g", float_distance(mesh));
-    return losses;
+    int colors = find_channel(shape, CQ_COLOR, 0), bits = colors >= 0 ? shape->channel[colors].bits : 0;
+    if (format == MESH_PLY && bits > 8 && ++losses > 0 && !quiet)
+        complain(path, "changed: colors: PLY gets 8 of their %d bits", bits);
+    int of_stl = format == MESH_STL ? tell_stl_losses(mesh, path, quiet) : 0;
+    return of_stl < 0 ? -1 : losses + of_stl;
 }
 
 /* Without positions STL, which has nothing else, would hold nothing. */
@@ -195,7 +238,10 @@ static int save_decoded(const cq_decoder *d, const struct options *options, enum
     if (!check_positions(options, &d->shape, format))
         return 0;
     int ok = view_mesh(&mesh, d, is_complete) || complain(path, "out of memory");
-    if (ok && tell_not_written(&d->shape, &mesh, path, format, options->quiet) > 0 && options->strict)
+    int losses = ok ? tell_not_written(&d->shape, &mesh, path, format, options->quiet) : 0;
+    if (losses < 0)
+        ok = complain(path, "out of memory");
+    if (losses > 0 && options->strict)
         ok = complain(path, "not written, for --strict: part of the stream would be dropped or changed");
     ok = ok && save_mesh(&mesh, path, format);
     mesh_free(&mesh);

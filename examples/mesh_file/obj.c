@@ -27,6 +27,7 @@ struct obj {
     size_t unknown[FACE_ITEMS];        /* corners that name an item which does not exist */
     int has_w, has_alpha, has_third;   /* 1 if there is a fourth coordinate, a fourth color, a third of textures */
     size_t with_others;                /* lines of vertices and items with words behind these */
+    size_t continued_names;            /* lines of names that a backslash continues */
     int has_smoothing;
 };
 
@@ -253,10 +254,22 @@ static int obj_points(struct reader *r, struct mesh_file *mesh, struct obj *obj)
 
 /* -- Labels -------------------------------------------------------------------------------------------------------- */
 
+/* The rest of the line; lines that continue it, which may be meant as others, are none of it. */
+static struct word obj_name(struct reader *r, struct obj *obj)
+{
+    struct word name = take_rest(r);
+    struct reader next = *r;
+    if (name.length > 0 && name.text[name.length - 1] == '\\') {
+        next.at = (size_t)(name.text - r->data) + name.length - 1;
+        obj->continued_names += take_word(&next).length > 0 && next.line > r->line;
+    }
+    return name;
+}
+
 /* The rest of the line is the name: it may have spaces. Without one, no label holds. */
 static int obj_label(struct reader *r, struct obj *obj, int label)
 {
-    struct word name = take_rest(r);
+    struct word name = obj_name(r, obj);
     if (name.length > 0 && !add_label_name(r, &obj->names[label], name))
         return 0;
     obj->face.label[label] = name.length > 0 ? (uint32_t)obj->names[label].count : 0;
@@ -289,7 +302,7 @@ static int obj_line(struct reader *r, struct mesh_file *mesh, struct obj *obj)
     if (label < MESH_NUM_LABELS)
         return obj_label(r, obj, label);
     if (word_is(word, "mtllib"))
-        return add_line(r, &mesh->libraries, take_rest(r));
+        return add_line(r, &mesh->libraries, obj_name(r, obj));
     if (word_is(word, "s"))
         obj_smoothing(r, obj);
     if (item < FACE_ITEMS)
@@ -338,6 +351,8 @@ static void obj_notes(struct mesh_file *mesh, const struct obj *obj)
         note_attribute(mesh, "dropped: the third texture coordinate\n");
     if (obj->with_others > 0)
         note(mesh, "dropped: words that mean nothing behind 'v', 'vt' or 'vn' (%zu)\n", obj->with_others);
+    if (obj->continued_names > 0)
+        note(mesh, "dropped: lines behind names that end in a backslash (%zu)\n", obj->continued_names);
     void (*tell)(struct mesh_file *, const char *, ...) = obj_may_lack_faces(obj) ? note : note_attribute;
     for (size_t i = 0; i < obj->num_unread; i++)
         tell(mesh, "%s%zu '%s'%s", i == 0 ? "dropped: lines that are not read: " : ", ", obj->unread[i].lines,

@@ -55,11 +55,15 @@ def write_some(source):
     ring(20).export(source / "ring & <ring>.OFF")
     (source / "twice.off").write_text("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 1\n")
     meshio.Mesh(np.eye(4, 3), [("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 2, 1]])]).write(source / "cells.vtk")
+    meshio.Mesh(np.eye(4, 3), [("triangle", [[0, 2, 1]]), ("line", [[0, 3]])], point_data={"heat": np.arange(4.0)}).write(
+        source / "heat.vtk")
+    (source / "more.off").write_text("OFF\n3 1 0\n0 0 0\n2 0 0\n0 1 1\n3 0 1 2\n3 0 2 1\n")
     (source / "bad.ply").write_text("nonsense\n")
     meshio.Mesh(np.eye(4, 3), [("tetra", [[0, 1, 2, 3]])]).write(source / "solid.vtu")
     (source / "readme.txt").write_text("no mesh\n")
     return {"scene.glb": (170, 332), "scene.3mf": (170, 332), "ball.dae": (162, 320), "ring & <ring>.OFF": (400, 800),
-            "twice.off": (3, 2), "cells.vtk": (4, 3), "bad.ply": "not a PLY file", "solid.vtu": "solid cells"}
+            "twice.off": (3, 2), "cells.vtk": (4, 3),
+            "heat.vtk": (4, 1), "more.off": (3, 1), "bad.ply": "not a PLY file", "solid.vtu": "solid cells"}
 
 
 def batch(*arguments, **more):
@@ -144,7 +148,7 @@ def fixture_some(tmp_path_factory):
 def test_each_kind_of_file_is_encoded_or_says_why_not(some):
     source, target, expected, done = some
     rows = table(target)
-    assert done.returncode == 1 and "6 encoded, 2 not" in done.stdout and "1 .txt" in done.stdout
+    assert done.returncode == 1 and "8 encoded, 2 not" in done.stdout and "1 .txt" in done.stdout
     assert sorted(rows) == sorted(expected)
     for name, what in expected.items():
         row, stream = rows[name], target / (name + ".cqm")
@@ -158,6 +162,18 @@ def test_each_kind_of_file_is_encoded_or_says_why_not(some):
             assert float(row["ratio"]) == pytest.approx(int(row["file_bytes"]) / int(row["bytes"]), abs=0.001)
             assert conquest.decode(stream.read_bytes()).complete
     assert {name for name, row in rows.items() if row["set_aside"] not in ("", "0")} == {"twice.off", "cells.vtk"}
+
+
+def test_what_is_dropped_is_in_the_table_and_on_the_page(some):
+    _, target, _, _ = some
+    told = {name: row["told"] for name, row in table(target).items() if row["told"]}
+    assert told == {"cells.vtk": "changed: faces with more than three corners (1) are cut into triangles",
+                    "heat.vtk": "dropped: heat, cells of type line, which a .cqm file does not have",
+                    "more.off": "dropped: what follows the last face (line 7)",
+                    "scene.glb": "dropped: the image of the texture, which a .cqm file does not have; "
+                                 "changed: parts without texture coordinates (1) get some"}
+    page = (target / "index.html").read_text(encoding="utf-8")
+    assert all(text in page for text in told.values())
 
 
 def test_the_page_shows_every_file(some):
@@ -176,7 +192,7 @@ def test_parquet_has_what_csv_has(some):
     source, target, _, _ = some
     batch(source, target, "--table", "parquet")
     rows = pyarrow.parquet.read_table(target / "table.parquet").to_pylist()
-    assert len(rows) == 8
+    assert len(rows) == 10
     as_text = {row["file"]: {key: "" if value is None else str(value) for key, value in row.items()} for row in rows}
     for name, row in table(target).items():
         assert float(row.pop("ratio") or 0) == float(as_text[name].pop("ratio") or 0)

@@ -208,6 +208,11 @@ def test_obj():
     reads("lines.obj", plain + "l 1 2 3 4\np 4\nf 4 1\n", faces=FACES + lines, tells=["set aside: 5 faces without area"])
     reads("only_lines.obj", plain.replace("f ", "l "), faces=[(0, 2), (2, 1), (0, 1), (1, 3), (1, 2), (2, 3), (0, 3), (3, 2)],
           tells=["set aside: 8 faces without area"])
+    continued = "dropped: lines behind names that end in a backslash (1)"
+    for word in "usemtl", "g", "o", "mtllib":
+        reads("name.obj", plain.replace("f", f"{word} C:\\\nf", 1), faces=FACES[1:], says=[continued])
+        reads("name.obj", plain.replace("f", f"{word} C:\\\n\nf", 1))
+        reads("name.obj", plain + f"{word} C:\\")
     refuses("no_corner.obj", plain.replace("f ", "f # "), "no face has a corner")
     refuses("short_line.obj", plain + "l 1\n", "a line with 1 corner (line 9)")
     mark = b"\xef\xbb\xbf"
@@ -621,6 +626,31 @@ def test_strict_decoding():
     cqm("decode", "--strict", "--quiet", stream, FOLDER / "colored2.off", status=1)
     check("nothing is written", not (FOLDER / "colored2.off").exists())
     cqm("decode", stream, FOLDER / "colored2.off")
+    losses = FOLDER / "losses.cqm"
+
+    def lost(kind, *says, options=()):
+        """Only so many things are told, and there is no file if they may not be lost."""
+        out = FOLDER / f"losses.{kind}"
+        out.unlink(missing_ok=True)
+        cqm("encode", "--quiet", *options, FOLDER / "source.obj", losses)
+        cqm("decode", "--strict", "--quiet", losses, out, status=1 if says else 0)
+        check(f"{kind}: nothing is written", out.exists() != bool(says))
+        messages = cqm("decode", losses, out)
+        check(f"{kind}: said {messages!r}, not {says}",
+              messages.count("\n") == len(says) and all(word in messages for word in says))
+
+    write("source.obj", obj() + "v 0 0 2\nl 1 2\np 3\n")
+    lost("stl", "dropped: vertices of no face (1), which STL does not have", "changed: lines and points (2) become triangles")
+    write("source.obj", obj() + "v 1 0 0\nv 0 0 1\nf 5 6 1\n")
+    lost("stl", "changed: vertices at the place of others (2) become one with them",
+         "dropped: number of the stream", options=("--keep-order",))
+    write("source.obj", obj(extra=" 0.1 0.2 0.3"))
+    lost("ply")
+    for kind in "obj", "ply":
+        lost(kind, *(["changed: colors: PLY gets 8 of their 12 bits"] if kind == "ply" else []), options=("--bits", "colors=12"))
+    for kind in "off", "obj", "ply":
+        write("source.obj", obj() + "v 0 0 2\nl 1 2\np 3\nf 2 2 4\n")
+        lost(kind)
 
 
 def test_info_of_a_part():

@@ -6,7 +6,8 @@
 #     two units, or private; those between are compiled without making code
 #   - decoders without any of their parts
 #   - the two examples at the top of the header
-#   - files that disagree about the width of indices do not link; libraries of both widths do
+#   - files that disagree about the width of indices or about regular levels do not link; libraries of both widths do
+#   - a switch that changes the size of a public structure changes all names for the linker
 #   - what the compiled header asks of the system is memcpy and memset, and nothing of it is writable memory
 #   - a compiler that may not use floating point has nothing to say, beside the quantiser
 set -u
@@ -141,6 +142,49 @@ for bits in 16 32; do
     check unresolved gcc first-$bits.o second-$((48 - bits)).o -o program
     check gcc first-$bits.o second-$bits.o library-$((48 - bits)).o -o program && check ./program
 done
+
+# The widths and regular levels of a file, as flags
+layouts=("-DCQ_INDEX_BITS=32" "-DCQ_INDEX_BITS=16" "-DCQ_INDEX_BITS=32 -DCQ_NO_REGULAR" "-DCQ_INDEX_BITS=16 -DCQ_NO_REGULAR")
+for one in "${layouts[@]}"; do
+    # shellcheck disable=SC2086 # words
+    gcc -x c -std=c99 -I"$include" -DCQ_NO_ENCODER $one -c first -o first.o
+    for other in "${layouts[@]}"; do
+        # shellcheck disable=SC2086
+        gcc -x c -std=c99 -I"$include" $other -c second -o second.o
+        if [ "$one" = "$other" ]; then check gcc first.o second.o -o program; else
+            check unresolved gcc first.o second.o -o program
+        fi
+    done
+done
+
+public_types() { sed -nE '/^#if.*CONQUEST_IMPLEMENTATION.*DONE/q; s/^\} (cq_[a-z_]+);$/\1/p' "$include/conquest.h"; }
+
+# The sizes of public structures with these flags, each with what the linker calls them by.
+sizes() {
+    local name
+    name=$(printf '#include "conquest.h"\nCQI_SYMBOL(suffix)\n' | gcc -E -P -I"$include" "$@" - | tail -n 1)
+    {
+        printf '#include "conquest.h"\n#include <stdio.h>\nint main(void) {\n'
+        public_types | sed "s/.*/printf(\"& %zu $name\\\\n\", sizeof(&));/"
+        printf 'return 0; }\n'
+    } >sizes.c
+    gcc -std=c99 -I"$include" "$@" sizes.c -o sizes && ./sizes
+}
+
+# Where one differs, all do, or the linker does not know.
+agree() { # switch
+    sizes "$1" >with.txt && sizes >without.txt && [ "$(wc -l <with.txt)" -gt 15 ] &&
+        { cmp -s with.txt without.txt || ! grep -qxFf without.txt with.txt; }
+}
+for switch in $(grep -oE 'CQ_NO_(WEDGES|REGULAR|ATTRIBUTES|REPORTS|ENCODER|QUANTISER)' "$include/conquest.h" | sort -u) \
+    CQ_INDEX_BITS=16; do
+    check agree "-D$switch"
+done
+
+# Every function has such a name.
+library_16() { gcc -x c -std=c99 -I"$include" -DCQ_INDEX_BITS=16 -Dmain=other_main_16 -c first -o library.o; }
+named() { library_16 && [ "$(nm library.o | grep -c ' T .*_16$')" -gt 30 ] && ! nm library.o | grep ' T ' | grep -v '_16$'; }
+check named
 
 check "${freestanding[@]}" -c first -o first.o && check no_symbols first.o
 check "${freestanding[@]}" -mgeneral-regs-only -DCQ_NO_QUANTISER -c first -o integers.o

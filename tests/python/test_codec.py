@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -158,6 +159,43 @@ def test_coordinates_of_a_survey_keep_their_precision():
     back = conquest.decode(stream)
     assert back.vertices.dtype == np.float64
     assert np.abs(back.vertices[to] - vertices).max() < 0.0006
+
+
+def loss(*arguments, **options):
+    """What encode says that it loses, and the vertices that come back, in the order of the input."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        data, of_vertices, _ = conquest.encode(*arguments, return_maps=True, **options)
+    assert all(warning.category is conquest.LossWarning and warning.filename == __file__ for warning in said)
+    return [str(warning.message) for warning in said], conquest.decode(data).vertices[of_vertices]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_floats_that_are_too_coarse_for_the_grid(dtype, bits):
+    """x and y are integers which floats hold, while there is none near them; z is small and has digits."""
+    vertices, faces = torus(20, 30)
+    vertices = np.column_stack([np.rint(20 * vertices[:, :2]) + [-1e7, 1e7], vertices[:, 2]]).astype(dtype)
+    step = np.ptp(vertices.astype(float), axis=0).max() / (2 ** bits - 1)
+    said, back = loss(vertices, faces, bits=bits)
+    assert not said and np.abs(back - vertices.astype(float)).max() <= 0.53 * step
+
+
+def test_what_is_lost_is_told():
+    vertices, faces = torus(20, 30)
+    texcoords = vertices[:, :2].astype(np.float32)
+    assert loss(vertices, faces, texcoords=texcoords)[0] == []
+    said, _ = loss(vertices, faces, texcoords=texcoords + np.float32([1e6, 0]))
+    assert len(said) == 1 and said[0].startswith("texcoords: the step of the grid is 0.0625 instead of 0.00")
+    texcoords[0] = -1e5
+    said, _ = loss(vertices, faces, texcoords=texcoords)
+    assert len(said) == 1 and said[0].startswith("texcoords: a few are far from all others") and "24.4 (12 bits)" in said[0]
+    said, back = loss(vertices / 3, faces, bits=32)
+    off = np.abs(back - vertices / 3).max()
+    assert said == [f"positions: exact means the nearest 32-bit floats, up to {off:.3g} away"] and 0 < off < 1e-6
+    assert loss(vertices.astype(np.float32), faces, bits=32)[0] == []
+    said, _ = loss(vertices + [1e15, 0, 0], faces)
+    assert len(said) == 1 and said[0].startswith("positions: the step of the grid is 0.775")
 
 
 def test_streams_of_any_size():

@@ -56,7 +56,8 @@ def test_meshio_writes_and_reads(tmp_path):
     mesh = meshio.Mesh(vertices, [("triangle", faces[:100]), ("triangle", faces[100:])],
                        point_data={"normals": vertices, "temperature": vertices[:, 0]},
                        cell_data={"materials": [np.zeros(100, int), np.ones(len(faces) - 100, int)]})
-    mesh.write(tmp_path / "a.cqm")
+    with pytest.warns(conquest.LossWarning, match="^dropped: temperature, which"):
+        mesh.write(tmp_path / "a.cqm")
     back = meshio.read(tmp_path / "a.cqm")
     _, distance = nearest(vertices, back.points)
     assert distance < 0.01 and list(back.point_data) == ["normals"]
@@ -68,6 +69,25 @@ def test_meshio_says_what_cannot_be_written(tmp_path):
     with pytest.raises(meshio.WriteError):
         meshio.Mesh(np.zeros((4, 3)), [("quad", [[0, 1, 2, 3]])]).write(tmp_path / "a.cqm")
     assert not (tmp_path / "a.cqm").exists()
+
+
+def test_what_is_dropped_is_told(tmp_path):
+    vertices, faces = torus(12, 16)
+    path = tmp_path / "a.cqm"
+    mesh = meshio.Mesh(vertices, [("triangle", faces)], point_data={"joints": faces[:len(vertices), 0], "joints_1": np.arange(len(vertices))},
+                       cell_data={"materials": [np.arange(len(faces)) % 3], "area": [np.ones(len(faces))]},
+                       field_data={"Steel": np.array([0, 2]), "air": np.array([1, 3])},
+                       point_sets={"rim": np.arange(5)}, cell_sets={"top": [np.arange(5)]})
+    with pytest.warns(conquest.LossWarning, match="^dropped: area, rim, top, air, which"):
+        mesh.write(path)
+    assert list(meshio.read(path).point_data) == ["joints", "joints_1"]
+    image = trimesh.visual.texture.SimpleMaterial(image=np.zeros((4, 4, 3), np.uint8))
+    for visual, words in ((trimesh.visual.ColorVisuals(face_colors=np.zeros((len(faces), 4), np.uint8)), "colors of faces"),
+                          (trimesh.visual.TextureVisuals(uv=vertices[:, :2], material=image), "the image of the texture")):
+        other = trimesh.Trimesh(vertices, faces, process=False, visual=visual, vertex_attributes={"heat": vertices[:, 0]},
+                                face_attributes={"area": np.ones(len(faces))})
+        with pytest.warns(conquest.LossWarning, match=f"^dropped: heat, area, {words}, which"):
+            other.export(path)
 
 
 def test_names_of_materials_travel(tmp_path):

@@ -4,9 +4,9 @@
     quotes.py [--list] [--gate] [DOCUMENT ...]   README.md and SECURITY.md; --list also shows what was found and where;
                                                  --gate compares only what `make test` prints, and lists the others
 
-A paragraph, list item or table row quotes the commands that it names as `make NAME`; a table without one those of the
-paragraph before it. Of any other paragraph quotes.tsv says what it quotes, and which numbers no command prints because
-they are no measurements. Each other number must be among those that one of its commands printed: as it is, or, if it
+A paragraph, list item or table row quotes the commands that it names as `make NAME`, but a sentence that names some quotes
+those alone; a table without one those of the paragraph before it. Of any other paragraph or sentence quotes.tsv says what
+it quotes, and which numbers no command prints because they are no measurements. Each other number must be among those that one of its commands printed: as it is, or, if it
 has decimals, rounded. A row of a table is looked for in the lines with its first cell and the two that follow each, if
 there are any. Headings of tables, code, addresses and words such as 12-bit or C99 hold no numbers.
 
@@ -26,6 +26,7 @@ NUMBER = re.compile(r"(?<![\w.,/-])(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?)(?![\w]|-
 PRINTED = re.compile(r"\d+(?:\.\d+)?")
 GROUPED = re.compile(r"\d{1,3}(?:[ ,]\d{3})+")
 COMMAND = re.compile(r"`make ([a-z0-9-]+)[^`]*`")
+SENTENCE_END = re.compile(r"[.;:](?=\s+[A-Z`])")
 NOISE = re.compile(r"`[^`]*`|<!--.*?-->|\]\([^)]*\)|https?://\S+|!\[[^\]]*\]", re.S)
 
 # Where a command's output is, if it is not in build/printed/NAME.txt or below build/log.
@@ -104,6 +105,20 @@ def rules_of(document):
     return fixed, commands
 
 
+def commands_in(text, rules):
+    """Those that the text names, and those that quotes.tsv says."""
+    found = COMMAND.findall(text)
+    for words, command in rules:
+        if re.search(words_pattern(words), text):
+            found += command.split(",")
+    return found
+
+
+def sentence_at(text, place):
+    ends = [0, *(match.end() for match in SENTENCE_END.finditer(text)), len(text)]
+    return next(text[begin:end] for begin, end in zip(ends, ends[1:]) if place < end)
+
+
 def words_pattern(words):
     return r"\s+".join(map(re.escape, words.split()))
 
@@ -165,11 +180,12 @@ class Check:
                 heading, before = text, []
                 continue
             is_row = text.lstrip().startswith("|")
-            commands = COMMAND.findall(text)
+            commands = commands_in(text, [])
             for words, command in rules:
                 if re.search(words_pattern(words), heading + "\n" + text):
                     commands += command.split(",")
                     unused.discard(words)
+            whole = text
             if is_row and not commands:
                 commands = before
             before = commands
@@ -186,7 +202,8 @@ class Check:
                     unused.discard(words)
             for match in NUMBER.finditer(blank(text, NOISE)):
                 line = number + text.count("\n", 0, match.start())
-                self.number(f"{document}:{line}", match.group(), commands, name)
+                own = [] if is_row else commands_in(sentence_at(whole, match.start()), rules)
+                self.number(f"{document}:{line}", match.group(), own or commands, name)
         for words in sorted(unused):
             self.result(False, "quotes.tsv", f"{document} no longer has: {words}")
 

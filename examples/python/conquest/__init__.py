@@ -10,8 +10,9 @@ conquest.Decoder decodes bytes as they arrive. After conquest.register(), trimes
 from ._conquest import ffi as _ffi, lib as _lib
 from .decoder import Decoder, Mesh, decode
 from .encoder import encode
-from .errors import Error, MeshError, StreamError, TruncatedError
+from .errors import Error, LossWarning, MeshError, StreamError, TruncatedError
 from .formats import register
 
 __version__: str = _ffi.string(_lib.CQ_VERSION_STRING).decode()
-__all__ = ["Decoder", "Error", "Mesh", "MeshError", "StreamError", "TruncatedError", "decode", "encode", "register"]
+__all__ = ["Decoder", "Error", "LossWarning", "Mesh", "MeshError", "StreamError", "TruncatedError", "decode", "encode",
+           "register"]

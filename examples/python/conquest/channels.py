@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._conquest import ffi, lib
-from .errors import raise_mesh_error
+from .errors import raise_mesh_error, warn_of_loss
 
 Array = NDArray[Any]
 Values = NDArray[np.int32]
@@ -59,9 +59,14 @@ KINDS = {kind.name: kind for kind in (
 EXACT = int(lib.CQ_EXACT_BITS)
 
 
+def first_of_kind(name: str) -> str:
+    """"joints" for "joints_1"."""
+    return re.sub(r"_[1-9]\d*$", "", name)
+
+
 def find_kind(name: str) -> Kind:
     """The kind of an attribute; TypeError if there is none of that name."""
-    kind = KINDS.get(re.sub(r"_[1-9]\d*$", "", name))
+    kind = KINDS.get(first_of_kind(name))
     if kind is None:
         raise TypeError(f"no attribute {name!r}; there are {', '.join(KINDS)}")
     return kind
@@ -112,8 +117,9 @@ def fit_grid(name: str, channel: Any, rows: Array) -> None:
 
 
 def take_doubles(channel: Any, rows: Array) -> Values | None:
-    """Positions for which floats are too coarse, on a grid that is computed in doubles; None if floats do."""
-    if rows.dtype != np.float64 or channel.bits == EXACT or not len(rows) or not np.isfinite(rows).all():
+    """Positions for which floats are too coarse, on a grid that is computed in doubles, with more bits for what its origin,
+    a float, is below them; None if floats do."""
+    if not len(rows) or not np.isfinite(rows).all():
         return None
     low = rows.min(axis=0)
     step = np.float32((rows.max(axis=0) - low).max() / (2 ** channel.bits - 1))
@@ -121,12 +127,59 @@ def take_doubles(channel: Any, rows: Array) -> Values | None:
         return None
     origin = low.astype(np.float32)
     origin = np.where(origin > low, np.nextafter(origin, np.float32(-np.inf)), origin)
-    step = np.nextafter(np.float32((rows.max(axis=0) - origin).max() / (2 ** channel.bits - 1)), np.float32(np.inf))
+    reach = (rows.max(axis=0) - origin).max()
+    step = np.nextafter(np.float32(max(float(step), reach / (2 ** lib.CQ_MAX_BITS - 1))), np.float32(np.inf))
     channel.step = float_bits(float(step))
+    channel.bits = max(int(reach / np.float64(step) + 0.5).bit_length(), 1)
     for k, number in enumerate(origin):
         channel.origin[k] = float_bits(number)
     values: Values = np.rint((rows - origin) / np.float64(step)).astype(np.int32)
     return values
+
+
+def grid_points(channel: Any, values: Values) -> Array:
+    """What the values mean, in doubles."""
+    origin = [bits_float(channel.origin[k]) for k in range(values.shape[1])]
+    return np.float64(bits_float(channel.step)) * values + origin
+
+
+def wanted_step(rows: Array, bits: int) -> float:
+    return float(np.ptp(rows.astype(np.float64), axis=0).max()) / (2 ** bits - 1) if len(rows) else 0.0
+
+
+def is_coarse(channel: Any, wanted: float, rows: Array, values: Values) -> bool:
+    """Is the step of the grid so much longer than wanted that a number is further off?"""
+    if bits_float(channel.step) <= 1.5 * wanted or not len(rows):
+        return False
+    return bool(np.abs(rows.astype(np.float64) - grid_points(channel, values)).max() > 0.53 * wanted)
+
+
+def are_blurred(values: Values) -> bool:
+    """A few far away make the step too long for all others: nine tenths are within a 32nd of the longest side."""
+    if len(values) < 16:
+        return False
+    longest = values[:, np.ptp(values, axis=0).argmax()].astype(np.int64)
+    side = int(np.ptp(longest))
+    parts = np.bincount((longest - longest.min()) * 64 // (side + 1), minlength=65)
+    return bool(side >= 256 and (parts[:-1] + parts[1:]).max() * 10 >= 9 * len(values))
+
+
+def tell_grid(name: str, channel: Any, wanted: float, rows: Array, values: Values) -> None:
+    """What rounding to `bits` does not let one expect."""
+    step = bits_float(channel.step)
+    if is_coarse(channel, wanted, rows, values):
+        warn_of_loss(f"{name}: the step of the grid is {step:.3g} instead of {wanted:.3g}, as they are so far from 0")
+    if are_blurred(values):
+        warn_of_loss(f"{name}: a few are far from all others, so that all are rounded to multiples of {step:.3g} "
+                     f"({channel.bits} bits)")
+
+
+def tell_exact(name: str, rows: Array) -> None:
+    """Exact means the nearest floats."""
+    with np.errstate(all="ignore"):
+        off = float(np.abs(rows - rows.astype(np.float32)).max()) if rows.size and rows.dtype == np.float64 else 0.0
+    if off > 0:
+        warn_of_loss(f"{name}: exact means the nearest 32-bit floats, up to {off:.3g} away")
 
 
 def take_integers(name: str, channel: Any, rows: Array) -> Values:
@@ -163,20 +216,30 @@ def take(name: str, kind: Kind, channel: Any, rows: Array, bits: int | None) -> 
     if kind.unit and is_integer:
         rows = rows / np.float32(np.iinfo(rows.dtype).max)
     if channel.bits == EXACT:
+        tell_exact(name, rows)
         return quantise(name, channel, rows)
     if not 1 <= channel.bits <= lib.CQ_MAX_BITS:
         raise ValueError(f"{name}: bits have to be 1 .. {lib.CQ_MAX_BITS} or {EXACT}")
     if kind.kind == lib.CQ_NORMAL:
         return take_normals(name, channel, rows)
-    if kind.kind == lib.CQ_POSITION:
-        values = take_doubles(channel, rows)
-        if values is not None:
-            return values
     if kind.unit:
         channel.step = float_bits(1 / (2 ** channel.bits - 1))
-    else:
+        return quantise(name, channel, rows)
+    return take_floats(name, kind, channel, rows, channel.bits)
+
+
+def take_floats(name: str, kind: Kind, channel: Any, rows: Array, bits: int) -> Values:
+    """On a grid over their box. Positions may be on one that is computed in doubles; floats only if they need it."""
+    are_positions = kind.kind == lib.CQ_POSITION
+    values = take_doubles(channel, rows) if are_positions and rows.dtype == np.float64 else None
+    if values is None:
         fit_grid(name, channel, rows)
-    return quantise(name, channel, rows)
+        values = quantise(name, channel, rows)
+        if are_positions and is_coarse(channel, wanted_step(rows, bits), rows, values):
+            in_doubles = take_doubles(channel, rows.astype(np.float64))
+            values = values if in_doubles is None else in_doubles
+    tell_grid(name, channel, wanted_step(rows, bits), rows, values)
+    return values
 
 
 # -- From the stream --

@@ -163,7 +163,8 @@ def encode(vertices: ArrayLike, faces: ArrayLike, *, bits: int | Mapping[str, in
     attributes   normals, texcoords, colors, weights, joints, numbers, groups, materials, generic: conquest.channels.
 
     Returns the stream. Raises MeshError, with the place, if a face names no vertex or a number is not finite;
-    ValueError and TypeError for arrays of other shapes and types.
+    ValueError and TypeError for arrays of other shapes and types. Warns of what is lost beyond rounding to `bits`
+    (LossWarning): a grid that is coarser far from 0, or coarse for all because a few are far away; doubles with 32 bits.
     """
     if goal not in GOALS:
         raise ValueError(f"goal: {goal!r}, expected one of {', '.join(GOALS)}")

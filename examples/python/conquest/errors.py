@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import warnings
 from typing import Any, NoReturn
 
 from ._conquest import ffi, lib
@@ -43,6 +46,20 @@ class StreamError(Error, ValueError):
 
 class TruncatedError(StreamError):
     """The stream ended early: what it holds is a coarser mesh."""
+
+
+class LossWarning(UserWarning):
+    """Part of what was handed in is dropped, or changed by more than rounding to `bits`. warnings.simplefilter("error",
+    LossWarning) makes it an error."""
+
+
+def warn_of_loss(message: str) -> None:
+    """As if the caller of this package had said it."""
+    package = os.path.dirname(__file__)
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == package:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, LossWarning, stacklevel=level)
 
 
 def describe(result: int) -> str:

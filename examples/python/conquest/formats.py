@@ -8,9 +8,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from .channels import KINDS
+from .channels import KINDS, first_of_kind
 from .decoder import decode
 from .encoder import encode
+from .errors import warn_of_loss
 
 
 def register() -> list[str]:
@@ -18,7 +19,8 @@ def register() -> list[str]:
     trimesh.load_mesh("a.cqm"), mesh.export("a.cqm"), meshio.read("a.cqm") and mesh.write("a.cqm") work, with normals,
     texture coordinates and colors (trimesh) and arrays that have a name of conquest.channels (both). Names of materials
     are mesh.metadata["materials"] (trimesh) or mesh.field_data, as of gmsh's physical groups (meshio). Keywords are
-    those of encode and decode; trimesh.load gives a scene, as of other formats."""
+    those of encode and decode; trimesh.load gives a scene, as of other formats. What a mesh has beside that is dropped,
+    with a LossWarning."""
     done = []
     for name, function in (("trimesh", _register_trimesh), ("meshio", _register_meshio)):
         try:
@@ -65,9 +67,19 @@ def _export_trimesh(mesh: Any, **options: Any) -> bytes:
         attributes["colors"] = mesh.visual.vertex_colors
     elif mesh.visual.kind == "texture" and mesh.visual.uv is not None:
         attributes["texcoords"] = mesh.visual.uv
+    tell_dropped([*mesh.vertex_attributes, *mesh.face_attributes, *more_of_trimesh(mesh)], attributes)
     options.setdefault("material_names", mesh.metadata.get("materials", ()))
     data: bytes = encode(mesh.vertices, mesh.faces, **attributes, **options)
     return data
+
+
+def more_of_trimesh(mesh: Any) -> list[str]:
+    """What a trimesh has that no stream holds."""
+    found = ["colors of faces"] if mesh.visual.kind == "face" else []
+    material = getattr(mesh.visual, "material", None)
+    if any(getattr(material, name, None) is not None for name in ("image", "baseColorTexture")):
+        found.append("the image of the texture")
+    return found
 
 
 # -- meshio --
@@ -96,7 +108,10 @@ def _write_meshio(path: Any, mesh: Any, **options: Any) -> None:
     faces = np.concatenate([block.data for block in mesh.cells]) if mesh.cells else np.zeros((0, 3), np.uint32)
     of_faces = {name: np.concatenate(arrays) for name, arrays in mesh.cell_data.items()}
     options.setdefault("material_names", _names_of_faces(mesh.field_data))
-    data = encode(mesh.points, faces, **_known(mesh.point_data, of_faces), **options)
+    attributes = _known(mesh.point_data, of_faces)
+    others = [name for name, (_, dimension) in mesh.field_data.items() if dimension != 2]
+    tell_dropped([*mesh.point_data, *mesh.cell_data, *mesh.point_sets, *mesh.cell_sets, *others], attributes)
+    data = encode(mesh.points, faces, **attributes, **options)
     if hasattr(path, "write"):
         path.write(data)
     else:
@@ -109,8 +124,16 @@ def _names_of_faces(field_data: Any) -> list[str]:
     return [names.get(number, "") for number in range(max(names, default=-1) + 1)]
 
 
+def tell_dropped(names: list[str], kept: dict[str, Any]) -> None:
+    """Warns of those that are not kept."""
+    dropped = [name for name in dict.fromkeys(names) if name not in kept]
+    if dropped:
+        warn_of_loss(f"dropped: {', '.join(dropped)}, which a .cqm file does not have")
+
+
 def _known(of_vertices: Any, of_faces: Any) -> dict[str, Any]:
     """Attributes with a name of conquest.channels: of what they belong to."""
-    known = {name: array for name, array in of_vertices.items() if name in KINDS and name != "materials"}
-    known.update({name: array for name, array in of_faces.items() if name == "materials"})
+    known = {name: array for name, array in of_vertices.items() if first_of_kind(name) in KINDS
+             and first_of_kind(name) != "materials"}
+    known.update({name: array for name, array in of_faces.items() if first_of_kind(name) == "materials"})
     return known

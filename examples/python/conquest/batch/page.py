@@ -15,7 +15,8 @@ from .task import Row
 
 SCHEMA = pyarrow.schema([(name, pyarrow.string()) for name in ("file", "sha256")]
                         + [(name, pyarrow.int64()) for name in ("file_bytes", "vertices", "faces", "bytes")]
-                        + [("ratio", pyarrow.float64()), ("set_aside", pyarrow.int64()), ("error", pyarrow.string())])
+                        + [("ratio", pyarrow.float64()), ("set_aside", pyarrow.int64()), ("told", pyarrow.string()),
+                           ("error", pyarrow.string())])
 WRITERS = {"csv": pyarrow.csv.write_csv, "parquet": pyarrow.parquet.write_table}
 
 PAGE = """<!doctype html>
@@ -29,6 +30,7 @@ th, td { text-align: right; padding: 0.2em 0.8em; border-bottom: 1px solid #8884
 th:first-child, td:first-child, .left { text-align: left; }
 img { width: 80px; height: 80px; display: block; }
 .error { color: #c22; text-align: left; }
+.told { color: #888; font-size: 0.85em; }
 </style>
 <h1>{{ title }}</h1>
 <p>{{ rows | length }} files, {{ failed }} with an error; {{ "{:,}".format(before) }} bytes in files,
@@ -38,7 +40,8 @@ img { width: 80px; height: 80px; display: block; }
 {% for row in rows %}
 <tr>{% if row.error %}<td><td class="left">{{ row.file }}<td class="error" colspan="5">{{ row.error }}
 {% else %}<td><img src="{{ quote(row.file) }}.png" alt="" loading="lazy">
-<td class="left"><a href="{{ quote(row.file) }}.cqm">{{ row.file }}</a><td>{{ "{:,}".format(row.vertices) }}
+<td class="left"><a href="{{ quote(row.file) }}.cqm">{{ row.file }}</a>
+{% if row.told %}<div class="told">{{ row.told }}</div>{% endif %}<td>{{ "{:,}".format(row.vertices) }}
 <td>{{ "{:,}".format(row.faces) }}<td>{{ "{:,}".format(row.bytes) }}<td>{{ "%.1f" % row.ratio }}<td>{{ row.set_aside }}
 {% endif %}</tr>
 {% endfor %}

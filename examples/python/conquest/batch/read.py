@@ -14,6 +14,8 @@ import numpy as np
 import trimesh  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 from ..channels import KINDS
+from ..errors import warn_of_loss
+from ..formats import more_of_trimesh, tell_dropped
 
 CQM = frozenset({".off", ".obj", ".ply", ".stl"})
 NO_MESHES = frozenset({".cqm", ".dat", ".json", ".svg", ".wkt", ".xml", ".xyz"})  # in trees of meshes mostly others
@@ -52,14 +54,19 @@ def _read_trimesh(path: Path) -> Arguments:
     scene = trimesh.load_scene(path, process=False)
     parts: list[Any] = []
     names: list[str] = []
+    others: list[str] = []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         part = scene.geometry[name]
         if isinstance(part, trimesh.Trimesh):
             parts.append(part.copy().apply_transform(matrix))
             names.append(str(getattr(getattr(part.visual, "material", None), "name", None) or name))
+            others += [*more_of_trimesh(part), *part.vertex_attributes, *part.face_attributes]
+        else:
+            others.append(str(name))
     if not parts:
         raise ValueError("no mesh")
+    tell_dropped(others, {})
     return _join(parts, names)
 
 
@@ -71,6 +78,10 @@ def _join(parts: list[Any], names: list[str]) -> Arguments:
     if any("vertex_normals" in part._cache for part in parts):
         arguments["normals"] = np.concatenate([part.vertex_normals for part in parts])
     texcoords = [getattr(part.visual, "uv", None) for part in parts]
+    for what, having in (("texture coordinates", [uv is not None for uv in texcoords]),
+                         ("colors", [part.visual.kind == "vertex" for part in parts])):
+        if any(having) and not all(having):
+            warn_of_loss(f"changed: parts without {what} ({having.count(False)}) get some")
     if any(uv is not None for uv in texcoords):
         arguments["texcoords"] = np.concatenate([np.zeros((len(part.vertices), 2)) if uv is None else uv
                                                  for part, uv in zip(parts, texcoords)])
@@ -100,6 +111,11 @@ def _read_meshio(path: Path) -> Arguments:
     arguments: Arguments = {name: array for name, array in mesh.point_data.items()
                             if name in KINDS and name != "materials"}
     arguments["vertices"], arguments["faces"] = points, np.concatenate([np.zeros((0, 3), int), *fans])
+    cut = sum(len(corners) for _, corners in blocks if corners.shape[1] > 3)
+    if cut:
+        warn_of_loss(f"changed: faces with more than three corners ({cut}) are cut into triangles")
+    tell_dropped([*mesh.point_data, *(name for name in mesh.cell_data if name not in ("materials", "gmsh:physical")),
+                  *(f"cells of type {block.type}" for block in mesh.cells if block.dim < 2)], arguments)
     for name in ("materials", "gmsh:physical"):
         if name in mesh.cell_data:
             numbers = [np.repeat(mesh.cell_data[name][k], corners.shape[1] - 2) for k, corners in blocks]

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import uuid
+import warnings
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,7 @@ class Row:
     bytes: int | None = None
     ratio: float | None = None        # bytes of the file for a byte of the stream
     set_aside: int | None = None      # faces that are no part of a surface; they come with the last bytes
+    told: str = ""                    # what was dropped or changed
     error: str = ""
 
 
@@ -88,18 +90,18 @@ def _find_done(task: Task, row: Row) -> Row | None:
     try:
         record = json.loads(Path(task.target + ".json").read_bytes())
         stream = hashlib.sha256(Path(task.target + ".cqm").read_bytes()).hexdigest()
-        known = Row(**record["row"])
+        known = Row(**{"told": None, **record["row"]})
         same = (known.sha256, record["options"], record["stream"]) == (row.sha256, asdict(task.options), stream)
-        return known if same and known.file == row.file else None
+        return known if same and known.file == row.file and known.told is not None else None
     except (OSError, ValueError, TypeError, LookupError):
         return None
 
 
 def _encode(task: Task, row: Row) -> Row:
-    stream = _make_stream(Path(task.source), task.options)
+    stream, told = _make_stream(Path(task.source), task.options)
     seen = picture.look(stream)
     done = Row(task.name, row.sha256, row.file_bytes, seen.vertices, seen.faces, len(stream),
-               round((row.file_bytes or 0) / len(stream), 3), seen.set_aside)
+               round((row.file_bytes or 0) / len(stream), 3), seen.set_aside, told)
     write(Path(task.target + ".cqm"), stream, task.run)
     write(Path(task.target + ".png"), seen.png, task.run)
     record = {"row": asdict(done), "options": asdict(task.options), "stream": hashlib.sha256(stream).hexdigest()}
@@ -107,15 +109,19 @@ def _encode(task: Task, row: Row) -> Row:
     return done
 
 
-def _make_stream(source: Path, options: Options) -> bytes:
+def _make_stream(source: Path, options: Options) -> tuple[bytes, str]:
+    """And what was dropped or changed."""
     if source.suffix.lower() not in read.CQM:
-        arguments: Any = read.read(source)
-        stream: bytes = conquest.encode(**arguments, bits=options.bits, goal=options.goal)
-        return stream
-    command = [str(PROGRAM), "encode", "--quiet", "--clean", "--bits", str(options.bits), "--goal", options.goal,
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", conquest.LossWarning)
+            arguments: Any = read.read(source)
+            stream: bytes = conquest.encode(**arguments, bits=options.bits, goal=options.goal)
+        return stream, "; ".join(str(warning.message) for warning in said
+                                 if issubclass(warning.category, conquest.LossWarning))
+    command = [str(PROGRAM), "encode", "--clean", "--bits", str(options.bits), "--goal", options.goal,
                "--format", source.suffix.lower()[1:], "--", str(source), "-"]
     done = subprocess.run(command, capture_output=True, check=False)
+    lines = done.stderr.decode(errors="replace").replace(f"cqm: {source}: ", "").splitlines()
     if done.returncode:
-        said = done.stderr.decode(errors="replace").replace(f"cqm: {source}: ", "")
-        raise ValueError(said or f"cqm: status {done.returncode}")
-    return done.stdout
+        raise ValueError(lines[-1] if lines else f"cqm: status {done.returncode}")
+    return done.stdout, "; ".join(line for line in lines if line.startswith(("dropped: ", "changed: ")))
