@@ -1236,7 +1236,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_SOON(address) ((void)(address))
 #define CQI_INLINED inline
 #endif
-#define CQI_AHEAD 16 /* patches: about as long as memory takes */
+#define CQI_FETCH_AHEAD 16 /* patches: about as long as memory takes */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -5415,16 +5415,16 @@ static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
 {
     cq_index v, h;
-    if (w->count <= CQI_AHEAD) return;
-    v = cqi_queued(w, CQI_AHEAD);
+    if (w->count <= CQI_FETCH_AHEAD) return;
+    v = cqi_queued(w, CQI_FETCH_AHEAD);
     CQI_SOON(&m->out[v]);
     CQI_SOON(&m->mark[v]);
     CQI_SOON(&m->valence[v]);
-    h = m->out[cqi_queued(w, CQI_AHEAD / 2)];
+    h = m->out[cqi_queued(w, CQI_FETCH_AHEAD / 2)];
     if (h == CQ_NONE) return;
     CQI_SOON(&m->twin[h]);
     CQI_SOON(&m->origin[h]);
-    h = m->out[cqi_queued(w, CQI_AHEAD / 4)];
+    h = m->out[cqi_queued(w, CQI_FETCH_AHEAD / 4)];
     if (h == CQ_NONE) return;
     CQI_SOON(&m->twin[m->twin[h]]);
     CQI_SOON(&m->origin[m->twin[h]]);
@@ -9823,7 +9823,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
 /* and for what the collapses behind this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
-    const cqi_collapse *const far = c + CQI_AHEAD, *const near = c + CQI_AHEAD / 2;
+    const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
     CQI_SOON(&p->mesh.out[far->kept]);
     CQI_SOON(&p->measured[3 * (size_t)far->kept]);
     CQI_SOON(&p->measured[3 * (size_t)far->removed]);
@@ -9832,7 +9832,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_list(p, near->face[0]);
     cqi_expect_list(p, near->face[1]);
     cqi_expect_face(p, p->mesh.out[near->kept]);
-    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_AHEAD / 4].kept]));
+    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
 /* Takes the collapses of a level into account, from that note on. */
@@ -9843,7 +9843,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) {
-        if (p->num_notes - note > CQI_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        if (p->num_notes - note > CQI_FETCH_AHEAD) cqi_expect_covers(p, &p->note[note]);
         cqi_measure_collapse(p, &p->note[note]);
     }
 }
