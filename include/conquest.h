@@ -12326,7 +12326,14 @@ static cq_index cqi_find_labels(cqi_labels *l)
 /* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
 {
-    if (l->index) cqi_flip_index(m, l->index, h);
+    const cq_index g = m->twin[h];
+    if (l->index) {
+        l->uses[l->index[h]]--;
+        l->uses[l->index[g]]--;
+        l->uses[l->index[cq_prev(h)]]++;
+        l->uses[l->index[cq_prev(g)]]++;
+        cqi_flip_index(m, l->index, h);
+    }
     cqi_flip(m, h);
 }
 

@@ -323,6 +323,88 @@ TEST(meshes_that_are_prepared_have_regular_levels_too) {
     CHECK(counted >= SHAPES / 2);
 }
 
+/* Each corner's row is one of its vertex. */
+static void check_rows(const cq_decoder *d) {
+    uint32_t h, wrong = 0;
+    for (h = 0; h < 3 * d->mesh.num_faces && d->vertex; ++h) {
+        if (d->mesh.origin[h / 3 * 3] == CQ_NONE) continue;
+        wrong += d->index[h] >= d->num_rows || d->vertex[d->index[h]] != d->mesh.origin[h];
+    }
+    CHECK_EQ(wrong, 0);
+}
+
+/* Faces in one half of the box have rows of their own, with other normals and texture coordinates. */
+static void add_seam(sample *s) {
+    const uint32_t n = s->mesh.num_vertices;
+    cq_index *copy = (cq_index *)exact_alloc(n * sizeof(cq_index));
+    cq_value *values[3];
+    uint32_t f, v, k, c, rows = n;
+    follow_positions(s, CQ_NORMAL, CQ_AVERAGE, 2, 9, 0);
+    follow_positions(s, CQ_TEXCOORD, CQ_AVERAGE, 2, 11, 0);
+    for (v = 0; v < n; ++v) copy[v] = CQ_NONE;
+    for (f = 0; f < s->mesh.num_faces; ++f)
+        for (k = 0; k < 3 && s->values[0][3 * s->mesh.indices[3 * f] + 1] > 2000; ++k) {
+            v = s->mesh.indices[3 * f + k];
+            if (copy[v] == CQ_NONE) copy[v] = (cq_index)rows++;
+        }
+    for (k = 0; k < 3; ++k) {
+        const uint32_t size = s->input.shape.channel[k].components;
+        values[k] = (cq_value *)exact_alloc((size_t)rows * size * sizeof(cq_value));
+        memcpy(values[k], s->values[k], (size_t)n * size * sizeof(cq_value));
+        for (v = 0; v < n; ++v)
+            for (c = 0; c < size && copy[v] != CQ_NONE; ++c)
+                values[k][size * copy[v] + c] = k ? s->values[k][size * v + c] / 2 : s->values[k][size * v + c];
+        exact_free(s->values[k]);
+        s->input.values[k] = s->values[k] = values[k];
+    }
+    for (f = 0; f < s->mesh.num_faces; ++f)
+        if (s->values[0][3 * s->mesh.indices[3 * f] + 1] > 2000)
+            for (k = 0; k < 3; ++k) s->mesh.indices[3 * f + k] = copy[s->mesh.indices[3 * f + k]];
+    s->mesh.num_vertices = s->input.shape.num_vertices = rows;
+    exact_free(copy);
+}
+
+TEST(meshes_with_seams_have_regular_levels_too) {
+    uint64_t random = 8;
+    int which, counted = 0, wrong = 0, tries;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        decoding d;
+        cq_bytes in;
+        shape_sample(&s, which, POSITIONS);
+        add_seam(&s);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        counted += regular_levels(c.report) > 0 && c.report->shape.num_rows;
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            check_rows(d.decoder);
+        }
+        CHECK_EQ(d.decoder->status, CQ_DONE);
+        check_triangles(&s, &c, d.decoder, s.mesh.indices, s.mesh.num_faces);
+        decoding_free(&d);
+        for (tries = 0; tries < 60; ++tries) {
+            uint8_t *bytes = (uint8_t *)exact_copy(c.bytes, c.size);
+            const size_t at = c.size / 2 + (size_t)(next_random(&random) % (c.size - c.size / 2));
+            bytes[at] = (uint8_t)(bytes[at] ^ (1 + next_random(&random) % 255));
+            decoding_begin(&d, bytes, c.size);
+            wrong += decoding_run(&d, bytes, c.size, c.size, 50) == CQ_ERROR_CORRUPT;
+            CHECK(d.decoder->status != CQ_DONE);
+            CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+            check_rows(d.decoder);
+            decoding_free(&d);
+            exact_free(bytes);
+        }
+        uncode(&c);
+        sample_free(&s);
+    }
+    CHECK(counted >= SHAPES / 2 && wrong > 50);
+}
+
 TEST(locked_vertices_are_in_the_base) {
     int which, counted = 0;
     for (which = 0; which < SHAPES; ++which) {
@@ -629,6 +711,7 @@ int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(meshes_that_are_prepared_have_regular_levels_too);
+    RUN(meshes_with_seams_have_regular_levels_too);
     RUN(locked_vertices_are_in_the_base);
     RUN(each_step_leaves_a_valid_mesh_and_all_that_has_arrived);
     RUN(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices);
