@@ -540,17 +540,20 @@ typedef struct cq_report {
  *
  * Decoders have these inside, so that a caller can declare one. To read on about the interface, skip to "Decoder". */
 
-/* Bytes of input that one step may need: 34, and 18 for each component. At most, in bits:
+/* Bytes of input that one step may need: 34, and 18 for each component, but 19 for a weight, and 72 for a pair that is
+ * predicted from faces. At most, in bits:
  *
  *     adaptive bit        12.1    its symbol has 15/65536 or more, at the fastest rate, 4
  *     question            11.05
  *     pair that is tried   7.15
  *     residual           138.9    9 adaptive bits and 30 raw ones; if exact 36, then 144.9 of the 144 per component
+ *     weight             151.0    one adaptive bit more
+ *     pair               526.0    3 residuals, 7 adaptive bits, 25 raw ones
  *     copy               104.6    6 and 32          value of a face  136.6    6 and 64; the same for its material
  *     joint              132.9    9 and 24          join of the base  68.3    3 and 32
- *     split              262.8    of the 272 besides: 3 flags, 16 pairs, the number of a pair (8.2) and 4 questions are
- *                                 203.1; the sum of weights 12.1; 61 exact components, each 0.9 over its 144, and 3 of
- *                                 the position, each 5.1 below it, 39.6; and 8 until the next byte
+ *     split              250.7    of the 272 besides: 3 flags, 16 pairs, the number of a pair (8.2) and 4 questions are
+ *                                 203.1; 61 exact components, each 0.9 over its 144, and 3 of the position, each 5.1
+ *                                 below it, 39.6; and 8 until the next byte
  *
  * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
@@ -561,7 +564,7 @@ typedef struct cq_report {
 
 /* Input that waits for its step, or a header: the largest step. When the buffer is full and holds less than a step,
  * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. */
-#define CQI_BUFFER_BYTES CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1)
+#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(1) + 19 * CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
  * the halfedge from v to the L of that gate. */
@@ -627,12 +630,14 @@ typedef struct cqi_choice {
 /* B and its neighbours, once the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond the
  * edges of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
 #define CQI_FEATURES 4
+#define CQI_PLAIN_FEATURES 3 /* of channels in meshes without positions */
 #define CQI_RIVALS 16
 typedef struct cqi_fan {
     int size;
     int boundary;                                /* 1: one of B's neighbours is virtual */
     cq_index vertex[CQ_MAX_VALENCE + 1];
     cq_index beyond[CQ_MAX_VALENCE + 1];         /* CQ_NONE: a virtual one, or unknown */
+    uint32_t faces;                              /* bit k: B gets one with vertices k + 1 and k */
     int axis[3];                                 /* components of the channel that are x, y, z here; z is above */
     int32_t slope_x, slope_y;                    /* of the plane through the ring, in 1/256 */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* offsets of the vertices, */
@@ -725,8 +730,14 @@ enum {
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
-    CQI_SUM = CQI_OTHER_JOINT + 4 * 6,        /* the last weight makes the sum what it is nearby */
-    CQI_MODELS = CQI_SUM + 1,
+    CQI_REST = CQI_OTHER_JOINT + 4 * 6,       /* [nothing is left, A ends, A goes on] a weight completes the sum */
+    CQI_FOLDS_BACK = CQI_REST + 3,            /* a pair that is folded is what it was when it is folded back */
+    CQI_COMMON_PAIR,                          /* [others around] a pair is the commonest one around */
+    CQI_AHEAD = CQI_COMMON_PAIR + 4,          /* [by faces] a tangent is turned by 45 degrees at most, */
+    CQI_BACK = CQI_AHEAD + 2,                 /* [by faces] or by 135 at least */
+    CQI_SIDE_IS_BIT = CQI_BACK + 2,           /* the sign of a tangent is 0 or 1: */
+    CQI_SAME_SIDE,                            /* [by faces] what is expected */
+    CQI_MODELS = CQI_SAME_SIDE + 2,
     CQI_TOP = 0,                              /* tables for each kind of residual: [bits - 2] the second highest bit, */
     CQI_BITS = 25                             /* [expected][16] number of bits: fewer?, how many more, how many less */
 };
@@ -765,16 +776,18 @@ typedef struct cqi_quick_model {
 } cqi_quick_model;
 
 /* Sets of models for residuals of rows, classes of what is expected, and lengths. */
-enum { CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_TURN, CQI_ROW_SETS };
+enum {
+    CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_TURN, CQI_ROW_TURN_BY_FACES,
+    CQI_ROW_ROUNDING, CQI_ROW_SETS
+};
 #define CQI_ROW_CLASSES 20
-#define CQI_ROUNDING (CQI_ROW_CLASSES - 1) /* class of pairs that are turned */
 #define CQI_ROW_LENGTHS 16
 
 /* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
 #define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
-    cq_bit_model equal[CQ_MAX_CHANNELS][11];  /* a channel of a new row is equal to that of another row */
+    cq_bit_model equal[CQ_MAX_CHANNELS][8];  /* a channel of a new row is equal to that of another row */
     cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see
                                                                                cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
@@ -805,10 +818,12 @@ typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
     int16_t weight[CQI_WEIGHTS];
     int32_t linear[2 * CQI_FAN_CLASSES * CQI_FEATURES]; /* [along the surface, above it][class of the fan][feature], */
-    int32_t plain[CQ_MAX_CHANNELS][CQI_FEATURES];       /* and of other channels; in 1/65536 */
+    int32_t plain[CQ_MAX_CHANNELS][CQI_PLAIN_FEATURES]; /* and of other channels; in 1/65536 */
     cq_bit_model yes[CQI_QUESTIONS];
     int16_t gain[CQI_QUESTIONS];                             /* by asking, in 1/1024 bit, running mean */
     int32_t worth_rivals, worth_same;                        /* the same for all questions of a vertex */
+    int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
+                                                                those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
                                                                 same place, of the same joint; 16 times the running
                                                                 mean */
@@ -3045,13 +3060,14 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = cqi_prior_linear[k] * (int32_t)1024;
     m->worth_rivals = m->worth_same = 16 * 64 * 4;
-    m->skin[0] = m->skin[1] = 0;
+    m->skin[0] = m->skin[1] = m->trust[0] = m->trust[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
         m->gain[k] = (int16_t)(cqi_prior_gain[k] * 16);
     }
     for (k = 0; k < CQ_MAX_CHANNELS; k++)
-        for (j = 0; j < 3; j++) m->plain[k][j] = m->linear[5 * CQI_FEATURES + j];
+        for (j = 0; j < CQI_PLAIN_FEATURES; j++)
+            m->plain[k][j] = prior == cqi_prior_located ? 0x10000 : m->linear[5 * CQI_FEATURES + j];
 }
 #else
 static void cqi_model_init(cqi_model *m, const cq_shape *s); /* these three are the trainer's */
@@ -3796,6 +3812,11 @@ static inline cqi_vector cqi_cross(cqi_vector a, cqi_vector b)
     return n;
 }
 
+static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
+{
+    return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
+}
+
 static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /* Length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
@@ -3823,7 +3844,16 @@ static inline cqi_vector cqi_product_of(cqi_vector a, int32_t b, int shift)
     return a;
 }
 
-#if !defined(CQ_NO_ENCODER) || !defined(CQ_NO_WEDGES) || !defined(CQ_NO_REGULAR)
+static inline cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq_index to)
+{
+    const cq_value *a = positions + 3 * (size_t)from, *b = positions + 3 * (size_t)to;
+    cqi_vector x;
+    x.x = (int32_t)b[0] - a[0];
+    x.y = (int32_t)b[1] - a[1];
+    x.z = (int32_t)b[2] - a[2];
+    return x;
+}
+
 /* The square root, rounded down, bit by bit. */
 static uint32_t cqi_root(uint64_t x)
 {
@@ -3835,7 +3865,6 @@ static uint32_t cqi_root(uint64_t x)
     }
     return (uint32_t)root;
 }
-#endif
 
 /* 65536 / n, n = 1 .. CQ_MAX_VALENCE + 1. */
 static const uint16_t cqi_reciprocal[CQ_MAX_VALENCE + 2] = {
@@ -4414,6 +4443,612 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
     return 1;
 }
 
+static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
+
+/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 5. */
+static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
+{
+    const int rate = 1 + (model->used + 1) / 2;
+    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
+    else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
+    model->used = (uint8_t)(model->used + (model->used < 7));
+    return bit;
+}
+
+/* A residual: its number of bits, 0 .. 47, by asking whether it is more up to 16 times, given half the bits that are
+ * expected; then its bits below the highest one, and its sign. A mesh without seams has no such models. */
+static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int most, int32_t residual)
+{
+    cqi_quick_model *model;
+    const uint32_t magnitude = cqi_abs(residual);
+    const int length = cqi_bit_length(magnitude);
+    uint32_t low, x;
+    int n = 0;
+    if (!d->seams) return cqi_code_expected(d, CQI_PLAIN, set == CQI_ROW_ROUNDING ? 0 : half_bits, most, -1, residual);
+    model = d->seams->length[set][cqi_at_most(half_bits, CQI_ROW_CLASSES - 1)];
+    while (n < CQI_ROW_LENGTHS && cqi_code_quick(d, &model[n], n < length)) n++;
+    if (n == CQI_ROW_LENGTHS) n += (int)cqi_code_raw(d, (uint32_t)(length - n), 5);
+    if (!n) return 0;
+    if (n > most) return CQI_WILD;
+    low = ((uint32_t)1 << (n - 1)) - 1;
+    x = cqi_code_raw(d, (magnitude & low) << 1 | (residual < 0), n);
+    return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
+}
+
+/* -- Attributes from geometry --
+ *
+ * The position of B is known before its other values, and so are the faces that it gets. What they tell is kept in the
+ * fan: of a mesh vertex, or of one of its rows. */
+
+/* Places along the surface, of neighbours whose offsets are known: with 8 bits; and their mean. */
+static void cqi_flatten_fan(cqi_fan *f)
+{
+    uint32_t all = 0;
+    int64_t sum_x = 0, sum_y = 0;
+    int k, shift;
+    for (k = 0; k < f->size; k++) {
+        const int32_t offset[3] = { f->at[k].x, f->at[k].y, f->at[k].z };
+        f->outer[k].x = offset[f->axis[0]];
+        f->outer[k].y = offset[f->axis[1]];
+        f->outer[k].z = 0;
+        all |= cqi_abs(f->outer[k].x) | cqi_abs(f->outer[k].y);
+    }
+    shift = cqi_bit_length(all >> 8);
+    for (k = 0; k < f->size; k++) {
+        f->outer[k] = cqi_shift(f->outer[k], shift);
+        sum_x += f->outer[k].x;
+        sum_y += f->outer[k].y;
+    }
+    f->mean.x = (int32_t)(sum_x / f->size);
+    f->mean.y = (int32_t)(sum_y / f->size);
+}
+
+/* The fan of B as its other channels need it. Where it has a virtual vertex, there is no face. */
+static void cqi_locate_fan_of_b(cq_decoder *d, int p)
+{
+    cqi_fan *f = &d->now.fan;
+    int k;
+    f->faces = ((uint32_t)1 << f->size) - 1;
+    if (f->boundary) f->faces -= (uint32_t)1 << (d->ring.boundary - p);
+    if (d->located < 0) return;
+    for (k = 0; k < f->size; k++) f->at[k] = cqi_offset(d->channel[d->located], d->mesh.num_vertices, f->vertex[k]);
+    cqi_flatten_fan(f);
+}
+
+/* -- Texture coordinates and other numbers, by an affine fit --
+ *
+ * Values that are a linear function of the position, as most texture coordinates are nearly, are continued from B's
+ * neighbours: by least squares in the two coordinates along the surface. */
+
+static int64_t cqi_minor(int32_t a, int32_t b, int32_t c, int32_t d) { return (int64_t)a * b - (int64_t)c * d; }
+
+/* Bits that the largest of three numbers has beyond so many: 31 at most. */
+static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
+{
+    return cqi_bit_length((uint32_t)(((x < 0 ? ~x : x) | (y < 0 ? ~y : y) | (z < 0 ? ~z : z)) >> bits));
+}
+
+/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice
+ * the largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
+ * *off becomes the sum of how far the fit is from each neighbour, if there is one.
+ *
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
+ * 37, numerators 61, of which 30 are looked at. */
+static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
+{
+    int64_t ux = 0, uy = 0, det;
+    int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge, along_x, along_y;
+    int k, bits;
+    for (k = 0; k < f->size; k++) {
+        const int32_t dx = f->outer[k].x - f->mean.x, dy = f->outer[k].y - f->mean.y;
+        const int32_t u = cqi_floor_shift(x[k] - mean, 2);
+        xx += dx * dx;
+        yy += dy * dy;
+        xy += dx * dy;
+        ux += (int64_t)u * dx;
+        uy += (int64_t)u * dy;
+        limit = u > limit ? u : -u > limit ? -u : limit;
+    }
+    ridge = (xx + yy) / 64 + 1;
+    xx += ridge;
+    yy += ridge;
+    det = yy * ux - xy * uy;
+    uy = xx * uy - xy * ux;
+    bits = cqi_excess(det, uy, 0, 30);
+    along_x = (int32_t)cqi_floor_shift_wide(det, bits);
+    along_y = (int32_t)cqi_floor_shift_wide(uy, bits);
+    det = ((int64_t)xx * yy - (int64_t)xy * xy) >> bits;
+    if (!det) return 0;
+    for (k = 0, *off = 0; k < f->size; k++) {
+        int64_t fit = cqi_minor(along_x, f->outer[k].x - f->mean.x, -along_y, f->outer[k].y - f->mean.y) / det;
+        fit -= cqi_floor_shift(x[k] - mean, 2);
+        *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * (int64_t)limit)));
+    }
+    return 4 * (int32_t)cqi_clamp_wide(cqi_minor(-along_x, f->mean.x, along_y, f->mean.y) / det, 2 * (int64_t)limit);
+}
+
+/* -- Normals --
+ *
+ * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. An octahedral
+ * pair has a seam itself, the border of its square, where the lower hemisphere ends. If the prediction lies there, all
+ * pairs are folded before they are compared, which takes the upper hemisphere out to the border instead. */
+
+/* The pair of a direction, from the middle of the square, which is `half` wide. */
+typedef struct cqi_pair_of_normal {
+    int32_t x, y;
+} cqi_pair_of_normal;
+
+/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
+static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
+{
+    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
+    a.x = a.x < 0 ? -x : x;
+    a.y = a.y < 0 ? -y : y;
+    return a;
+}
+
+typedef struct cqi_direction {
+    int64_t x, y, z;
+} cqi_direction;
+
+/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
+ * most. */
+static int64_t cqi_angle(int64_t x, int64_t y)
+{
+    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
+    const int64_t t = high ? low * 65536 / high : 0;
+    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
+    if (size < y) angle = 102944 - angle;
+    return x < 0 ? 205887 - angle : angle;
+}
+
+/* The angle between two offsets of 25 bits, which are shifted down to 14; what is normal to them, of 30 bits, and its
+ * length, of 31. */
+static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal, int64_t *length)
+{
+    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
+    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
+    *normal = cqi_cross(u, v);
+    *length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(*normal, *normal));
+    return cqi_angle(cqi_wide_dot(u, v), *length);
+}
+
+/* Adds a direction of this length as one of length 1, times an angle of 18 bits: each of up to 26 has 43 then. */
+static void cqi_add_direction(cqi_direction *sum, cqi_vector a, int64_t length, int64_t angle)
+{
+    const int64_t weight = length ? angle * 0x1000000 / length : 0;
+    sum->x += a.x * weight;
+    sum->y += a.y * weight;
+    sum->z += a.z * weight;
+}
+
+/* Adds the normal of a triangle, given the offsets of two corners from the third one, by the angle there. */
+static void cqi_add_normal(cqi_direction *n, cqi_vector u, cqi_vector v)
+{
+    cqi_vector normal;
+    int64_t length;
+    const int64_t angle = cqi_angle_between(u, v, &normal, &length);
+    cqi_add_direction(n, normal, length, angle);
+}
+
+/* Sum of the normals of the faces of a fan. */
+static cqi_direction cqi_normal_of_fan(const cqi_fan *f)
+{
+    cqi_direction n = { 0, 0, 0 };
+    int k;
+    for (k = 0; k < f->size; k++)
+        if (f->faces >> k & 1) cqi_add_normal(&n, f->at[k + 1 < f->size ? k + 1 : 0], f->at[k]);
+    return n;
+}
+
+/* The octahedral pair of a direction, unless that has none. */
+static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
+{
+    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
+    int64_t sum = x + y + z;
+    int shift = 0;
+    while (sum >> shift >> 38) shift++;
+    sum >>= shift;
+    if (!sum) return 0;
+    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
+    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
+    if (n.x < 0) pair->x = -pair->x;
+    if (n.y < 0) pair->y = -pair->y;
+    if (n.z < 0) *pair = cqi_folded(*pair, half);
+    return 1;
+}
+
+static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, cq_index row, int32_t half, int fold)
+{
+    cqi_pair_of_normal a;
+    a.x = values[stride * (size_t)row] - half;
+    a.y = values[stride * (size_t)row + 1] - half;
+    return fold ? cqi_folded(a, half) : a;
+}
+
+/* Octahedral pairs are predicted as such if there are positions. */
+static int cqi_may_be_pair(const cq_channel *c)
+{
+    const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
+    return is_pair && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
+}
+
+static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
+{
+    return d->located >= 0 && cqi_may_be_pair(&d->shape.channel[k]);
+}
+
+/* How far the pairs around are from what is expected, on the mean. */
+static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n,
+                                    int32_t half, int fold, cqi_pair_of_normal p)
+{
+    uint32_t sum = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        const cqi_pair_of_normal a = cqi_pair_at(values, stride, around[k], half, fold);
+        sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
+    }
+    return sum / 2;
+}
+
+/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is
+ * expected has been turned to where the pair is, but for rounding. */
+static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction,
+                                   const cq_index *around, int n, int turned, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const uint32_t stride = channel->components;
+    cq_value *const values = d->channel[k], *const to = values + stride * (size_t)row;
+    const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
+    cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
+    const int set = turned ? CQI_ROW_ROUNDING : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
+    int fold, half_bits, odd = 0;
+    if (!cqi_pair_of(direction, half, &expected))
+        expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
+    fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
+    if (fold) expected = cqi_folded(expected, half);
+    p = expected;
+    half_bits = turned ? 0 : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, p));
+    if (CQI_ENCODING(d)) {
+        wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        if (fold) {
+            const cqi_pair_of_normal in = cqi_folded(wanted, half), out = cqi_folded(in, half);
+            odd = out.x != wanted.x || out.y != wanted.y;
+            if (!odd) wanted = in;
+        }
+    }
+    if (fold) odd = !cqi_code_bit(d, CQI_FOLDS_BACK, !odd);
+    wanted.x = p.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - p.x);
+    wanted.y = p.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - p.y);
+    if (cqi_abs(wanted.x) >> 25 || cqi_abs(wanted.y) >> 25) return 0;
+    if (fold && !odd) wanted = cqi_folded(wanted, half);
+    if (!cqi_value_fits(channel, wanted.x + half) || !cqi_value_fits(channel, wanted.y + half)) return 0;
+    to[0] = (cq_value)(wanted.x + half);
+    to[1] = (cq_value)(wanted.y + half);
+    return 1;
+}
+
+/* -- Tangents --
+ *
+ * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is
+ * there already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
+
+/* As long as its pair says: x, y and z together have the size half. */
+static cqi_vector cqi_vector_of(cqi_pair_of_normal p, int32_t half)
+{
+    cqi_vector n = { 0, 0, 0 };
+    n.z = half - (int32_t)cqi_abs(p.x) - (int32_t)cqi_abs(p.y);
+    if (n.z < 0) p = cqi_folded(p, half);
+    n.x = p.x;
+    n.y = p.y;
+    return n;
+}
+
+static cqi_direction cqi_wide_cross(cqi_vector a, cqi_vector b)
+{
+    cqi_direction n;
+    n.x = cqi_minor(a.y, b.z, a.z, b.y);
+    n.y = cqi_minor(a.z, b.x, a.x, b.z);
+    n.z = cqi_minor(a.x, b.y, a.y, b.x);
+    return n;
+}
+
+static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
+
+/* The first channel of pairs that are normals, if it comes before channel k; or -1. */
+static int cqi_normals_before(const cq_decoder *d, uint32_t k)
+{
+    uint32_t j;
+    for (j = 0; j < k; j++)
+        if (d->shape.channel[j].kind == CQ_NORMAL && cqi_has_pairs(d, j)) return (int)j;
+    return -1;
+}
+
+/* The first channel of texture coordinates on a grid that lies where channel k does and comes before it; or -1. */
+static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
+{
+    uint32_t j;
+    for (j = 0; j < k; j++)
+        if (s->channel[j].kind == CQ_TEXCOORD && s->channel[j].bits <= 24 && s->channel[j].merge == CQ_AVERAGE)
+            return (int)j;
+    return -1;
+}
+
+/* What the texture coordinates of faces say of a tangent: the direction in which the first one grows, and on which side
+ * of it the second one does. */
+typedef struct cqi_growth {
+    cqi_direction along;
+    int64_t side;                             /* above 0 if on the left, seen from outside */
+} cqi_growth;
+
+/* Adds that of a triangle, by its angle at one corner, given the offsets of the two others, a and b, and of their
+ * texture coordinates. All have 25 bits, and the sums of two products 51, of which 20 are looked at. */
+static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int32_t *of_a, const int32_t *of_b)
+{
+    const int64_t det = cqi_minor(of_a[0], of_b[1], of_a[1], of_b[0]), x = cqi_minor(a.x, of_b[1], b.x, of_a[1]);
+    const int64_t y = cqi_minor(a.y, of_b[1], b.y, of_a[1]), z = cqi_minor(a.z, of_b[1], b.z, of_a[1]);
+    const int shift = cqi_excess(x, y, z, 20);
+    cqi_vector along = { 0, 0, 0 }, normal;
+    int64_t length, angle = cqi_angle_between(a, b, &normal, &length);
+    along.x = (int32_t)cqi_floor_shift_wide(x, shift);
+    along.y = (int32_t)cqi_floor_shift_wide(y, shift);
+    along.z = (int32_t)cqi_floor_shift_wide(z, shift);
+    length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(along, along));
+    if (!det || !length) return;
+    if (det < 0) angle = -angle;
+    g->side += angle;
+    cqi_add_direction(&g->along, along, length, angle);
+}
+
+/* The sum over the faces of the fan of a vertex or row. */
+static cqi_growth cqi_growth_of_fan(const cq_decoder *d, uint32_t k, cq_index own)
+{
+    const cqi_fan *f = &d->now.fan;
+    const int texcoords = cqi_texcoords_before(&d->shape, k);
+    cqi_growth g = { { 0, 0, 0 }, 0 };
+    int i;
+    size_t c;
+    for (i = 0; i < f->size && texcoords >= 0; i++) {
+        const int next = i + 1 < f->size ? i + 1 : 0;
+        const cq_value *const values = d->channel[texcoords];
+        int32_t of_a[2], of_b[2];
+        if (!(f->faces >> i & 1)) continue;
+        for (c = 0; c < 2; c++) {
+            of_a[c] = (int32_t)values[2 * (size_t)f->vertex[next] + c] - values[2 * (size_t)own + c];
+            of_b[c] = (int32_t)values[2 * (size_t)f->vertex[i] + c] - values[2 * (size_t)own + c];
+        }
+        cqi_add_growth(&g, f->at[next], f->at[i], of_a, of_b);
+    }
+    return g;
+}
+
+/* Right angles in the plane of a normal, of the same length. */
+typedef struct cqi_axes {
+    cqi_vector t, side;
+} cqi_axes;
+
+/* The part of a direction in the plane, and that turned by a right angle; 0: it has none. Vectors have 24 bits, cross
+ * products 49, and divided by the normal's length 26. */
+static int cqi_find_axes(cqi_direction t, cqi_vector normal, int32_t half, cqi_axes *axes)
+{
+    const int64_t length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(normal, normal));
+    cqi_pair_of_normal p;
+    if (!cqi_pair_of(t, half, &p) || !cqi_pair_of(cqi_wide_cross(normal, cqi_vector_of(p, half)), half, &p) ||
+        !cqi_pair_of(cqi_wide_cross(cqi_vector_of(p, half), normal), half, &p))
+        return 0;
+    axes->t = cqi_vector_of(p, half);
+    t = cqi_wide_cross(normal, axes->t);
+    axes->side.x = (int32_t)(t.x / length);
+    axes->side.y = (int32_t)(t.y / length);
+    axes->side.z = (int32_t)(t.z / length);
+    return 1;
+}
+
+/* How far a tangent is turned away from t, in 1/half: its tangent, 4 at most. */
+static int32_t cqi_turn_of(cqi_vector a, const cqi_axes *axes, int32_t half)
+{
+    const int64_t along = cqi_wide_dot(a, axes->t) / half, x = cqi_wide_dot(a, axes->side), most = 4 * (int64_t)half;
+    if (along <= 0) return along || x ? 4 * half : 0;
+    return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
+}
+
+/* How many right angles a tangent is turned from t, to the nearest. */
+static int cqi_quarters_of(cqi_vector a, const cqi_axes *axes)
+{
+    const int64_t along = cqi_wide_dot(a, axes->t), x = cqi_wide_dot(a, axes->side);
+    if ((x < 0 ? -x : x) > (along < 0 ? -along : along)) return x < 0 ? 3 : 1;
+    return along < 0 ? 2 : 0;
+}
+
+static int cqi_code_quarters(cq_decoder *d, int by_faces, int quarters)
+{
+    if (cqi_code_bit(d, CQI_AHEAD + by_faces, !quarters)) return 0;
+    if (cqi_code_bit(d, CQI_BACK + by_faces, quarters == 2)) return 2;
+    return 1 + 2 * (int)cqi_code_raw(d, quarters == 3, 1);
+}
+
+static cqi_vector cqi_less(cqi_vector a)
+{
+    a.x = -a.x;
+    a.y = -a.y;
+    a.z = -a.z;
+    return a;
+}
+
+static void cqi_turn_quarters(cqi_axes *axes, int quarters)
+{
+    const cqi_vector t = axes->t;
+    if (quarters & 1) {
+        axes->t = axes->side;
+        axes->side = cqi_less(t);
+    }
+    if (quarters & 2) {
+        axes->t = cqi_less(axes->t);
+        axes->side = cqi_less(axes->side);
+    }
+}
+
+static cqi_vector cqi_tangent_of(const cq_decoder *d, uint32_t k, cq_index row)
+{
+    const int32_t half = cqi_half_of(&d->shape.channel[k]);
+    return cqi_vector_of(cqi_pair_at(d->channel[k], d->shape.channel[k].components, row, half, 0), half);
+}
+
+/* Axes by the mean of the tangents around, */
+static int cqi_find_axes_around(const cq_decoder *d, uint32_t k, cqi_vector normal, const cq_index *around, int n,
+                                cqi_axes *axes)
+{
+    cqi_direction sum = { 0, 0, 0 };
+    int j;
+    for (j = 0; j < n; j++) {
+        const cqi_vector a = cqi_tangent_of(d, k, around[j]);
+        sum.x += a.x;
+        sum.y += a.y;
+        sum.z += a.z;
+    }
+    return cqi_find_axes(sum, normal, cqi_half_of(&d->shape.channel[k]), axes);
+}
+
+/* and how far these are turned from some axes, on the mean. */
+static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_index *around, int n,
+                                    const cqi_axes *axes)
+{
+    const int32_t half = cqi_half_of(&d->shape.channel[k]);
+    uint32_t sum = 0;
+    int j;
+    for (j = 0; j < n; j++) sum += cqi_abs(cqi_turn_of(cqi_tangent_of(d, k, around[j]), axes, half)) / (uint32_t)n;
+    return sum;
+}
+
+/* Turns the axes to the tangent, which is then expected in this direction, of up to 54 bits. */
+static cqi_direction cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
+                                        cq_index wedge)
+{
+    const int32_t half = cqi_half_of(&d->shape.channel[k]);
+    cqi_vector wanted = { 0, 0, 0 };
+    cqi_direction expected;
+    int32_t turn = 0;
+    if (CQI_ENCODING(d)) {
+        cqi_pair_of_normal p;
+        p.x = cqi_plan_bits(d, k, 0, wedge) - half;
+        p.y = cqi_plan_bits(d, k, 1, wedge) - half;
+        wanted = cqi_vector_of(p, half);
+    }
+    cqi_turn_quarters(&axes, cqi_code_quarters(d, by_faces, cqi_quarters_of(wanted, &axes)));
+    if (CQI_ENCODING(d)) turn = cqi_turn_of(wanted, &axes, half);
+    turn = cqi_code_row_residual(d, by_faces ? CQI_ROW_TURN_BY_FACES : CQI_ROW_TURN, cqi_half_bits(spread), 26, turn);
+    expected.x = (int64_t)axes.t.x * half + (int64_t)axes.side.x * turn;
+    expected.y = (int64_t)axes.t.y * half + (int64_t)axes.side.y * turn;
+    expected.z = (int64_t)axes.t.z * half + (int64_t)axes.side.z * turn;
+    return expected;
+}
+
+/* Which axes were nearer, those by faces or those by tangents around? */
+static void cqi_learn_trust(int32_t *trust, cqi_direction tangent, const cqi_axes *by_faces, const cqi_axes *around,
+                            int32_t half)
+{
+    cqi_vector a = { 0, 0, 0 };
+    a.x = (int32_t)(tangent.x / half);
+    a.y = (int32_t)(tangent.y / half);
+    a.z = (int32_t)(tangent.z / half);
+    *trust += (int32_t)cqi_abs(cqi_turn_of(a, around, half)) - (int32_t)cqi_abs(cqi_turn_of(a, by_faces, half)) -
+              *trust / 16;
+}
+
+/* Where a tangent is expected, turned to where it is. 0: there is no normal, or nothing that says where to begin. */
+static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *direction, const cq_index *around,
+                         int n, cq_index wedge)
+{
+    const int normals = cqi_normals_before(d, k);
+    int32_t *const trust = &d->model.trust[n > 1];
+    cqi_vector normal;
+    cqi_axes by_faces, by_others, *axes;
+    int has_faces, has_others;
+    if (normals < 0) return 0;
+    normal = cqi_tangent_of(d, (uint32_t)normals, row);
+    has_faces = cqi_find_axes(*direction, normal, cqi_half_of(&d->shape.channel[k]), &by_faces);
+    has_others = cqi_find_axes_around(d, k, normal, around, n, &by_others);
+    if (!has_faces && !has_others) return 0;
+    axes = has_faces && (!has_others || *trust >= 0) ? &by_faces : &by_others;
+    *direction = cqi_code_turn_from(d, k, *axes, axes == &by_faces, cqi_spread_of_turns(d, k, around, n, axes), wedge);
+    if (has_faces && has_others)
+        cqi_learn_trust(trust, *direction, &by_faces, &by_others, cqi_half_of(&d->shape.channel[k]));
+    return 1;
+}
+
+/* The sign that a tangent has as third number, 0 or 1: as faces say, or mostly as nearby. */
+static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int nearby = near != CQ_NONE && d->channel[k][3 * (size_t)near + 2] != 0;
+    const int side = by_faces ? by_faces > 0 : nearby;
+    int32_t x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, 2, wedge) : 0;
+    if (cqi_code_bit(d, CQI_SIDE_IS_BIT, x >> 1 == 0))
+        x = side ^ !cqi_code_bit(d, CQI_SAME_SIDE + (by_faces != 0), x == side);
+    else
+        x = (int32_t)cqi_code_raw(d, (uint32_t)x, channel->bits);
+    d->channel[k][3 * (size_t)row + 2] = (cq_value)x;
+    return cqi_value_fits(channel, x);
+}
+
+/* -- Pairs of both kinds -- */
+
+static int cqi_pair_is(const cq_value *values, uint32_t stride, cq_index row, int32_t x, int32_t y)
+{
+    return values[stride * (size_t)row] == x && values[stride * (size_t)row + 1] == y;
+}
+
+/* How many of the pairs around are as the commonest one, and a row that has it. */
+static int cqi_find_common_pair(const cq_value *values, uint32_t stride, const cq_index *around, int n,
+                                cq_index *common)
+{
+    int i, j, most = 0;
+    for (i = 0; i < n; i++) {
+        const cq_value *const a = values + stride * (size_t)around[i];
+        int same = 0;
+        for (j = 0; j < n; j++) same += cqi_pair_is(values, stride, around[j], a[0], a[1]);
+        if (same <= most) continue;
+        most = same;
+        *common = around[i];
+    }
+    return most;
+}
+
+/* Is a pair as the commonest one around? Then it is copied. Not asked if all are different. */
+static int cqi_code_common_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n, cq_index wedge)
+{
+    const uint32_t stride = d->shape.channel[k].components;
+    cq_value *const values = d->channel[k];
+    cq_index common = 0;
+    const int same = cqi_find_common_pair(values, stride, around, n, &common);
+    int is_common = CQI_ENCODING(d);
+    if (same < 2) return 0;
+    if (is_common)
+        is_common = cqi_pair_is(values, stride, common, cqi_plan_bits(d, k, 0, wedge), cqi_plan_bits(d, k, 1, wedge));
+    if (!cqi_code_bit(d, CQI_COMMON_PAIR + cqi_at_most(n - same, 3), is_common)) return 0;
+    memcpy(values + stride * (size_t)row, values + stride * (size_t)common, 2 * sizeof *values);
+    return 1;
+}
+
+/* A pair, by the normals of the faces of the fan; or of a tangent, by their texture coordinates and the tangents
+ * around. */
+static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n,
+                                  cq_index wedge)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    const int is_tangent = channel->kind == CQ_TANGENT, is_common = cqi_code_common_pair(d, k, row, around, n, wedge);
+    cqi_growth g = { { 0, 0, 0 }, 0 };
+    if (is_tangent) g = cqi_growth_of_fan(d, k, row);
+    else if (!is_common) g.along = cqi_normal_of_fan(&d->now.fan);
+    if (!is_common) {
+        const int turned = is_tangent && cqi_code_turn(d, k, row, &g.along, around, n, wedge);
+        if (is_tangent && !turned) g.along.x = g.along.y = g.along.z = 0;
+        if (!cqi_code_pair_near(d, k, row, g.along, around, n, turned, wedge)) return 0;
+    }
+    return channel->components == 2 || cqi_code_sign(d, k, n ? around[0] : CQ_NONE, g.side, row, wedge);
+}
+
 /* -- Other channels --
  *
  * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it
@@ -4448,60 +5083,72 @@ static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return 0;
 }
 
-/* Is component c of channel k the last weight of all, by 24 bits at most? */
-static int cqi_is_last_weight(const cq_shape *s, uint32_t k, uint32_t c)
-{
-    const cq_channel *channel = &s->channel[k];
-    if (channel->kind != CQ_WEIGHTS || channel->bits > 24 || c + 1 < channel->components) return 0;
-    for (k++; k < s->num_channels; k++)
-        if (s->channel[k].kind == CQ_WEIGHTS && s->channel[k].merge != CQ_PER_FACE) return 0;
-    return 1;
-}
-
-/* What the weights of A have more than those of B without the last one: modulo 2^32, as exact ones may count, too. */
-static int32_t cqi_rest_of_weights(const cq_decoder *d, cq_index a)
+/* What is left for B of the sum that the weights of A have, without those before component c of channel k, modulo 2^32,
+ * as exact ones may count, too; and whether A has weights behind that. */
+static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, cq_index a, int *more)
 {
     const cq_shape *s = &d->shape;
     const cq_index b = d->mesh.num_vertices;
     int64_t rest = 0;
-    uint32_t k;
-    for (k = 0; k < s->num_channels; k++) {
-        const uint32_t n = s->channel[k].components;
-        uint32_t c;
-        if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge == CQ_PER_FACE) continue;
-        for (c = 0; c < n; c++) {
-            const int32_t of_a = d->channel[k][(size_t)a * n + c], of_b = d->channel[k][(size_t)b * n + c];
-            rest += (int64_t)of_a - (cqi_is_last_weight(s, k, c) ? 0 : of_b);
+    uint32_t j, e;
+    *more = 0;
+    for (j = 0; j < s->num_channels; j++) {
+        const uint32_t n = s->channel[j].components;
+        if (s->channel[j].kind != CQ_WEIGHTS || s->channel[j].merge == CQ_PER_FACE) continue;
+        for (e = 0; e < n; e++) {
+            const int32_t of_a = d->channel[j][(size_t)a * n + e];
+            rest += of_a;
+            if (j < k || (j == k && e < c)) rest -= d->channel[j][(size_t)b * n + e];
+            else *more |= of_a && (j > k || e > c);
         }
     }
     return (int32_t)(uint32_t)rest;
 }
 
-/* Predictions of component c from the fan: the mean, and three others less that, as numbers times 2^fraction. */
-static int32_t cqi_predict_plain(cq_decoder *d, uint32_t k, uint32_t c, int32_t *feature, uint32_t *spread)
+/* Is a weight of B all that is left of the sum? As a rule if that is nothing, or if A has no weights behind it. */
+static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
+{
+    int more, usual, is_rest;
+    *rest = cqi_rest_of_weights(d, k, c, d->now.fan.vertex[0], &more);
+    usual = !*rest || !more;
+    is_rest = CQI_ENCODING(d) && cqi_plan_value(d, k, c, input) == *rest;
+    return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
+}
+
+/* Values of the fan in component c less that of A, which is returned, rough ones if exact; their mean, and the sum of
+ * how far they are from it. */
+static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
-    const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
     const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
-    int32_t *const x = f->scratch, sum = 0, outer = 0, mean, o;
+    int32_t *const x = f->scratch, sum = 0;
+    int n;
+    for (n = 0; n < f->size; n++) sum += x[n] = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], joints)) - a;
+    *mean = cqi_product(sum, cqi_reciprocal[f->size], 16);
+    for (n = 0, *spread = 0; n < f->size; n++) *spread += cqi_abs(x[n] - *mean);
+    return a;
+}
+
+/* Without positions there are three predictions beside the mean, which is taken from them: across the edges of the fan,
+ * A, and the common neighbours. */
+static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t a, int32_t mean,
+                                    int32_t *feature)
+{
+    const cqi_fan *f = &d->now.fan;
+    const int32_t *const x = f->scratch;
+    int32_t outer = 0;
     int n, beyond = 0;
-    x[0] = 0;
-    for (n = 1; n < f->size; n++) sum += x[n] = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], joints)) - a;
-    mean = cqi_product(sum, cqi_reciprocal[f->size], 16);
-    *spread = 0;
     for (n = 0; n < f->size; n++) {
-        const int next = n + 1 < f->size ? n + 1 : 0;
-        *spread += cqi_abs(x[n] - mean);
+        int32_t o;
         if (f->beyond[n] == CQ_NONE) continue;
-        o = cqi_rough(channel, cqi_value_near(d, k, c, f->beyond[n], joints)) - a;
-        outer += cqi_floor_shift(2 * o - x[n] - x[next], 2);
+        o = cqi_rough(&d->shape.channel[k], cqi_value_near(d, k, c, f->beyond[n], joints)) - a;
+        outer += cqi_floor_shift(2 * o - x[n] - x[n + 1 < f->size ? n + 1 : 0], 2);
         beyond++;
     }
     feature[0] = beyond ? cqi_product(outer, cqi_reciprocal[beyond], 15) : 0;
     feature[1] = -mean;
     feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
-    return a + mean;
 }
 
 /* Which mean of the fan was nearer to this weight of B? Numbers have 25 bits, sums and running means 30. */
@@ -4520,27 +5167,30 @@ static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
     }
 }
 
-/* One component of B by the linear prediction. */
-static CQI_APART int cqi_code_plain(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
+/* One component of B, or of its part of a row: by the linear prediction and the fit. */
+static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    int32_t *weight = d->model.plain[k], feature[3], p, x = 0;
-    uint32_t spread;
-    int n, half_bits;
-    if (cqi_is_last_weight(&d->shape, k, c)) {
-        p = cqi_rest_of_weights(d, d->now.fan.vertex[0]);
-        if (cqi_code_bit(d, CQI_SUM, CQI_ENCODING(d) && cqi_plan_value(d, k, c, input) == p)) {
-            *to = (cq_value)p;
-            return cqi_value_fits(channel, p);
-        }
+    const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
+    const uint32_t size = (uint32_t)d->now.fan.size;
+    int32_t *const weight = d->model.plain[k], feature[CQI_PLAIN_FEATURES], mean, p, x = 0;
+    uint32_t spread, off;
+    int n, half_bits, features = d->located >= 0 ? 1 : CQI_PLAIN_FEATURES;
+    if (channel->kind == CQ_WEIGHTS && channel->bits <= 24 && cqi_code_rest(d, k, c, input, &p)) {
+        *to = (cq_value)p;
+        return cqi_value_fits(channel, p);
     }
-    p = cqi_predict_plain(d, k, c, feature, &spread);
-    for (n = 0; n < 3; n++) p += cqi_product(feature[n], weight[n], 16);
+    p = cqi_compare_fan(d, k, c, joints, &mean, &spread);
+    off = spread;
+    if (d->located >= 0) feature[0] = cqi_fit(&d->now.fan, d->now.fan.scratch, mean, &off);
+    else cqi_find_plain_features(d, k, c, joints, p, mean, feature);
+    p += mean;
+    for (n = 0; n < features; n++) p += cqi_product(feature[n], weight[n], 16);
     p = cqi_unrough(channel, p);
-    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + (cqi_is_exact(channel) ? 16 : 0);
+    half_bits = (cqi_half_bits(spread / size) + cqi_half_bits(off / size)) / 2 + (cqi_is_exact(channel) ? 16 : 0);
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), p);
-    x = cqi_code_expected(d, CQI_PLAIN, half_bits, cqi_most_bits(channel), -1, x);
-    for (n = 0; n < 3; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
+    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_most_bits(channel), x);
+    for (n = 0; n < features; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
     x = cqi_number(channel, cqi_sum(p, x));
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
@@ -4609,110 +5259,45 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return cqi_value_fits(&d->shape.channel[k], x);
 }
 
-/* All components of channel k of B, which is going to be vertex b. */
-static int cqi_code_channel(cq_decoder *d, uint32_t k, int p, int q, cq_index input, cq_index b)
+/* Channel k of B or of its part of a row, whose number is `own`, by its fan. */
+static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    cq_value *to = d->channel[k] + (size_t)b * channel->components;
+    const cqi_fan *f = &d->now.fan;
+    cq_value *to = d->channel[k] + (size_t)own * channel->components;
     uint32_t c;
-    if (!CQI_HAS_ATTRIBUTES || (int)k == d->located) return cqi_code_position(d, k, p, q, input, to);
+    if (cqi_has_pairs(d, k)) return cqi_code_expected_pair(d, k, own, f->vertex, f->size, input);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
         const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
                      : channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, input, to + c)
-                                                 : cqi_code_plain(d, k, c, input, to + c);
+                                                 : cqi_code_number(d, k, c, input, to + c);
         if (!ok) return 0;
     }
     return 1;
 }
 
-/* All values of B, and of the new faces. */
+/* All values of B, its position first, and of the new faces. */
 static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index b)
 {
     uint32_t k;
     cqi_list_fan_of_b(d, p, q);
     if (d->materials && !cqi_code_new_materials(d, p, q)) return 0;
-    for (k = 0; k < d->shape.num_channels; k++) {
+    if (d->located >= 0) {
+        k = (uint32_t)d->located;
+        if (!cqi_code_position(d, k, p, q, input, d->channel[k] + 3 * (size_t)b)) return 0;
+        cqi_charge_channel(d, k);
+    }
+    if (CQI_HAS_ATTRIBUTES) cqi_locate_fan_of_b(d, p);
+    for (k = 0; k < d->shape.num_channels && CQI_HAS_ATTRIBUTES; k++) {
         const int of = cqi_class(&d->shape, k);
-        if (CQI_HAS_ATTRIBUTES && of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (of == CQI_OF_VERTEX && !cqi_code_channel(d, k, p, q, input, b)) return 0;
+        if ((int)k == d->located) continue;
+        if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
+        else if (of == CQI_OF_VERTEX && !cqi_code_by_fan(d, k, b, input)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
 }
-
-/* The pair of a direction, from the middle of the square, which is `half` wide. */
-typedef struct cqi_pair_of_normal {
-    int32_t x, y;
-} cqi_pair_of_normal;
-
-/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
-static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
-{
-    const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
-    a.x = a.x < 0 ? -x : x;
-    a.y = a.y < 0 ? -y : y;
-    return a;
-}
-
-typedef struct cqi_direction {
-    int64_t x, y, z;
-} cqi_direction;
-
-/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
- * most. */
-static int64_t cqi_angle(int64_t x, int64_t y)
-{
-    const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
-    const int64_t t = high ? low * 65536 / high : 0;
-    int64_t angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16;
-    if (size < y) angle = 102944 - angle;
-    return x < 0 ? 205887 - angle : angle;
-}
-
-/* Adds the normal of a triangle at its corner o, given its next two corners, by the angle at o. Offsets have 25 bits,
- * and are shifted down to 14: cross products have 30 and their lengths 31, sums of up to 26 normals 48. */
-static void cqi_add_normal(cqi_direction *n, const cq_value *o, const cq_value *a, const cq_value *b)
-{
-    cqi_vector u, v;
-    int64_t x, y, z, length, weight;
-    u.x = a[0] - o[0];
-    u.y = a[1] - o[1];
-    u.z = a[2] - o[2];
-    v.x = b[0] - o[0];
-    v.y = b[1] - o[1];
-    v.z = b[2] - o[2];
-    u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
-    v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
-    x = (int64_t)u.y * v.z - (int64_t)u.z * v.y;
-    y = (int64_t)u.z * v.x - (int64_t)u.x * v.z;
-    z = (int64_t)u.x * v.y - (int64_t)u.y * v.x;
-    length = (int64_t)cqi_root((uint64_t)(x * x) + (uint64_t)(y * y) + (uint64_t)(z * z));
-    if (!length) return;
-    weight = (cqi_angle((int64_t)u.x * v.x + (int64_t)u.y * v.y + (int64_t)u.z * v.z, length) << 24) / length;
-    n->x += x * weight;
-    n->y += y * weight;
-    n->z += z * weight;
-}
-
-/* The octahedral pair of a direction, unless that has none. */
-static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
-{
-    const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
-    int64_t sum = x + y + z;
-    int shift = 0;
-    while (sum >> shift >> 38) shift++;
-    sum >>= shift;
-    if (!sum) return 0;
-    pair->x = (int32_t)(((x >> shift) * half + sum / 2) / sum);
-    pair->y = (int32_t)(((y >> shift) * half + sum / 2) / sum);
-    if (n.x < 0) pair->x = -pair->x;
-    if (n.y < 0) pair->y = -pair->y;
-    if (n.z < 0) *pair = cqi_folded(*pair, half);
-    return 1;
-}
-
-static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
@@ -5264,34 +5849,6 @@ static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
     return bit;
 }
 
-/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 5. */
-static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
-{
-    const int rate = 1 + (model->used + 1) / 2;
-    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
-    else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
-    model->used = (uint8_t)(model->used + (model->used < 7));
-    return bit;
-}
-
-/* A residual: its number of bits, 0 .. 47, by asking whether it is more up to 16 times, given half the bits that are
- * expected; then its bits below the highest one, and its sign. */
-static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int most, int32_t residual)
-{
-    cqi_quick_model *const model = d->seams->length[set][cqi_at_most(half_bits, CQI_ROW_CLASSES - 1)];
-    const uint32_t magnitude = cqi_abs(residual);
-    const int length = cqi_bit_length(magnitude);
-    uint32_t low, x;
-    int n = 0;
-    while (n < CQI_ROW_LENGTHS && cqi_code_quick(d, &model[n], n < length)) n++;
-    if (n == CQI_ROW_LENGTHS) n += (int)cqi_code_raw(d, (uint32_t)(length - n), 5);
-    if (!n) return 0;
-    if (n > most) return CQI_WILD;
-    low = ((uint32_t)1 << (n - 1)) - 1;
-    x = cqi_code_raw(d, (magnitude & low) << 1 | (residual < 0), n);
-    return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
-}
-
 /* Is it the row of the encoder's wedge? */
 static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
 {
@@ -5438,20 +5995,24 @@ static int cqi_corner_history(const cqi_seams *s, int corner)
     }
 }
 
+static cq_index cqi_vertex_of_corner(const cq_decoder *d, int corner)
+{
+    if (corner % 3 == CQI_LEFT_A) return d->mesh.origin[d->ring.spoke[0]];
+    if (corner % 3 == CQI_LEFT_B) return d->mesh.num_vertices;
+    return d->ring.vertex[corner == CQI_AT_P ? d->seams->p : d->seams->q];
+}
+
 static cq_index cqi_code_corner(cq_decoder *d, int corner)
 {
     cqi_seams *s = d->seams;
     cq_bit_model *const model = s->model[s->context];
     const cq_index usual = s->usual[corner], other = s->other[corner], wedge = s->wanted[corner];
-    cq_index vertex = d->mesh.origin[d->ring.spoke[0]];
     int history = cqi_corner_history(s, corner);
     if (usual != CQ_NONE && cqi_code_with(d, &model[CQI_USUAL + 4 * corner + history], cqi_is_wanted(d, usual, wedge)))
         return usual;
     if (other != CQ_NONE && cqi_code_with(d, &model[CQI_SECOND_CHOICE + corner], cqi_is_wanted(d, other, wedge)))
         return other;
-    if (corner % 3 == CQI_LEFT_B) vertex = d->mesh.num_vertices;
-    if (corner % 3 == CQI_AT_P) vertex = d->ring.vertex[corner == CQI_AT_P ? s->p : s->q];
-    return cqi_make_row(d, vertex, usual, corner, wedge);
+    return cqi_make_row(d, cqi_vertex_of_corner(d, corner), usual, corner, wedge);
 }
 
 /* All corners that there are have a usual row, and the encoder wants it. */
@@ -5494,288 +6055,53 @@ static void cqi_code_corners(cq_decoder *d)
 
 /* -- Values of the rows that a split makes -- */
 
-/* The row beyond the edge of ring vertices k and k + 1, if the surface goes on there. */
-static cq_index cqi_row_beyond(const cq_decoder *d, cq_index spoke)
-{
-    const cq_index inner = cq_next(spoke), outer = d->mesh.twin[inner];
-    if (cqi_row_at(d, outer) != cqi_row_at(d, cq_next(inner)) || cqi_row_at(d, cq_next(outer)) != cqi_row_at(d, inner))
-        return CQ_NONE;
-    return cqi_row_at(d, cq_prev(outer));
-}
-
-/* -- Texture coordinates and other values of rows, by an affine fit --
- *
- * Values that are a linear function of the position, as most texture coordinates are nearly, are continued from B's
- * neighbours: by least squares in the two coordinates along the surface. */
-
-/* Places of B's neighbours relative to B, along the surface, with 8 bits; and their mean. */
-static void cqi_locate_rows(cq_decoder *d)
-{
-    const cq_value *const at = d->located >= 0 ? d->channel[d->located] : NULL;
-    cqi_fan *f = &d->now.fan;
-    uint32_t all = 0;
-    int64_t sum_x = 0, sum_y = 0;
-    int k, shift;
-    for (k = 0; k < f->size && at; k++) {
-        const cq_value *const b = at + 3 * (size_t)d->mesh.num_vertices, *const v =
-                                                                             at + 3 * (size_t)d->vertex[f->vertex[k]];
-        f->at[k].x = v[f->axis[0]] - b[f->axis[0]];
-        f->at[k].y = v[f->axis[1]] - b[f->axis[1]];
-        f->at[k].z = 0;
-        all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y);
-    }
-    shift = cqi_bit_length(all >> 8);
-    for (k = 0; k < f->size && at; k++) {
-        f->at[k] = cqi_shift(f->at[k], shift);
-        sum_x += f->at[k].x;
-        sum_y += f->at[k].y;
-    }
-    f->mean.x = (int32_t)(sum_x / f->size);
-    f->mean.y = (int32_t)(sum_y / f->size);
-}
-
-/* B's neighbours, as rows, and what is beyond: as cqi_list_fan_of_b, but where a seam ends B's row, nothing is
- * known. */
+/* B's neighbours, as rows: as cqi_list_fan_of_b, but what is beyond is not looked at. Faces are those that have the
+ * row. */
 static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
 {
     const cqi_ring *r = &d->ring;
     const cqi_seams *s = d->seams;
-    const cq_index to_p = r->spoke[s->p], from_q = d->mesh.twin[r->spoke[s->q]];
     cqi_fan *f = &d->now.fan;
-    int k, n = 1, whole = 1;
+    int k, n = 1;
     f->vertex[0] = beside;
+    f->faces = 0;
     for (k = s->p; k <= s->q; k++) {
         const int before = k > s->p && s->run[k] == row, after = k < s->q && s->run[k + 1] == row;
-        whole &= (before || k == s->p) && (after || k == s->q);
         if (!before && !after) continue;
-        f->vertex[n] = cqi_row_at(d, before ? cq_next(r->spoke[k]) : d->mesh.twin[r->spoke[k]]);
-        f->beyond[n++] = after ? cqi_row_beyond(d, r->spoke[k + 1]) : CQ_NONE;
+        if (before) f->faces |= (uint32_t)1 << (n - 1);
+        f->vertex[n++] = cqi_row_at(d, before ? cq_next(r->spoke[k]) : d->mesh.twin[r->spoke[k]]);
     }
+    if (s->run[s->p + 1] == row && s->row[CQI_LEFT_B] == row) f->faces |= 1;
+    if (s->run[s->q] == row && s->row[CQI_RIGHT_B] == row) f->faces |= (uint32_t)1 << (n - 1);
     f->size = n;
-    f->boundary = !whole;
-    f->beyond[0] = f->beyond[n - 1] = CQ_NONE;
-    if (cqi_row_at(d, to_p) == beside && cqi_row_at(d, cq_next(to_p)) == f->vertex[1])
-        f->beyond[0] = cqi_row_at(d, cq_prev(to_p));
-    if (cqi_row_at(d, cq_next(from_q)) == beside && cqi_row_at(d, from_q) == f->vertex[n - 1])
-        f->beyond[n - 1] = cqi_row_at(d, cq_prev(from_q));
-    for (k = 0; k < n && !whole; k++) f->beyond[k] = CQ_NONE;
-    cqi_locate_rows(d);
-}
-
-/* -- Normals of rows, from geometry --
- *
- * The positions of a split are known when its rows are read, and so are the faces that have a row: their normals, each
- * weighted by the sine of its angle, predict that of the row. An octahedral pair has a seam itself, the border of its
- * square, where the lower hemisphere ends. If the prediction lies there, all pairs are folded before they are compared,
- * which takes the upper hemisphere out to the border instead. */
-
-/* Sum of the normals of the faces that a new row has. */
-static cqi_direction cqi_row_direction(const cq_decoder *d, cq_index row, int corner)
-{
-    const cqi_ring *r = &d->ring;
-    const cqi_seams *s = d->seams;
-    const cq_value *const at = d->channel[d->located];
-    const cq_value *const a = at + 3 * (size_t)d->mesh.origin[r->spoke[0]], *const b =
-                                                                                at + 3 * (size_t)d->mesh.num_vertices;
-    const cq_value *const p = at + 3 * (size_t)r->vertex[s->p], *const q = at + 3 * (size_t)r->vertex[s->q];
-    cqi_direction n = { 0, 0, 0 };
-    int k;
-    for (k = s->p + 1; k <= s->q && corner == CQI_CORNERS; k++)
-        if (s->run[k] == row) cqi_add_normal(&n, b, at + 3 * (size_t)r->vertex[k], at + 3 * (size_t)r->vertex[k - 1]);
-    if (s->row[CQI_LEFT_A] == row) cqi_add_normal(&n, a, b, p);
-    if (s->row[CQI_LEFT_B] == row) cqi_add_normal(&n, b, p, a);
-    if (s->row[CQI_AT_P] == row) cqi_add_normal(&n, p, a, b);
-    if (s->row[CQI_RIGHT_A] == row) cqi_add_normal(&n, a, q, b);
-    if (s->row[CQI_RIGHT_B] == row) cqi_add_normal(&n, b, a, q);
-    if (s->row[CQI_AT_Q] == row) cqi_add_normal(&n, q, b, a);
-    return n;
-}
-
-static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, cq_index row, int32_t half, int fold)
-{
-    cqi_pair_of_normal a;
-    a.x = values[stride * (size_t)row] - half;
-    a.y = values[stride * (size_t)row + 1] - half;
-    return fold ? cqi_folded(a, half) : a;
-}
-
-/* Is the channel one of octahedral pairs? */
-static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
-{
-    const cq_channel *c = &d->shape.channel[k];
-    const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
-    return d->located >= 0 && is_pair && c->merge == CQ_AVERAGE && c->bits > 1 && c->bits <= 24;
-}
-
-/* How far the pairs around are from what is expected, on the mean. */
-static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n,
-                                    int32_t half, int fold, cqi_pair_of_normal p)
-{
-    uint32_t sum = 0;
-    int k;
+    f->boundary = 1;
     for (k = 0; k < n; k++) {
-        const cqi_pair_of_normal a = cqi_pair_at(values, stride, around[k], half, fold);
-        sum += (cqi_abs(a.x - p.x) + cqi_abs(a.y - p.y)) / (uint32_t)n;
+        f->beyond[k] = CQ_NONE;
+        if (d->located < 0) continue;
+        f->at[k] = cqi_offset(d->channel[d->located], d->mesh.num_vertices, d->vertex[f->vertex[k]]);
     }
-    return sum / 2;
+    if (d->located >= 0) cqi_flatten_fan(f);
 }
 
-/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is
- * expected has been turned to where the pair is, but for rounding. */
-static int cqi_code_pair_of_normal(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction,
-                                   const cq_index *around, int n, int turned, cq_index wedge)
+/* The fan of a row that only new faces have: of each of them the other two corners. */
+static void cqi_list_fan_of_corner(cq_decoder *d, cq_index row)
 {
-    const cq_channel *channel = &d->shape.channel[k];
-    const uint32_t stride = channel->components;
-    cq_value *const values = d->channel[k], *const to = values + stride * (size_t)row;
-    const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
-    cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
-    const int set = turned ? CQI_ROW_TURN : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
-    int fold, half_bits, odd = 0;
-    if (!cqi_pair_of(direction, half, &expected))
-        expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
-    fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
-    if (fold) expected = cqi_folded(expected, half);
-    p = expected;
-    half_bits = turned ? CQI_ROUNDING : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, p));
-    if (CQI_ENCODING(d)) {
-        wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
-        wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
-        if (fold) {
-            const cqi_pair_of_normal in = cqi_folded(wanted, half), out = cqi_folded(in, half);
-            odd = out.x != wanted.x || out.y != wanted.y;
-            if (!odd) wanted = in;
+    static const uint8_t following[CQI_CORNERS] = { CQI_LEFT_B, CQI_AT_P,    CQI_LEFT_A,
+                                                    CQI_AT_Q,   CQI_RIGHT_A, CQI_RIGHT_B };
+    const cqi_seams *s = d->seams;
+    cqi_fan *f = &d->now.fan;
+    int corner, other, j;
+    f->size = 0;
+    f->faces = 0;
+    for (corner = 0; corner < CQI_CORNERS && d->located >= 0; corner++) {
+        if (s->row[corner] != row) continue;
+        f->faces |= (uint32_t)1 << f->size;
+        for (j = 0, other = following[following[corner]]; j < 2; j++, other = following[following[other]]) {
+            f->vertex[f->size] = s->row[other];
+            f->at[f->size++] = cqi_offset(d->channel[d->located], cqi_vertex_of_corner(d, corner),
+                                          cqi_vertex_of_corner(d, other));
         }
     }
-    if (fold) odd = cqi_code_with(d, &d->seams->equal[k][1], odd);
-    wanted.x = p.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - p.x);
-    wanted.y = p.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - p.y);
-    if (cqi_abs(wanted.x) >> 25 || cqi_abs(wanted.y) >> 25) return 0;
-    if (fold && !odd) wanted = cqi_folded(wanted, half);
-    if (!cqi_value_fits(channel, wanted.x + half) || !cqi_value_fits(channel, wanted.y + half)) return 0;
-    to[0] = (cq_value)(wanted.x + half);
-    to[1] = (cq_value)(wanted.y + half);
-    return 1;
-}
-
-static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
-
-/* -- Tangents of rows --
- *
- * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is
- * there already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
-
-/* As long as its pair says: x, y and z together have the size half. */
-static cqi_direction cqi_direction_of(cqi_pair_of_normal p, int32_t half)
-{
-    cqi_direction n;
-    n.z = half - (int32_t)cqi_abs(p.x) - (int32_t)cqi_abs(p.y);
-    if (n.z < 0) p = cqi_folded(p, half);
-    n.x = p.x;
-    n.y = p.y;
-    return n;
-}
-
-static cqi_direction cqi_across(cqi_direction a, cqi_direction b)
-{
-    cqi_direction n;
-    n.x = a.y * b.z - a.z * b.y;
-    n.y = a.z * b.x - a.x * b.z;
-    n.z = a.x * b.y - a.y * b.x;
-    return n;
-}
-
-static int64_t cqi_along(cqi_direction a, cqi_direction b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-/* The first channel of pairs that are normals, if it comes before channel k; or -1. */
-static int cqi_normals_before(const cq_decoder *d, uint32_t k)
-{
-    uint32_t j;
-    for (j = 0; j < k; j++)
-        if (d->shape.channel[j].kind == CQ_NORMAL && cqi_has_pairs(d, j)) return (int)j;
-    return -1;
-}
-
-/* How far a tangent is turned away from t, in 1/half: `side` is t turned by a right angle. */
-static int32_t cqi_turn_of(cqi_direction a, cqi_direction t, cqi_direction side, int32_t half)
-{
-    const int64_t along = cqi_along(a, t) / half, x = cqi_along(a, side), most = 4 * (int64_t)half;
-    if (along <= 0) return 0;
-    return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
-}
-
-/* Turns what is expected. Vectors have 24 bits, products of two 49, a cross product divided by the normal's length 26,
- * and what comes out 54. 0: there is no normal, or nothing that says where to begin. */
-static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *expected, const cq_index *around,
-                         int n, cq_index wedge)
-{
-    const cq_channel *channel = &d->shape.channel[k];
-    const int normals = cqi_normals_before(d, k);
-    const int32_t half = cqi_half_of(channel);
-    cqi_direction t = { 0, 0, 0 }, normal, side, a;
-    cqi_pair_of_normal p;
-    int32_t turn = 0, length;
-    uint32_t spread = 0;
-    int j;
-    if (normals < 0 || !n) return 0;
-    for (j = 0; j < n; j++) {
-        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
-        t.x += a.x;
-        t.y += a.y;
-        t.z += a.z;
-    }
-    length = cqi_half_of(&d->shape.channel[normals]);
-    normal = cqi_direction_of(cqi_pair_at(d->channel[normals], 2, row, length, 0), length);
-    if (!cqi_pair_of(t, half, &p)) return 0;
-    t = cqi_across(normal, cqi_direction_of(p, half));
-    if (!cqi_pair_of(t, half, &p)) return 0;
-    t = cqi_across(cqi_direction_of(p, half), normal);
-    if (!cqi_pair_of(t, half, &p)) return 0; /* unreachable: the two are at right angles, nearly */
-    t = cqi_direction_of(p, half);
-    side = cqi_across(normal, t);
-    length = (int32_t)cqi_root((uint64_t)cqi_along(normal, normal));
-    side.x /= length;
-    side.y /= length;
-    side.z /= length;
-    for (j = 0; j < n; j++) {
-        a = cqi_direction_of(cqi_pair_at(d->channel[k], channel->components, around[j], half, 0), half);
-        spread += cqi_abs(cqi_turn_of(a, t, side, half)) / (uint32_t)n;
-    }
-    if (CQI_ENCODING(d)) {
-        p.x = cqi_plan_bits(d, k, 0, wedge) - half;
-        p.y = cqi_plan_bits(d, k, 1, wedge) - half;
-        turn = cqi_turn_of(cqi_direction_of(p, half), t, side, half);
-    }
-    turn = cqi_code_row_residual(d, CQI_ROW_TURN, cqi_at_most(cqi_half_bits(spread), CQI_ROUNDING - 1), 26, turn);
-    expected->x = t.x * half + side.x * turn;
-    expected->y = t.y * half + side.y * turn;
-    expected->z = t.z * half + side.z * turn;
-    return 1;
-}
-
-/* The sign that a tangent has as third number, 0 or 1: mostly as nearby. */
-static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, cq_index row, cq_index wedge)
-{
-    const cq_channel *channel = &d->shape.channel[k];
-    cq_bit_model *const model = d->seams->equal[k];
-    const int side = near != CQ_NONE && d->channel[k][3 * (size_t)near + 2] != 0;
-    int32_t x = CQI_ENCODING(d) ? cqi_plan_bits(d, k, 2, wedge) : 0;
-    if (cqi_code_with(d, &model[8], x >> 1 != 0)) x = (int32_t)cqi_code_raw(d, (uint32_t)x, channel->bits);
-    else x = cqi_code_with(d, &model[9 + side], (int)x);
-    d->channel[k][3 * (size_t)row + 2] = (cq_value)x;
-    return cqi_value_fits(channel, x);
-}
-
-/* A pair, by the normals of faces; or of a tangent, by those around. */
-static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, int corner, const cq_index *around, int n,
-                                  cq_index wedge)
-{
-    cqi_direction expected = { 0, 0, 0 };
-    int turned = 0;
-    if (d->shape.channel[k].kind == CQ_NORMAL) expected = cqi_row_direction(d, row, corner);
-    else turned = cqi_code_turn(d, k, row, &expected, around, n, wedge);
-    if (!cqi_code_pair_of_normal(d, k, row, expected, around, n, turned, wedge)) return 0;
-    return d->shape.channel[k].components == 2 || cqi_code_sign(d, k, n ? around[0] : CQ_NONE, row, wedge);
 }
 
 static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_index b)
@@ -5838,67 +6164,6 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
-/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice
- * the largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
- * *off becomes the sum of how far the fit is from each neighbour, if there is one.
- *
- * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
- * 37, numerators 61, of which 50 are looked at: times an offset 58. */
-static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
-{
-    int64_t xx = 0, yy = 0, xy = 0, ux = 0, uy = 0, limit = 0, along_x, along_y, det, fit;
-    int k, bits = 0;
-    for (k = 0; k < f->size; k++) {
-        const int64_t dx = f->at[k].x - f->mean.x, dy = f->at[k].y - f->mean.y, u = cqi_floor_shift(x[k] - mean, 2);
-        xx += dx * dx;
-        yy += dy * dy;
-        xy += dx * dy;
-        ux += u * dx;
-        uy += u * dy;
-        limit = u > limit ? u : -u > limit ? -u : limit;
-    }
-    fit = (xx + yy) / 64 + 1;
-    xx += fit;
-    yy += fit;
-    along_x = yy * ux - xy * uy;
-    along_y = xx * uy - xy * ux;
-    while ((along_x < 0 ? -along_x : along_x) >> bits >> 50 || (along_y < 0 ? -along_y : along_y) >> bits >> 50) bits++;
-    det = (xx * yy - xy * xy) >> bits;
-    if (!det) return 0;
-    along_x = cqi_floor_shift_wide(along_x, bits);
-    along_y = cqi_floor_shift_wide(along_y, bits);
-    for (k = 0, *off = 0; k < f->size; k++) {
-        fit = (along_x * (f->at[k].x - f->mean.x) + along_y * (f->at[k].y - f->mean.y)) / det;
-        fit -= cqi_floor_shift(x[k] - mean, 2);
-        *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * limit)));
-    }
-    fit = -(along_x * f->mean.x + along_y * f->mean.y) / det;
-    return 4 * (int32_t)cqi_clamp_wide(fit, 2 * limit);
-}
-
-/* One component of B's part of a row: by the linear prediction and the fit. */
-static int cqi_code_fitted(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_value *to)
-{
-    const cq_channel *channel = &d->shape.channel[k];
-    int32_t *const weight = d->model.plain[k], feature[4], p, x = 0;
-    uint32_t spread, off;
-    int n, half_bits;
-    p = cqi_predict_plain(d, k, c, feature, &spread);
-    off = spread;
-    feature[3] = d->located >= 0 ? cqi_fit(&d->now.fan, d->now.fan.scratch, -feature[1], &off) : 0;
-    for (n = 0; n < 4; n++) p += cqi_product(feature[n], weight[n], 16);
-    p = cqi_unrough(channel, p);
-    half_bits = cqi_half_bits(spread / (uint32_t)d->now.fan.size) + cqi_half_bits(off / (uint32_t)d->now.fan.size);
-    half_bits = half_bits / 2 + (cqi_is_exact(channel) ? 16 : 0);
-    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
-    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
-    for (n = 0; n < 4; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
-    x = cqi_number(channel, cqi_sum(p, x));
-    if (!cqi_value_fits(channel, x)) return 0;
-    *to = (cq_value)x;
-    return 1;
-}
-
 /* Channel k of a row that only one or both of the new faces have: as in the corner before of the same face, as beside
  * it, or near that. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
@@ -5923,7 +6188,7 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
     if (cqi_has_pairs(d, k)) {
         const int other = beside == CQ_NONE || (channel->kind == CQ_TANGENT && in_face != CQ_NONE);
         const cq_index *around = other ? &in_face : &made->beside;
-        return cqi_code_expected_pair(d, k, row, made->corner, around, *around != CQ_NONE, wedge);
+        return cqi_code_expected_pair(d, k, row, around, *around != CQ_NONE, wedge);
     }
     swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
     for (c = 0; c < channel->components && ok; c++) {
@@ -5938,21 +6203,10 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
 static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
-    const cq_channel *channel = &d->shape.channel[k];
-    cq_value *to = d->channel[k] + (size_t)row * channel->components;
-    uint32_t c;
-    int ok = 1;
-    if (s->next &&
+    if (row > d->num_rows &&
         cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
         return 1;
-    if (cqi_has_pairs(d, k)) {
-        const cqi_fan *f = &d->now.fan;
-        return cqi_code_expected_pair(d, k, row, CQI_CORNERS, f->vertex, f->size, wedge);
-    }
-    for (c = 0; c < channel->components && ok; c++)
-        ok = channel->merge == CQ_COPY ? cqi_code_copied(d, k, c, wedge, to + c)
-                                       : cqi_code_fitted(d, k, c, wedge, to + c);
-    return ok;
+    return cqi_code_by_fan(d, k, row, wedge);
 }
 
 /* The next channel of the rows that the split makes; 0: there is none. */
@@ -6016,27 +6270,36 @@ static CQI_APART cq_result cqi_step_corners(cq_decoder *d)
     return CQ_OK;
 }
 
-/* One channel of one new row; or the split, when all are there. */
+/* One channel of one of the new rows. */
+static int cqi_code_new_row(cq_decoder *d, uint32_t k, int nth)
+{
+    const cqi_new_row *made = &d->seams->made[nth];
+    const cq_index row = (cq_index)(d->num_rows + (cq_index)nth),
+                   wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+    if (made->corner == CQI_CORNERS) {
+        cqi_list_fan_of_row(d, row, made->beside);
+        return cqi_code_split_row(d, k, row, wedge);
+    }
+    cqi_list_fan_of_corner(d, row);
+    return cqi_code_seam_row(d, k, row, made, wedge);
+}
+
+/* The next row's channel, all rows of one channel after another; or the split, when all are there. */
 static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
-    while (s->next < s->num_new) {
-        const cqi_new_row *made = &s->made[s->next];
-        const cq_index row = (cq_index)(d->num_rows + (cq_index)s->next),
-                       wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
-        if (!s->channel && made->corner == CQI_CORNERS) cqi_list_fan_of_row(d, row, made->beside);
-        if (cqi_next_channel(d, &s->channel)) {
-            const uint32_t k = s->channel++;
-            const int ok = made->corner == CQI_CORNERS ? cqi_code_split_row(d, k, row, wedge)
-                                                       : cqi_code_seam_row(d, k, row, made, wedge);
-            cqi_charge_channel(d, k);
-            if (cqi_starved(d)) return CQ_TRUNCATED;
-            return ok ? CQ_OK : CQ_ERROR_CORRUPT;
-        }
-        s->channel = 0;
-        s->next++;
+    uint32_t k;
+    int ok;
+    if (s->next == s->num_new) {
+        s->next = 0;
+        s->channel++;
     }
-    return cqi_apply_rows(d);
+    if (!s->num_new || !cqi_next_channel(d, &s->channel)) return cqi_apply_rows(d);
+    k = s->channel;
+    ok = cqi_code_new_row(d, k, s->next++);
+    cqi_charge_channel(d, k);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    return ok ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
 #endif /* CQ_NO_WEDGES */
@@ -6363,14 +6626,6 @@ static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 
 static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
 
-/* Are the first two components an octahedral pair? */
-static int cqi_is_pair(const cq_decoder *d, uint32_t k)
-{
-    const cq_channel *const c = &d->shape.channel[k];
-    return ((c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4)) &&
-           c->bits > 1 && c->bits <= 24;
-}
-
 /* If what is expected to be near v's pair is in the lower hemisphere, pairs are taken out of the fold. */
 static void cqi_look_around(cq_decoder *d, cq_index v)
 {
@@ -6378,7 +6633,7 @@ static void cqi_look_around(cq_decoder *d, cq_index v)
     const int32_t half = cqi_half_of(c);
     cqi_vector x;
     d->regular.fold = 0;
-    if (!cqi_is_pair(d, d->regular.view)) return;
+    if (!cqi_may_be_pair(c)) return;
     x = cqi_at(d, v);
     d->regular.fold = (int32_t)(cqi_abs(x.x - half) + cqi_abs(x.y - half)) > half;
 }
@@ -6780,7 +7035,7 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vec
         cq_index before = end[1 - i];
         for (k = 0; k < 3; k++) {
             if (around[k] == CQ_NONE) continue;
-            cqi_add_normal(&sum, at + 3 * (size_t)v, at + 3 * (size_t)before, at + 3 * (size_t)around[k]);
+            cqi_add_normal(&sum, cqi_offset(at, v, before), cqi_offset(at, v, around[k]));
             before = around[k];
         }
     }
@@ -6793,7 +7048,10 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vec
 }
 
 /* Features of the second prediction of a channel. */
-static int cqi_num_fine(const cq_decoder *d, uint32_t k) { return CQI_FINE + (cqi_is_pair(d, k) && d->located >= 0 && d->shape.channel[k].kind == CQ_NORMAL); }
+static int cqi_num_fine(const cq_decoder *d, uint32_t k)
+{
+    return CQI_FINE + (cqi_has_pairs(d, k) && d->shape.channel[k].kind == CQ_NORMAL);
+}
 
 /* -- Regular levels: weights -- */
 
@@ -7414,6 +7672,8 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
     f->vertex[0] = d->mesh.origin[h];
     f->vertex[1] = cq_target(&d->mesh, h);
     f->beyond[0] = f->beyond[1] = CQ_NONE;
+    memset(f->outer, 0, 2 * sizeof *f->outer); /* no fit */
+    f->mean.x = f->mean.y = 0;
 }
 
 /* All channels of v, on the edge h. */
@@ -7425,7 +7685,7 @@ static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index i
     for (k = 0; k < d->shape.num_channels && ok; k++) {
         if (cqi_class(&d->shape, k) == CQI_OF_FACE) continue;
         if ((int)k == d->located) ok = cqi_code_new_position(d, v, h, input);
-        else if (!cqi_is_expected(d, k)) ok = cqi_code_channel(d, k, 0, 0, input, v);
+        else if (!cqi_is_expected(d, k)) ok = cqi_code_by_fan(d, k, v, input);
         else
             for (part = 0; part < d->shape.channel[k].components && ok; part += 3) {
                 cqi_look_at(d, k, part);
@@ -7775,7 +8035,7 @@ static void cqi_init_seams(cqi_seams *s)
     for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
         for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
     for (j = 0; j < CQ_MAX_CHANNELS; j++) {
-        for (k = 0; k < 11; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
     }
     memset(s->length, 0, sizeof s->length);
     for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
@@ -7817,8 +8077,6 @@ static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
         d->aside.channel[k] = aside;
         aside += (size_t)s->num_aside_rows * s->channel[k].components;
         if (of != CQI_OF_ROW) continue;
-        memset(d->model.plain[k], 0, sizeof d->model.plain[k]);
-        d->model.plain[k][3] = 0x10000;
         d->channel[k] = values;
         values += (size_t)s->num_rows * s->channel[k].components;
     }
@@ -7884,7 +8142,7 @@ static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
     if (w < v) cqi_add_known(b, d->index[cq_prev(h)]);
     if (d->located >= 0) {
         const cq_value *const at = d->channel[d->located];
-        cqi_add_normal(&b->normal, at + 3 * (size_t)v, at + 3 * (size_t)u, at + 3 * (size_t)w);
+        cqi_add_normal(&b->normal, cqi_offset(at, v, u), cqi_offset(at, v, w));
     }
 }
 
@@ -7937,7 +8195,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     if (b.num_known && cqi_code_equal(d, k, 6, row, b.known[0])) return 1;
     if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
     if (channel->kind == CQ_NORMAL && cqi_has_pairs(d, k))
-        return cqi_code_pair_of_normal(d, k, row, b.normal, b.known, b.num_known, 0, wedge);
+        return cqi_code_pair_near(d, k, row, b.normal, b.known, b.num_known, 0, wedge);
     for (c = 0; c < channel->components; c++) {
         int32_t *const size = (b.num_known ? d->now.base.size : d->now.base.first) + k * CQ_MAX_COMPONENTS + c;
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
@@ -8308,6 +8566,18 @@ static cq_result cqi_step(cq_decoder *d)
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
+/* See CQI_STEP_BYTES. */
+static size_t cqi_step_bytes(const cq_shape *s)
+{
+    size_t bytes = CQI_STEP_BYTES(s->num_materials != 0);
+    uint32_t k;
+    for (k = 0; k < s->num_channels; k++) {
+        const cq_channel *c = &s->channel[k];
+        bytes += cqi_may_be_pair(c) ? 72u : (c->kind == CQ_WEIGHTS ? 19u : 18u) * (size_t)c->components;
+    }
+    return bytes;
+}
+
 /* Divides the memory, which holds at least cq_decoder_bytes of d->shape, and prepares the first step. */
 static void cqi_start(cq_decoder *d)
 {
@@ -8335,9 +8605,7 @@ static void cqi_start(cq_decoder *d)
 #ifndef CQ_NO_WEDGES
     cqi_start_rows(d, &arena);
 #endif
-    d->input.step_bytes = CQI_STEP_BYTES(cqi_all_components(&d->shape, CQI_OF_VERTEX) +
-                                         cqi_all_components(&d->shape, CQI_OF_FACE) +
-                                         cqi_all_components(&d->shape, CQI_OF_ROW) + (d->shape.num_materials != 0));
+    d->input.step_bytes = cqi_step_bytes(&d->shape);
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     memset(&d->now.base, 0, sizeof d->now.base);
@@ -8692,26 +8960,11 @@ typedef struct cqi_fan_of_input {
     uint8_t seam[CQ_MAX_VALENCE];                /* 1: the edge to the vertex is a seam */
 } cqi_fan_of_input;
 
-static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
-{
-    return (int64_t)a.x * b.x + (int64_t)a.y * b.y + (int64_t)a.z * b.z;
-}
-
 #ifdef CQ_NO_WEDGES
 #define cqi_is_seam(p, h) 0
 #else
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
 #endif
-
-static cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq_index to)
-{
-    const cq_value *a = positions + 3 * (size_t)from, *b = positions + 3 * (size_t)to;
-    cqi_vector x;
-    x.x = (int32_t)b[0] - a[0];
-    x.y = (int32_t)b[1] - a[1];
-    x.z = (int32_t)b[2] - a[2];
-    return x;
-}
 
 /* Lists the neighbours of v, not more than CQ_MAX_VALENCE. */
 static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)

@@ -36,7 +36,8 @@ class Tables:
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
         # A.1: PLAIN begins like FIRST
-        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]] + (sizes["COPY"] + sizes["JOINT"] + sizes["SUM"]) * [240]
+        self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]]
+        self.bits += (sum(sizes.values()) - len(self.bits)) * [240]
         # A.4: along and above, by class
         rows = [linear[k:k + 4] for k in range(0, 64, 4)]
         self.linear = rows[:8], rows[8:]
@@ -810,7 +811,9 @@ class Fan:
         if self.at_boundary:
             beyond = [None] * self.size
         self.w = [None if y is None or mesh.is_virtual(y) else y for y in beyond]
-        self.known = [k for k in range(self.size) if self.w[k] is not None]
+        self.known = self.all_known = [k for k in range(self.size) if self.w[k] is not None]
+        self.faces = [k for k in range(self.size) if not self.at_boundary or k != ring.x.index(
+            next(filter(mesh.is_virtual, part))) - p]
         self.group = 0 if self.at_boundary else min(self.size, 9) - 2
 
 
@@ -1012,59 +1015,357 @@ class Place:
             questions.count(Questions.SAME, self.same_gain)
 
 
-# -- 15. Rows ----------------------------------------------------------------------------------------------------------
+# -- Other channels ----------------------------------------------------------------------------------------------------
 
-# 15.7
-def face_normal(triangle):
-    o, a, b = triangle
-    u, v = minus(a, o), minus(b, o)
-    u = shifted(u, ((abs(u[0]) | abs(u[1]) | abs(u[2])) >> 14).bit_length())
-    v = shifted(v, ((abs(v[0]) | abs(v[1]) | abs(v[2])) >> 14).bit_length())
-    n = cross(u, v)
-    length = math.isqrt(dot(n, n))
-    if not length:
-        return [0, 0, 0]
-    x, y = dot(u, v), length
-    low, high = min(abs(x), y), max(abs(x), y)
-    t = 65536 * low // high
-    angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16
-    if abs(x) < y:
-        angle = 102944 - angle
-    if x < 0:
-        angle = 205887 - angle
-    weight = (angle << 24) // length
-    return [c * weight for c in n]
+class Neighbours:
+    """9.9: those of a vertex or row whose values are decoded. `at`: their positions less its own. `faces`: those k for
+    which there is a triangle with v[k + 1] and v[k]."""
 
-
-def fold(pair, half1):
-    x, y = pair
-    u, v = half1 - abs(y), half1 - abs(x)
-    return [-u if x < 0 else u, -v if y < 0 else v]
-
-
-def direction_of(pair, half1):
-    z = half1 - sum(map(abs, pair))
-    return (fold(pair, half1) if z < 0 else list(pair)) + [z]
-
-
-def pair_of(n, half1):
-    m, shift = sum(map(abs, n)), 0
-    while m >> shift >= 1 << 38:
-        shift += 1
-    m >>= shift
-    if not m:
-        return None
-    pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
-    return fold(pair, half1) if n[2] < 0 else pair
-
-
-class RowFan:
-    """That of a row, 15.5."""
-
-    def __init__(self, v, w, at_boundary):
+    def __init__(self, v, w, at_boundary, at, faces):
         self.v, self.w, self.size, self.at_boundary = v, w, len(v), at_boundary
+        self.at, self.faces = at, faces
         self.known = [k for k in range(self.size) if w[k] is not None]
 
+    def triangles(self):
+        """The two others of each triangle."""
+        return [((k + 1) % self.size, k) for k in self.faces]
+
+
+class Attributes:
+    """9.9 to 9.15. Values are lists of all channels that a vertex has, or a row; `own` is that which is decoded."""
+
+    SETS = PAIR, PAIR_AT_SEAM, FITTED, AT_SEAM, TURN, TURN_BY_FACES, ROUNDING = range(7)
+
+    def __init__(self, decoder):
+        self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
+        located = self.header.position is not None
+        self.weights = [[65536] if located else decoder.linear.along[5][:3] for _ in self.header.channels]
+        self.skin = [0, 0]
+        self.trust = [0, 0]
+        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in self.SETS]
+        self.used = [[[0] * 16 for _ in range(20)] for _ in self.SETS]
+
+    def decode(self, k, channel, fan, values, own):
+        """Channel k, by its neighbours."""
+        if self.is_pair(channel):
+            self.pair(k, channel, fan, values, own, fan.v)
+            return
+        for c in range(channel.first, channel.first + channel.components):
+            if channel.merge == Channel.AVERAGE:
+                own[c] = self.number(k, channel, fan, c, values, own)
+            elif channel.kind == 5:
+                own[c] = self.joint(channel, fan, c, values, own)
+            else:
+                own[c] = self.copied_value(channel, fan, c, values)
+
+    # 15.7
+    def residual(self, which, e, most):
+        if not self.decoder.rows:
+            return self.decoder.difference("PLAIN", 0 if which == self.ROUNDING else e, most)
+        models, used = self.lengths[which][min(e, 19)], self.used[which][min(e, 19)]
+        n = 0
+        while n < 16:
+            rate = 1 + (min(used[n], 7) + 1) // 2
+            used[n] += 1
+            if not self.coder.adaptive(f"LENGTH {which} {min(e, 19)}", models, n, rate):
+                break
+            n += 1
+        if n == 16:
+            n += self.coder.raw(5)
+        if n == 0:
+            return 0
+        if n > most:
+            return 1 << 26
+        r = self.coder.raw(n)
+        magnitude = (1 << n - 1) + (r >> 1)
+        return Decoder.signed(-magnitude if r % 2 else magnitude)
+
+    def copied_value(self, channel, fan, c, values):  # 9.10
+        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+        return self.decoder.copy(channel, [values[fan.v[at]][c] for at in order])
+
+    def joint(self, channel, fan, c, values, own):  # 9.10
+        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
+        places = range(channel.first, channel.first + channel.components)
+        near = [values[fan.v[at]][c] for at in order]
+        near += [values[fan.v[at]][other] for at in (0, 1, fan.size - 1) for other in places if other != c]
+        had = [value for value in own[channel.first:c] if value]
+        asked = list(dict.fromkeys([value for value in near if value not in had] +
+                                   [value for value in near if value in had]))
+        for k, value in enumerate(asked[:9]):
+            if self.coder.bit("JOINT", 4 * min(k, 5) + min(near.count(value), 4) - 1):
+                return value
+        return self.coder.raw(channel.bits)
+
+    # 9.9
+    def skinning(self, kind):
+        return [c for c in self.header.channels if c.kind == kind and not c.per_face]
+
+    def weight_joints(self, channel):
+        if channel.kind != 6:
+            return None
+        nth = self.skinning(6).index(channel)
+        joints = self.skinning(5)[nth:nth + 1]
+        if not joints or joints[0].components != channel.components or \
+           self.header.channels.index(joints[0]) > self.header.channels.index(channel):
+            return None
+        return joints[0]
+
+    def rest(self, channel, c, a, own):
+        """What B's weights before this one leave of the sum of A's; or None."""
+        places = [(w, at) for w in self.skinning(6) for at in range(w.first, w.first + w.components)]
+        here = places.index((channel, c))
+        rest = Decoder.signed(sum(a[at] for _, at in places) - sum(own[at] for _, at in places[:here]))
+        more = any(a[at] for _, at in places[here + 1:])
+        usual = not rest or not more
+        same = self.coder.bit("REST", 1 + more if rest else 0)
+        return rest if same == usual else None
+
+    def number(self, k, channel, fan, c, values, own):
+        if channel.kind == 6 and not channel.exact:
+            rest = self.rest(channel, c, values[fan.v[0]], own)
+            if rest is not None:
+                return self.decoder.value(channel, rest)
+        joints = self.weight_joints(channel)
+
+        def near(v, aligned=self.skin[1] <= self.skin[0]):
+            if not joints or not aligned:
+                return channel.rough(values[v][c])
+            here = values[v][joints.first:joints.first + joints.components]
+            wanted = own[joints.first + c - channel.first]
+            return channel.rough(values[v][channel.first + here.index(wanted)] if wanted in here else 0)
+
+        a = near(fan.v[0])
+        t = [near(v) - a for v in fan.v]
+        m = mean(sum(t), fan.size)
+        s = o = sum(abs(x - m) for x in t)
+        if self.header.position:
+            fit, o = self.fit(fan, t, m, s)
+            g = [fit]
+        else:
+            outer = sum(2 * (near(fan.w[n]) - a) - t[n] - t[(n + 1) % fan.size] >> 2 for n in fan.known)
+            g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m,
+                 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
+        e = (half(s // fan.size) + half(o // fan.size)) // 2 + (16 if channel.exact else 0)
+        weights = self.weights[k]
+        prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
+        residual = self.residual(self.FITTED, e, channel.most_bits)
+        for n, feature in enumerate(g):
+            follow(weights, n, residual * feature)
+        result = self.decoder.value(channel, prediction + residual)
+        if joints:
+            for i in range(2):
+                off = abs(channel.rough(result) - quotient(sum(near(v, i == 1) for v in fan.v), fan.size))
+                self.skin[i] += off - self.skin[i] // 16
+        return result
+
+    # 9.13
+    def fit(self, fan, t, m, spread):
+        """That of B less m, and how far it is from all of the fan."""
+        at = [[position[axis] for axis in self.decoder.axes or (0, 1, 2)][:2] for position in fan.at]
+        everything = 0
+        for x, y in at:
+            everything |= abs(x) | abs(y)
+        at = [shifted(a, (everything >> 8).bit_length()) for a in at]
+        mx, my = (quotient(sum(a[c] for a in at), fan.size) for c in range(2))
+        d = [(x - mx, y - my, u - m >> 2) for (x, y), u in zip(at, t)]
+        xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
+        ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
+        r = (xx + yy) // 64 + 1
+        xx, yy = xx + r, yy + r
+        gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
+        n = 0
+        while abs(gx) >> n >= 1 << 30 or abs(gy) >> n >= 1 << 30:
+            n += 1
+        det = xx * yy - xy * xy >> n
+        if not det:
+            return 0, spread
+        hx, hy, limit = gx >> n, gy >> n, max(abs(u) for _, _, u in d)
+        off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
+        return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
+
+    # 9.14
+    def is_pair(self, channel):
+        pair = (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3))
+        return self.header.position is not None and pair and channel.merge == Channel.AVERAGE and \
+            not channel.exact and channel.bits > 1
+
+    @staticmethod
+    def angle(u, v):
+        """The angle of two vectors, and N and L."""
+        u = shifted(u, ((abs(u[0]) | abs(u[1]) | abs(u[2])) >> 14).bit_length())
+        v = shifted(v, ((abs(v[0]) | abs(v[1]) | abs(v[2])) >> 14).bit_length())
+        n = cross(u, v)
+        x, y = dot(u, v), math.isqrt(dot(n, n))
+        low, high = min(abs(x), y), max(abs(x), y)
+        t = 65536 * low // high if high else 0
+        angle = t * (51472 + (17891 * (65536 - t) >> 16)) >> 16
+        if abs(x) < y:
+            angle = 102944 - angle
+        return 205887 - angle if x < 0 else angle, n
+
+    @staticmethod
+    def weighted(vector, angle):
+        """A direction with a weight."""
+        length = math.isqrt(dot(vector, vector))
+        weight = quotient(angle << 24, length) if length else 0
+        return [c * weight for c in vector]
+
+    @staticmethod
+    def normal(u, v):
+        angle, n = Attributes.angle(u, v)
+        return Attributes.weighted(n, angle)
+
+    @staticmethod
+    def fold(pair, half1):
+        x, y = pair
+        u, v = half1 - abs(y), half1 - abs(x)
+        return [-u if x < 0 else u, -v if y < 0 else v]
+
+    @staticmethod
+    def vector(pair, half1):
+        z = half1 - sum(map(abs, pair))
+        return (Attributes.fold(pair, half1) if z < 0 else list(pair)) + [z]
+
+    @staticmethod
+    def pair_of(n, half1):
+        m, shift = sum(map(abs, n)), 0
+        while m >> shift >= 1 << 38:
+            shift += 1
+        m >>= shift
+        if not m:
+            return None
+        pair = [((abs(c) >> shift) * half1 + m // 2) // m * (-1 if c < 0 else 1) for c in n[:2]]
+        return Attributes.fold(pair, half1) if n[2] < 0 else pair
+
+    # 9.15
+    @staticmethod
+    def turn_of(a, axes, half1):
+        t, side = axes
+        along, x = quotient(dot(a, t), half1), dot(a, side)
+        if along <= 0:
+            return 4 * half1 if along or x else 0
+        return clamp(quotient(x - along // 2 if x < 0 else x + along // 2, along), -4 * half1, 4 * half1)
+
+    def axes(self, t, normal, half1):
+        pair = self.pair_of(t, half1)
+        pair = pair and self.pair_of(cross(normal, self.vector(pair, half1)), half1)
+        pair = pair and self.pair_of(cross(self.vector(pair, half1), normal), half1)
+        if pair is None:
+            return None
+        t, length = self.vector(pair, half1), math.isqrt(dot(normal, normal))
+        return t, [quotient(c, length) for c in cross(normal, t)]
+
+    def growth(self, k, fan, values, own):
+        """The direction in which the first texture coordinate grows, and the sum of angles with signs."""
+        texcoords = next((c for c in self.header.channels[:k]
+                          if c.kind == 3 and not c.exact and c.merge == Channel.AVERAGE), None)
+        result, side = [0, 0, 0], 0
+        if texcoords is None:
+            return result, side
+        at = slice(texcoords.first, texcoords.first + 2)
+        for i, j in fan.triangles():
+            u, v = (minus(values[fan.v[n]][at], own[at]) for n in (i, j))
+            a, b = fan.at[i], fan.at[j]
+            det = u[0] * v[1] - u[1] * v[0]
+            t = [x * v[1] - y * u[1] for x, y in zip(a, b)]
+            everything = 0
+            for x in t:
+                everything |= ~x if x < 0 else x
+            t = shifted(t, (everything >> 20).bit_length())
+            if det == 0 or not any(t):
+                continue
+            angle = self.angle(a, b)[0] * sign(det)
+            side += angle
+            result = plus(result, self.weighted(t, angle))
+        return result, side
+
+    def turned(self, k, channel, direction, own, around, half1):
+        normals = next((c for c in self.header.channels[:k] if c.kind == 2 and self.is_pair(c)), None)
+        if normals is None:
+            return None
+        around = [self.vector(pair, half1) for pair in around]
+        length = (1 << normals.bits - 1) - 1
+        normal = self.vector([c - length for c in own[normals.first:normals.first + 2]], length)
+        axes = [self.axes(direction, normal, half1), self.axes(total(around), normal, half1)]
+        if axes == [None, None]:
+            return None
+        many = int(len(around) > 1)
+        by_faces = axes[0] is not None and (axes[1] is None or self.trust[many] >= 0)
+        t, side = axes[0 if by_faces else 1]
+        spread = sum(abs(self.turn_of(a, (t, side), half1)) // len(around) for a in around)
+        if not self.coder.bit("AHEAD", by_faces):
+            if self.coder.bit("BACK", by_faces):
+                t, side = [-c for c in t], [-c for c in side]
+            elif self.coder.raw(1):
+                t, side = [-c for c in side], t
+            else:
+                t, side = side, [-c for c in t]
+        turn = self.residual(self.TURN_BY_FACES if by_faces else self.TURN, half(spread), 26)
+        result = [x * half1 + y * turn for x, y in zip(t, side)]
+        if None not in axes:
+            a = [quotient(c, half1) for c in result]
+            near = [abs(self.turn_of(a, x, half1)) for x in axes]
+            self.trust[many] += near[1] - near[0] - quotient(self.trust[many], 16)
+        return result
+
+    # 9.14
+    def common(self, channel, around):
+        """The number of the one around that has the pair, or None."""
+        pairs = [pair[:2] for pair in around]
+        most = max(map(pairs.count, pairs), default=0)
+        if most < 2 or not self.coder.bit("COMMON", min(len(pairs) - most, 3)):
+            return None
+        return next(pair for pair in pairs if pairs.count(pair) == most)
+
+    def pair(self, k, channel, fan, values, own, around):
+        around = [values[r][channel.first:channel.first + channel.components] for r in around]
+        result = self.common(channel, around)
+        direction, side = self.growth(k, fan, values, own) if channel.kind == 10 else ([0, 0, 0], 0)
+        if result is None:
+            result = self.new_pair(k, channel, fan, own, direction, [pair[:2] for pair in around])
+        if channel.components == 3:
+            nearby = int(bool(around) and around[0][2] != 0)
+            if self.coder.bit("SIGN_BIT"):
+                expected = int(side > 0) if side else nearby
+                result = result + [expected ^ 1 ^ self.coder.bit("SAME_SIDE", int(side != 0))]
+            else:
+                result = result + [self.decoder.value(channel, self.coder.raw(channel.bits))]
+        own[channel.first:channel.first + channel.components] = result
+
+    def new_pair(self, k, channel, fan, own, direction, around):
+        half1 = (1 << channel.bits - 1) - 1
+        around = [[c - half1 for c in pair] for pair in around]
+        turned = None
+        if channel.kind == 10:
+            turned = self.turned(k, channel, direction, own, around, half1)
+            direction = turned or [0, 0, 0]
+        else:
+            direction = total([self.normal(fan.at[i], fan.at[j]) for i, j in fan.triangles()] + [[0, 0, 0]])
+        return self.pair_near(channel, direction, around, turned is not None)
+
+    def pair_near(self, channel, direction, around, turned=False):
+        half1 = (1 << channel.bits - 1) - 1
+        expected = self.pair_of(direction, half1) or (around[0] if around else [0, 0])
+        out = sum(map(abs, expected)) > half1
+        if out:
+            expected = self.fold(expected, half1)
+            around = [self.fold(pair, half1) for pair in around]
+        spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
+        folds = self.coder.bit("FOLDS_BACK") if out else 0
+        which, e = (self.ROUNDING, 0) if turned else (self.PAIR if len(around) > 1 else self.PAIR_AT_SEAM, half(spread))
+        pair = [c + self.residual(which, e, 26) for c in expected]
+        if any(abs(c) >= 1 << 25 for c in pair):
+            self.decoder.reject("corrupt")
+        if folds:
+            pair = self.fold(pair, half1)
+        values = [channel.value(c + half1) for c in pair]
+        if None in values:
+            self.decoder.reject("corrupt")
+        return values
+
+
+# -- 15. Rows ----------------------------------------------------------------------------------------------------------
 
 class Rows:
     def __init__(self, decoder, mesh):
@@ -1075,9 +1376,8 @@ class Rows:
         self.count, self.full = 0, False
         self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME": [32768] * 3,
                           "NEW": [32768] * 3} for _ in range(27)]
-        self.equal = [[32768] * 11 for _ in self.header.channels]
-        self.lengths = [[[32768] * 16 for _ in range(20)] for _ in range(5)]
-        self.used = [[[0] * 16 for _ in range(20)] for _ in range(5)]
+        self.equal = [[32768] * 8 for _ in self.header.channels]
+        self.attributes = decoder.attributes
         self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
 
     def add(self, vertex):
@@ -1168,10 +1468,12 @@ class Rows:
             return
         if row > first and self.is_equal(k, channel, 7, row, row - 1):
             return
-        if channel.kind == 2 and self.is_pair(channel):
-            corners = [(v, t[(t.index(v) + 1) % 3], t[(t.index(v) + 2) % 3]) for t in triangles]
-            direction = total(self.normal(list(map(self.position, t))) for t in corners)
-            self.pair(k, channel, row, direction, known)
+        if channel.kind == 2 and self.attributes.is_pair(channel):
+            others = [[self.offset(t[(t.index(v) + n) % 3], v) for n in (1, 2)] for t in triangles]
+            direction = total(self.attributes.normal(*t) for t in others)
+            half1 = (1 << channel.bits - 1) - 1
+            around = [[c - half1 for c in self.values[r][self.part(channel)]] for r in known]
+            self.values[row][self.part(channel)] = self.attributes.pair_near(channel, direction, around)
             return
         sizes = self.sizes[k] if known else self.first_sizes[k]
         for c in range(channel.components):
@@ -1218,11 +1520,10 @@ class Rows:
         if self.full:
             self.decoder.reject("corrupt")
         self.corners = corners
-        for n, (row, neighbour, corner) in enumerate(self.made):
-            fan = self.fan(row, neighbour) if corner is None and self.header.row_channels() else None
-            for k, channel in self.header.row_channels():
+        for k, channel in self.header.row_channels():
+            for n, (row, neighbour, corner) in enumerate(self.made):
                 if corner is None:
-                    self.split_value(k, channel, n, row, neighbour, fan)
+                    self.split_value(k, channel, n, row, neighbour)
                 else:
                     self.seam_value(k, channel, row, neighbour, corner)
                 self.decoder.end_step()
@@ -1293,84 +1594,46 @@ class Rows:
     # 15.5
     def fan(self, row, neighbour):
         mesh, a, x, p, q = self.mesh, self.a, self.x, self.p, self.q
-        v, w, whole = [neighbour], [None], True
+        v, faces = [neighbour], []
         for k in range(p, q + 1):
             before = k > p and self.run[k] == row
-            after = k < q and self.run[k + 1] == row
-            whole = whole and (before or k == p) and (after or k == q)
-            if not before and not after:
-                continue
-            v.append(self.row_in(x[k], a, x[k]) if before else self.row_in(x[k], x[k], a))
-            w.append(self.beyond(x[k], x[k + 1]) if after else None)
-        w[0] = w[-1] = None
-        first, last = x[p - 1], x[(q + 1) % len(x)]
-        if self.row(a, x[p]) == neighbour and self.row_in(x[p], a, x[p]) == v[1]:
-            w[0] = self.row_in(first, a, x[p])
-        if self.row_in(a, x[q], a) == neighbour and self.row_in(x[q], x[q], a) == v[-1]:
-            w[-1] = self.row_in(last, x[q], a)
-        if not whole:
-            w = [None] * len(v)
-        return RowFan(v, w, not whole)
+            if before:
+                faces.append(len(v) - 1)
+            if before or (k < q and self.run[k + 1] == row):
+                v.append(self.row_in(x[k], a, x[k]) if before else self.row_in(x[k], x[k], a))
+        if self.run[p + 1] == row and self.corners[1] == row:
+            faces.append(0)
+        if self.run[q] == row and self.corners[4] == row:
+            faces.append(len(v) - 1)
+        at = [self.offset(self.vertex[r], self.b) for r in v] if self.header.position else []
+        return Neighbours(v, [None] * len(v), True, at, faces)
 
-    def beyond(self, y, z):
-        """Over the edge of ring vertices y, z; A lies on the left of z -> y."""
-        if self.row_in(y, y, z) != self.row_in(y, z, y) or self.row_in(z, y, z) != self.row_in(z, z, y):
-            return None
-        return self.row_in(self.mesh.front[y, z], y, z)
-
-    def is_pair(self, channel):
-        pair = (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3))
-        return self.header.position is not None and pair and channel.merge == Channel.AVERAGE and \
-            not channel.exact and channel.bits > 1
+    def fan_of_corners(self, row):
+        """Of a row that only new triangles have: 15.6."""
+        v, at, faces = [], [], []
+        vertices = [self.a, self.b, self.x[self.p], self.a, self.b, self.x[self.q]]
+        for c, (i, j) in enumerate(((1, 2), (2, 0), (0, 1), (5, 4), (3, 5), (4, 3))):
+            if self.corners[c] == row and self.header.position:
+                faces.append(len(v))
+                v += [self.corners[j], self.corners[i]]
+                at += [self.offset(vertices[n], vertices[c]) for n in (j, i)]
+        return Neighbours(v, [None] * len(v), True, at, faces)
 
     def same(self, channel, a, b):
         part = self.part(channel)
         return self.values[a][part] == self.values[b][part]
 
-    def split_value(self, k, channel, n, row, neighbour, fan):
+    def split_value(self, k, channel, n, row, neighbour):
         if n == 1 and self.is_equal(k, channel, int(self.same(channel, self.made[0][1], neighbour)), row, row - 1):
             return
-        if self.is_pair(channel):
-            self.pair(k, channel, row, self.direction(row, None), fan.v)
-            return
-        for at in range(channel.first, channel.first + channel.components):
-            if channel.merge == Channel.COPY:
-                value = self.decoder.copied_value(channel, fan, at, self.values)
-            else:
-                value = self.decoder.plain_value(channel, fan, at, self.decoder.plain[k], self.values, self)
-            self.values[row][at] = value
+        self.attributes.decode(k, channel, self.fan(row, neighbour), self.values, self.values[row])
 
     def position(self, v):
         at = self.header.position.first
         return self.decoder.values[v][at:at + 3]
 
-    def fit(self, fan, t, m, spread):
-        """That of B less m, and how far it is from all of the fan."""
-        axes = self.decoder.axes
-        if axes is None:
-            return 0, spread
-        b = self.position(self.b)
-        at = [[self.position(self.vertex[row])[axis] - b[axis] for axis in axes[:2]] for row in fan.v]
-        everything = 0
-        for x, y in at:
-            everything |= abs(x) | abs(y)
-        at = [shifted(a, (everything >> 8).bit_length()) for a in at]
-        mx, my = (quotient(sum(a[c] for a in at), fan.size) for c in range(2))
-        d = [(x - mx, y - my, u - m >> 2) for (x, y), u in zip(at, t)]
-        xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
-        ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
-        r = (xx + yy) // 64 + 1
-        xx, yy = xx + r, yy + r
-        gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
-        n = 0
-        while abs(gx) >> n >= 1 << 50 or abs(gy) >> n >= 1 << 50:
-            n += 1
-        det = xx * yy - xy * xy >> n
-        if not det:
-            return 0, spread
-        hx, hy, limit = gx >> n, gy >> n, max(abs(u) for _, _, u in d)
-        off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
-        return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
+    def offset(self, v, start):
+        return minus(self.position(v), self.position(start))
 
     # 15.6
     def seam_value(self, k, channel, row, neighbour, corner):
@@ -1382,10 +1645,10 @@ class Rows:
                 return
         if neighbour is not None and self.is_equal(k, channel, 4 + (companion is not None), row, neighbour):
             return
-        if self.is_pair(channel):
+        if self.attributes.is_pair(channel):
             order = (companion, neighbour) if channel.kind == 10 else (neighbour, companion)
             around = [r for r in order if r is not None][:1]
-            self.pair(k, channel, row, self.direction(row, corner), around)
+            self.attributes.pair(k, channel, self.fan_of_corners(row), self.values, self.values[row], around)
             return
         near, far = neighbour, companion
         if near is None or (channel.kind == 2 and far is not None):
@@ -1401,96 +1664,8 @@ class Rows:
         if near is not None and far is not None and near != far:
             apart = channel.rough(self.values[far][at]) - channel.rough(self.values[near][at])
         e = half(abs(apart)) + (16 if channel.exact else 0)
-        return self.decoder.value(channel, expected + self.residual(3, e, channel.most_bits))
-
-    # 15.7
-    def direction(self, row, corner):
-        a, b = self.position(self.a), self.position(self.b)
-        p, q = (None if self.mesh.is_virtual(v) else self.position(v) for v in (self.x[self.p], self.x[self.q]))
-        triangles = []
-        for k in range(self.p + 1, self.q + 1) if corner is None else ():
-            if self.run[k] == row:
-                triangles.append((b, self.position(self.x[k]), self.position(self.x[k - 1])))
-        for r, t in zip(self.corners, ((a, b, p), (b, p, a), (p, a, b), (a, q, b), (b, a, q), (q, b, a))):
-            if r == row:
-                triangles.append(t)
-        return total(map(face_normal, triangles))
-
-    @staticmethod
-    def turn_of(a, t, side, half1):
-        along, x = quotient(dot(a, t), half1), dot(a, side)
-        if along <= 0:
-            return 0
-        return clamp(quotient(x - along // 2 if x < 0 else x + along // 2, along), -4 * half1, 4 * half1)
-
-    def turned(self, k, row, around, half1):  # 15.10
-        normals = next((c for c in self.header.channels[:k] if c.kind == 2 and self.is_pair(c)), None)
-        if normals is None or not around:
-            return None
-        around = [direction_of(pair, half1) for pair in around]
-        length = (1 << normals.bits - 1) - 1
-        normal = direction_of([c - length for c in self.values[row][self.part(normals)]], length)
-        pair = pair_of(total(around), half1)
-        pair = pair and pair_of(cross(normal, direction_of(pair, half1)), half1)
-        pair = pair and pair_of(cross(direction_of(pair, half1), normal), half1)
-        if pair is None:
-            return None
-        t = direction_of(pair, half1)
-        length = math.isqrt(dot(normal, normal))
-        side = [quotient(c, length) for c in cross(normal, t)]
-        spread = sum(abs(self.turn_of(a, t, side, half1)) // len(around) for a in around)
-        turn = self.residual(4, min(half(spread), 18), 26)
-        return [x * half1 + y * turn for x, y in zip(t, side)]
-
-    def pair(self, k, channel, row, direction, around):
-        half1 = (1 << channel.bits - 1) - 1
-        near = around
-        around = [[c - half1 for c in self.values[r][self.part(channel)][:2]] for r in around]
-        turned = self.turned(k, row, around, half1) if channel.kind == 10 else None
-        n = direction if channel.kind == 2 else turned or [0, 0, 0]
-        expected = pair_of(n, half1) or (around[0] if around else [0, 0])
-        out = sum(map(abs, expected)) > half1
-        if out:
-            expected = fold(expected, half1)
-            around = [fold(pair, half1) for pair in around]
-        spread = sum(sum(map(abs, minus(pair, expected))) // len(around) for pair in around) // 2
-        odd = self.coder.adaptive(f"EQUAL {k}", self.equal[k], 1) if out else 0
-        which, e = (4, 19) if turned else (0 if len(around) > 1 else 1, half(spread))
-        pair = [c + self.residual(which, e, 26) for c in expected]
-        if any(abs(c) >= 1 << 25 for c in pair):
-            self.decoder.reject("corrupt")
-        if out and not odd:
-            pair = fold(pair, half1)
-        values = [channel.value(c + half1) for c in pair]
-        if None in values:
-            self.decoder.reject("corrupt")
-        if channel.components == 3:
-            side = int(bool(near) and self.values[near[0]][channel.first + 2] != 0)
-            if self.coder.adaptive(f"EQUAL {k}", self.equal[k], 8):
-                values.append(self.decoder.value(channel, self.coder.raw(channel.bits)))
-            else:
-                values.append(self.coder.adaptive(f"EQUAL {k}", self.equal[k], 9 + side))
-        self.values[row][self.part(channel)] = values
-
-    # 15.8
-    def residual(self, which, e, most):
-        models, used = self.lengths[which][min(e, 19)], self.used[which][min(e, 19)]
-        n = 0
-        while n < 16:
-            rate = 1 + (min(used[n], 7) + 1) // 2
-            used[n] += 1
-            if not self.coder.adaptive(f"LENGTH {which} {min(e, 19)}", models, n, rate):
-                break
-            n += 1
-        if n == 16:
-            n += self.coder.raw(5)
-        if n == 0:
-            return 0
-        if n > most:
-            return 1 << 26
-        r = self.coder.raw(n)
-        magnitude = (1 << n - 1) + (r >> 1)
-        return Decoder.signed(-magnitude if r % 2 else magnitude)
+        residual = self.attributes.residual(Attributes.AT_SEAM, e, channel.most_bits)
+        return self.decoder.value(channel, expected + residual)
 
 
 def read_aside(decoder):  # 16
@@ -1629,9 +1804,9 @@ class Decoder:
     def start_models(self):
         self.pairs = Pairs(self.header.position is not None)
         self.questions, self.linear = Questions(), Linear()
-        self.plain = [[0, 0, 0, 65536] if c.of_row else self.linear.along[5][:3] for c in self.header.channels]  # 15.5
+        self.attributes = Attributes(self)
+        self.axes = None       # 9.3
         self.code, self.active = 0, 0
-        self.skin = [0, 0]     # 9.9
         self.regular = False
 
     # -- 6. Base values
@@ -1855,103 +2030,24 @@ class Decoder:
 
     def new_values(self, ring, fan):  # 9.1
         """Those of B, and those of the new triangles for each channel of faces."""
-        result, of_faces = [], []
+        position, of_faces = self.header.position, []
+        result = [None] * len(self.header.numbers())
+        at = []
+        if position:
+            origin = self.position(ring.centre)
+            place = Place(self, ring, fan, self.position)
+            self.axes = place.axes
+            here = [self.value(position, number) for number in plus(origin, place.decode())]
+            result[position.first:position.first + 3] = here
+            at = [minus(self.position(v), here) for v in fan.v]
+        neighbours = Neighbours(fan.v, [fan.w[k] if k in fan.all_known else None for k in range(fan.size)],
+                                fan.at_boundary, at, fan.faces)
         for k, channel in enumerate(self.header.channels):
-            if channel.of_row:
-                continue
-            numbers = range(channel.first, channel.first + channel.components)
             if channel.per_face:
                 of_faces.append(self.new_face_values(len(of_faces), channel, ring, fan))
-            elif channel is self.header.position:
-                origin = self.position(ring.centre)
-                place = Place(self, ring, fan, self.position)
-                self.axes = place.axes
-                offset = place.decode()
-                result += [self.value(channel, number) for number in plus(origin, offset)]
-            for c in numbers if channel is not self.header.position and not channel.per_face else ():
-                if channel.merge == Channel.AVERAGE:
-                    result.append(self.plain_value(channel, fan, c, self.plain[k], self.values, made=result))
-                elif channel.kind == 5:
-                    result.append(self.joint(channel, fan, c, result))
-                else:
-                    result.append(self.copied_value(channel, fan, c, self.values))
+            elif not channel.of_row and channel is not position:
+                self.attributes.decode(k, channel, neighbours, self.values, result)
         return result, of_faces
-
-    def copied_value(self, channel, fan, c, values):  # 9.10
-        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
-        return self.copy(channel, [values[fan.v[at]][c] for at in order])
-
-    def joint(self, channel, fan, c, made):  # 9.10
-        order = ([0, 1, fan.size - 1] + list(range(2, fan.size - 1)))[:min(fan.size, 6)]
-        places = range(channel.first, channel.first + channel.components)
-        near = [self.values[fan.v[at]][c] for at in order]
-        near += [self.values[fan.v[at]][other] for at in (0, 1, fan.size - 1) for other in places if other != c]
-        had = [value for value in made[channel.first:c] if value]
-        asked = list(dict.fromkeys([value for value in near if value not in had] +
-                                   [value for value in near if value in had]))
-        for k, value in enumerate(asked[:9]):
-            if self.coder.bit("JOINT", 4 * min(k, 5) + min(near.count(value), 4) - 1):
-                return value
-        return self.coder.raw(channel.bits)
-
-    def skinning(self, kind):
-        return [c for c in self.header.channels if c.kind == kind and not c.per_face]
-
-    def weight_joints(self, channel):  # 9.9
-        if channel.kind != 6:
-            return None
-        nth = self.skinning(6).index(channel)
-        joints = self.skinning(5)[nth:nth + 1]
-        if not joints or joints[0].components != channel.components or \
-           self.header.channels.index(joints[0]) > self.header.channels.index(channel):
-            return None
-        return joints[0]
-
-    def rest_of_weights(self, a, made, last):
-        rest = 0
-        for channel in self.skinning(6):
-            for c in range(channel.first, channel.first + channel.components):
-                rest += self.values[a][c] - (0 if c == last else made[c])
-        return (rest + (1 << 31)) % (1 << 32) - (1 << 31)
-
-    def plain_value(self, channel, fan, c, weights, values, rows=None, made=None):  # 9.9, and of rows 15.5
-        if channel.kind == 6 and channel is self.skinning(6)[-1] and not channel.exact and \
-           c == channel.first + channel.components - 1:
-            rest = self.rest_of_weights(fan.v[0], made, c)
-            if self.coder.bit("SUM"):
-                return self.value(channel, rest)
-        joints = self.weight_joints(channel)
-
-        def near(v, aligned=self.skin[1] <= self.skin[0]):
-            if not joints or not aligned:
-                return values[v][c]
-            here = values[v][joints.first:joints.first + joints.components]
-            wanted = made[joints.first + c - channel.first]
-            return values[v][channel.first + here.index(wanted)] if wanted in here else 0
-
-        a = channel.rough(near(fan.v[0]))
-        t = [channel.rough(near(v)) - a for v in fan.v]
-        m = mean(sum(t), fan.size)
-        outer = sum(2 * (channel.rough(near(fan.w[k])) - a) - t[k] - t[(k + 1) % fan.size] >> 2
-                    for k in fan.known)
-        g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m, 0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
-        s = sum(abs(x - m) for x in t)
-        e = half(s // fan.size)
-        if rows:
-            fit, off = rows.fit(fan, t, m, s)
-            g.append(fit)
-            e = (e + half(off // fan.size)) // 2
-        e += 16 if channel.exact else 0
-        prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
-        residual = rows.residual(2, e, channel.most_bits) if rows else self.difference("PLAIN", e, channel.most_bits)
-        for k, feature in enumerate(g):
-            follow(weights, k, residual * feature)
-        result = self.value(channel, prediction + residual)
-        if joints:
-            for i in range(2):
-                off = abs(channel.rough(result) - quotient(sum(channel.rough(near(v, i == 1)) for v in fan.v), fan.size))
-                self.skin[i] += off - self.skin[i] // 16
-        return result
 
     def new_face_values(self, k, channel, ring, fan):  # 9.12
         """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""
@@ -2085,7 +2181,7 @@ class RegularLevel:
 
     def folded(self, vector):
         half1 = (1 << self.view[0].bits - 1) - 1
-        return [x + half1 for x in fold([x - half1 for x in vector[:2]], half1)] + vector[2:]
+        return [x + half1 for x in Attributes.fold([x - half1 for x in vector[:2]], half1)] + vector[2:]
 
     def look(self, channel, part, v):
         """At three components, and at pairs out of the fold, if what v has there is."""
@@ -2400,8 +2496,8 @@ class RegularLevel:
             for w in [v] + ring:
                 at[w] = self.numbers(w)[first:first + 3]
             for w, u in zip(ring, ring[1:]):
-                sum_of_normals = plus(sum_of_normals, face_normal((at[v], at[w], at[u])))
-        pair = pair_of(sum_of_normals, half1)
+                sum_of_normals = plus(sum_of_normals, Attributes.normal(minus(at[w], at[v]), minus(at[u], at[v])))
+        pair = Attributes.pair_of(sum_of_normals, half1)
         if pair is None:
             return [0, 0, 0]
         vector = [x + half1 for x in pair] + [0]
@@ -2432,18 +2528,16 @@ class RegularLevel:
     def new_values(self, v, h):
         """Of all channels of vertices, in their order."""
         decoder, result = self.decoder, []
-        fan = RowFan(list(self.ends(h)), [None, None], True)
+        fan = Neighbours(list(self.ends(h)), [None, None], True, [[0, 0, 0]] * 2, [])
         for k, channel in enumerate(self.channels):
             if channel is self.position:
                 result += self.position_of(v, h)
                 self.expected[v][channel.first:channel.first + 3] = result[-3:]
             elif self.is_expected(channel):
                 result += self.other_values(v, h, k, channel)
-            for c in () if channel.per_face or channel is self.position or self.is_expected(channel) else \
-                    range(channel.first, channel.first + channel.components):
-                result.append(decoder.plain_value(channel, fan, c, decoder.plain[k], decoder.values, made=result)
-                              if channel.merge == Channel.AVERAGE else decoder.joint(channel, fan, c, result)
-                              if channel.kind == 5 else decoder.copied_value(channel, fan, c, decoder.values))
+            elif not channel.per_face:
+                result += [None] * channel.components
+                decoder.attributes.decode(k, channel, fan, decoder.values, result)
         return result
 
     # 17.7
