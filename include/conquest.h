@@ -730,7 +730,8 @@ enum {
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
-    CQI_REST = CQI_OTHER_JOINT + 4 * 6,       /* [nothing is left, A ends, A goes on] a weight completes the sum */
+    CQI_TWO_ROWS = CQI_OTHER_JOINT + 4 * 6,   /* [ends with two rows] a new vertex has two if an end has */
+    CQI_REST = CQI_TWO_ROWS + 3,              /* [nothing is left, A ends, A goes on] a weight completes the sum */
     CQI_FOLDS_BACK = CQI_REST + 3,            /* a pair that is folded is what it was when it is folded back */
     CQI_COMMON_PAIR,                          /* [others around] a pair is the commonest one around */
     CQI_AHEAD = CQI_COMMON_PAIR + 4,          /* [by faces] a tangent is turned by 45 degrees at most, */
@@ -836,7 +837,7 @@ typedef struct cqi_base_sizes {
 } cqi_base_sizes;
 
 /* A regular level in progress: see there. */
-enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_MOST = 8 }; /* features of the two predictions; and one more of normals */
+enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_FINE_OF_ROW = 4, CQI_MOST = 8 }; /* features of the two predictions; and one more of normals */
 typedef struct cqi_regular {
     cq_index vertices, faces;              /* of the mesh before the level: with materials, all slots, and */
     cq_index real_faces;                   /* those that there are */
@@ -858,6 +859,7 @@ typedef struct cqi_regular {
                                                         edge, more */
     int8_t weight[CQ_MAX_CHANNELS][CQI_MOST];        /* of other channels: of the prediction that is made next */
     uint16_t size_of[CQ_MAX_CHANNELS];               /* half bits of their residuals, 1/64: running means */
+    cq_index first_row;                    /* of those that the level makes */
     uint32_t view, part;                   /* cqi_at looks at three components of this channel, from that one on; */
     int fold;                              /* it takes them out of the fold of a pair */
 } cqi_regular;
@@ -1234,7 +1236,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_SOON(address) ((void)(address))
 #define CQI_INLINED inline
 #endif
-#define CQI_AHEAD 16 /* patches: about as long as memory takes */
+#define CQI_FETCH_AHEAD 16 /* patches: about as long as memory takes */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -2376,8 +2378,12 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Regular levels have no seams. */
-static int cqi_allows_regular(const cq_shape *s) { return !s->num_rows; }
+/* An insertion of a regular level has the values of two rows, which must not be more than a step may have. */
+static int cqi_allows_regular(const cq_shape *s)
+{
+    return !s->num_rows || cqi_all_components(s, CQI_OF_VERTEX) + 2 * cqi_all_components(s, CQI_OF_ROW) <=
+                               CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS;
+}
 
 static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
 {
@@ -2570,8 +2576,9 @@ typedef struct cqi_plan {
     int clean;                          /* no row may move */
     const cq_index *row_of_vertex;      /* rows of the input; NULL: the same numbers, and none of the following */
     const cq_index *row_of_wedge;
-    const cq_index *face_of_input;      /* of each face of the mesh, its number as handed in */
-    const uint8_t *face_state;          /* of these */
+    const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
+    const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
+    int copies_rows;                    /* a row of the input may be at several vertices: rows do not tell faces */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
@@ -5408,16 +5415,16 @@ static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
 {
     cq_index v, h;
-    if (w->count <= CQI_AHEAD) return;
-    v = cqi_queued(w, CQI_AHEAD);
+    if (w->count <= CQI_FETCH_AHEAD) return;
+    v = cqi_queued(w, CQI_FETCH_AHEAD);
     CQI_SOON(&m->out[v]);
     CQI_SOON(&m->mark[v]);
     CQI_SOON(&m->valence[v]);
-    h = m->out[cqi_queued(w, CQI_AHEAD / 2)];
+    h = m->out[cqi_queued(w, CQI_FETCH_AHEAD / 2)];
     if (h == CQ_NONE) return;
     CQI_SOON(&m->twin[h]);
     CQI_SOON(&m->origin[h]);
-    h = m->out[cqi_queued(w, CQI_AHEAD / 4)];
+    h = m->out[cqi_queued(w, CQI_FETCH_AHEAD / 4)];
     if (h == CQ_NONE) return;
     CQI_SOON(&m->twin[m->twin[h]]);
     CQI_SOON(&m->origin[m->twin[h]]);
@@ -6536,6 +6543,36 @@ static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high
     return x < low ? 0 : x < middle ? 1 : x < high ? 2 : 3;
 }
 
+#ifdef CQ_NO_WEDGES
+#define cqi_code_rows_of_mark(d, h, v) 1
+#else
+
+/* Wedges of an odd vertex of the encoder: on the left of the decoded halfedge h, or on the right. */
+static cq_index cqi_plan_wedge(const cqi_plan *p, const cq_mesh *m, cq_index h, int right)
+{
+    const cqi_collapse *const c = &p->note[p->mesh.twin[h]];
+    const int turned = p->decoded[c->kept] != m->origin[h];
+    return turned != right ? p->uses[c->face[1]] : c->face[1];
+}
+
+/* Codes whether the new vertex has one row, or one on each side of the edge h; and counts them. */
+static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
+{
+    const cq_index g = d->mesh.twin[h], *const row = d->index;
+    const cq_index left = CQI_ENCODING(d) ? cqi_plan_wedge(d->plan, &d->mesh, h, 0) : 0;
+    const cq_index right = CQI_ENCODING(d) ? cqi_plan_wedge(d->plan, &d->mesh, h, 1) : 0;
+    int two = 0;
+    if (cqi_is_real_face(&d->mesh, g)) {
+        two = (row[h] != row[cq_next(g)]) + (row[cq_next(h)] != row[g]);
+        two = (two > 0) == cqi_code_bit(d, CQI_TWO_ROWS + two, (two > 0) == (left != right));
+    }
+    cqi_add_row(d, v, left);
+    if (two) cqi_add_row(d, v, right);
+    return !d->seams->full;
+}
+
+#endif
+
 /* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which
  * are. */
 static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
@@ -6564,7 +6601,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
     cqi_set_mark(d, h);
     if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
-    return CQ_OK;
+    return d->seams && !cqi_code_rows_of_mark(d, h, v) ? CQ_ERROR_CORRUPT : CQ_OK;
 }
 
 /* Are there enough new vertices for linear time, one for every 16 old ones and for every 32 faces? */
@@ -6920,6 +6957,81 @@ static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, c
     return from;
 }
 
+#ifdef CQ_NO_WEDGES
+#define cqi_expect_rows(d, v) ((void)0)
+#define cqi_note_rows(d, s, f) ((void)0)
+#else
+
+/* -- Regular levels: rows --
+ *
+ * A new vertex has one row, or two: one on each side of its edge, which is a seam there. Corners on one side of the
+ * edge then have one row, as no edge inside of a coarse face is a seam. A row is expected in the middle of the rows that
+ * the edge has at its ends, on its side, or on the left; and the record has in index[] the rows of the vertices beside
+ * the new one, and of the vertex opposite, all on that side. */
+
+static int cqi_has_row_values(const cq_decoder *d, uint32_t k)
+{
+    return d->seams && cqi_class(&d->shape, k) == CQI_OF_ROW;
+}
+
+/* The first row of a new vertex: they are in the order of the vertices. */
+static cq_index cqi_first_row(const cq_decoder *d, cq_index v)
+{
+    cq_index low = d->regular.first_row, high = d->seams->num_rows;
+    while (low < high) {
+        const cq_index middle = (cq_index)(low + (high - low) / 2);
+        if (d->vertex[middle] < v) low = (cq_index)(middle + 1);
+        else high = middle;
+    }
+    return low;
+}
+
+static int cqi_has_two_rows(const cq_decoder *d, cq_index v, cq_index first)
+{
+    return first + 1 < d->seams->num_rows && d->vertex[first + 1] == v;
+}
+
+/* The row of the new vertex on a coarse edge, on the left of halfedge h; or CQ_NONE. */
+static cq_index cqi_row_on(const cq_decoder *d, cq_index h)
+{
+    const cq_index v = cqi_vertex_on(d, h);
+    cq_index row;
+    if (v == CQ_NONE) return v;
+    row = cqi_first_row(d, v);
+    return (cq_index)(row + (d->mesh.out[v] != h && cqi_has_two_rows(d, v, row)));
+}
+
+/* Notes the rows of a record, which is that of the halfedge s, in face slot f. */
+static void cqi_note_rows(cq_decoder *d, cq_index s, cq_index f)
+{
+    d->index[3 * f] = d->index[cq_prev(s)];
+    d->index[3 * f + 1] = cqi_row_on(d, cq_next(s));
+    d->index[3 * f + 2] = cqi_row_on(d, cq_prev(s));
+}
+
+/* Puts what is expected of the rows of the vertex of an edge in these. */
+static void cqi_expect_rows(cq_decoder *d, cq_index v)
+{
+    const cq_index h = d->mesh.out[v], g = d->mesh.twin[h], first = cqi_first_row(d, v);
+    const cq_index a[2] = { d->index[h], d->index[cq_next(g)] }, b[2] = { d->index[cq_next(h)], d->index[g] };
+    uint32_t k, c;
+    int i;
+    for (k = 0; k < d->shape.num_channels; k++) {
+        const cq_channel *const channel = &d->shape.channel[k];
+        const size_t n = channel->components;
+        cq_value *const to = d->channel[k];
+        if (!cqi_has_row_values(d, k) || !cqi_is_expected(d, k)) continue;
+        for (i = 0; i < 1 + cqi_has_two_rows(d, v, first); i++)
+            for (c = 0; c < n; c++) {
+                const int32_t sum = cqi_rough(channel, to[a[i] * n + c]) + cqi_rough(channel, to[b[i] * n + c]);
+                to[(first + (cq_index)i) * n + c] =
+                    (cq_value)cqi_number(channel, cqi_unrough(channel, cqi_floor_shift(sum, 1)));
+            }
+    }
+}
+
+#endif
+
 /* Puts what is expected of the vertex of an edge in its rows of other channels. */
 static void cqi_expect_others(cq_decoder *d, cq_index v)
 {
@@ -6927,7 +7039,7 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
     uint32_t k, part, c;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *const channel = &d->shape.channel[k];
-        if (!cqi_is_expected(d, k)) continue;
+        if (!cqi_is_expected(d, k) || cqi_class(&d->shape, k) == CQI_OF_ROW) continue;
         for (part = 0; part < channel->components; part += 3) {
             cq_value *const to = d->channel[k] + channel->components * (size_t)v + part;
             cqi_vector feature[CQI_FIXED], x;
@@ -6940,6 +7052,7 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
                 to[c] = (cq_value)cqi_number(channel, cqi_unrough(channel, cqi_component(x, (int)c)));
         }
     }
+    if (d->seams) cqi_expect_rows(d, v);
     cqi_look_at_positions(d);
 }
 
@@ -6967,6 +7080,7 @@ static void cqi_write_side(cq_decoder *d, cq_index s, int end, cq_index f)
     twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
     twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
     twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
+    if (d->seams) cqi_note_rows(d, s, f);
 }
 
 /* Writes the record of a vertex; 0 if there is no room for its faces. */
@@ -7016,15 +7130,22 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vecto
                  d->regular.axes);
 }
 
+/* Do normals of faces say something of the channel? */
+static int cqi_has_normals(const cq_decoder *d, uint32_t k)
+{
+    return cqi_has_pairs(d, k) && d->shape.channel[k].kind == CQ_NORMAL;
+}
+
 /* What normals of the faces say of v's pair: they are made of the places that v's neighbours will have, as far as these
  * are known, else of those where they are expected. */
-static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature)
+static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq_index h, int sides,
+                            cqi_vector *feature)
 {
     const cq_mesh *m = &d->mesh;
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
     const cq_value *const at = d->channel[d->located];
     const cq_index end[2] = { m->origin[h], cq_target(m, h) };
-    const cqi_vector expected = cqi_at(d, v);
+    const cqi_vector expected = cqi_at(d, number);
     cqi_direction sum = { 0, 0, 0 };
     cqi_pair_of_normal pair;
     int i, k;
@@ -7034,7 +7155,7 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vec
         const cq_index around[3] = { alone ? cqi_record_tip(m, d->regular.slot[i]) : record[1], record[2], end[i] };
         cq_index before = end[1 - i];
         for (k = 0; k < 3; k++) {
-            if (around[k] == CQ_NONE) continue;
+            if (around[k] == CQ_NONE || !(sides >> i & 1)) continue;
             cqi_add_normal(&sum, cqi_offset(at, v, before), cqi_offset(at, v, around[k]));
             before = around[k];
         }
@@ -7047,11 +7168,38 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index h, cqi_vec
     *feature = cqi_scale(cqi_minus(*feature, expected), 4);
 }
 
-/* Features of the second prediction of a channel. */
+/* Features of the second prediction of a channel: of rows, without what is beyond the faces and ahead. */
 static int cqi_num_fine(const cq_decoder *d, uint32_t k)
 {
-    return CQI_FINE + (cqi_has_pairs(d, k) && d->shape.channel[k].kind == CQ_NORMAL);
+    return (cqi_class(&d->shape, k) == CQI_OF_ROW ? CQI_FINE_OF_ROW : CQI_FINE) + cqi_has_normals(d, k);
 }
+
+#ifndef CQ_NO_WEDGES
+
+/* What is around a row: on one side of the edge h, or on both. */
+static void cqi_find_row(const cq_decoder *d, cq_index v, cq_index row, cq_index h, int sides, cqi_vector *feature)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index g = m->twin[h], first = cqi_first_row(d, v);
+    const cq_index end[2][2] = { { d->index[h], d->index[cq_next(h)] }, { d->index[cq_next(g)], d->index[g] } };
+    int i, k;
+    memset(feature, 0, CQI_MOST * sizeof *feature);
+    for (i = 0; i < 2; i++) {
+        const cq_index slot = d->regular.slot[i], *const beside = d->index + 3 * slot;
+        if (!(sides >> i & 1) || slot == CQ_NONE) continue;
+        for (k = 1; k < 3; k++) cqi_add_offset(d, &feature[beside[k] < first ? 0 : 1], row, beside[k]);
+        cqi_add_offset(d, &feature[beside[1] == CQ_NONE || beside[2] == CQ_NONE ? 3 : 2], row, beside[0]);
+        for (k = 0; k < 2; k++) cqi_add_offset(d, &feature[3], row, end[i][k]);
+    }
+    feature[2] = cqi_scale(feature[2], 2);
+    feature[3] = cqi_scale(feature[3], 2);
+    if (cqi_has_normals(d, d->regular.view)) cqi_find_normal(d, v, row, h, sides, &feature[CQI_FINE_OF_ROW]);
+}
+
+/* The sides of row number i of a vertex, which has two or not. */
+static int cqi_sides_of_row(int two, int i) { return two ? 1 << i : 3; }
+
+#endif
 
 /* -- Regular levels: weights -- */
 
@@ -7382,13 +7530,44 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
     if (located < k) cqi_plan_values(d, v, to);
     cqi_look_at(d, k, 0);
     d->regular.fold = fold;
-    cqi_find_normal(d, v, d->mesh.out[v], feature);
+    cqi_find_normal(d, v, v, d->mesh.out[v], 3, feature);
     cqi_look_at_positions(d);
     memcpy(to, old, sizeof old);
     cqi_exchange(d, v, place, 1);
     cqi_look_at(d, k, 0);
     d->regular.fold = fold;
 }
+
+#ifndef CQ_NO_WEDGES
+
+/* The same of rows, of the first one of each vertex; what will be final by then is not looked at, but what is expected
+ * there. */
+static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
+{
+    cqi_regular *r = &d->regular;
+    const cq_mesh *m = &d->mesh;
+    cq_index v = r->vertices;
+    uint32_t k, c;
+    cqi_rewind_slots(d);
+    rows = r->count < rows ? r->count : rows;
+    for (k = 0; k < rows; k++) {
+        const cq_index sample = cqi_sample(r, rows, k), first = cqi_first_row(d, sample);
+        cqi_vector feature[CQI_MOST];
+        cq_value values[CQ_MAX_COMPONENTS];
+        cqi_tilt t;
+        for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
+        cqi_look_around(d, first);
+        cqi_set_plain(&t);
+        cqi_find_row(d, sample, first, m->out[sample], cqi_sides_of_row(cqi_has_two_rows(d, sample, first), 0), feature);
+        for (c = 0; c < d->shape.channel[r->view].components; c++)
+            values[c] = (cq_value)cqi_plan_bits(d, r->view, c, d->plan->wedge_of_row[first]);
+        cqi_set_row(&d->plan->row[k], &t, feature, cqi_num_fine(d, r->view),
+                    cqi_scale(cqi_minus(cqi_seen(d, values), cqi_at(d, first)), 16), 0);
+    }
+    return cqi_fit_view(d, rows, NULL, cqi_num_fine(d, r->view), passes);
+}
+
+#endif
 
 /* Fits the weights of the fine prediction; returns what the residuals cost, about. */
 static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
@@ -7398,6 +7577,9 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
     cq_index v = r->vertices;
     uint32_t k;
+#ifndef CQ_NO_WEDGES
+    if (cqi_has_row_values(d, r->view)) return cqi_fit_rows(d, passes, rows);
+#endif
     cqi_rewind_slots(d);
     rows = r->count < rows ? r->count : rows;
     for (k = 0; k < rows; k++) {
@@ -7448,7 +7630,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
         cqi_charge_channel(d, (uint32_t)d->located);
     }
     for (k = 0; k < d->shape.num_channels; k++) {
-        if (!cqi_is_expected(d, k)) continue;
+        if (!cqi_is_expected(d, k) || (n == CQI_FIXED && cqi_class(&d->shape, k) == CQI_OF_ROW)) continue;
         cqi_look_at(d, k, 0);
         if (CQI_ENCODING(d)) fit(d, CQI_PASSES, CQI_ROWS);
         cqi_code_signed(d, d->regular.weight[k], n == CQI_FIXED ? n : cqi_num_fine(d, k));
@@ -7636,22 +7818,18 @@ static int32_t cqi_code_other_residual(cq_decoder *d, uint32_t k, int *size, int
     return residual;
 }
 
-/* Codes three components of a channel of v. */
-static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index h, cq_index input)
+/* Codes three components of a channel of v, or of one of its rows: input vertex or wedge `input`. */
+static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const cqi_vector *feature, cq_index input)
 {
     const uint32_t k = d->regular.view, part = d->regular.part;
     const cq_channel *const channel = &d->shape.channel[k];
-    cq_value *const to = d->channel[k] + channel->components * (size_t)v;
-    const int n = cqi_num_fine(d, k);
-    cqi_vector feature[CQI_MOST], x;
+    cq_value *const to = d->channel[k] + channel->components * (size_t)number;
     int size = d->regular.size_of[k];
+    cqi_vector x;
     uint32_t c;
     if (d->located >= 0 && d->located < (int)k) size += (64 * cqi_size_of(&d->mesh, v) - (int)d->regular.size) / 4;
     if (size < 0) size = 0;
-    cqi_look_around(d, v);
-    cqi_find_fine(d, v, h, feature, NULL);
-    if (n > CQI_FINE) cqi_find_normal(d, v, h, &feature[CQI_FINE]);
-    x = cqi_unseen(d, cqi_sum_features(cqi_at(d, v), feature, d->regular.weight[k], n));
+    x = cqi_unseen(d, cqi_sum_features(cqi_at(d, number), feature, d->regular.weight[k], cqi_num_fine(d, k)));
     for (c = part; c < part + 3 && c < channel->components; c++) {
         const int32_t p = cqi_unrough(channel, cqi_component(x, (int)(c - part)));
         int32_t value = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
@@ -7662,6 +7840,57 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index h, cq_index i
     }
     return 1;
 }
+
+/* Channel k of v. */
+static int cqi_code_other(cq_decoder *d, uint32_t k, cq_index v, cq_index h, cq_index input)
+{
+    cqi_vector feature[CQI_MOST];
+    uint32_t part;
+    for (part = 0; part < d->shape.channel[k].components; part += 3) {
+        cqi_look_at(d, k, part);
+        cqi_look_around(d, v);
+        cqi_find_fine(d, v, h, feature, NULL);
+        if (cqi_has_normals(d, k)) cqi_find_normal(d, v, v, h, 3, &feature[CQI_FINE]);
+        if (!cqi_code_other_part(d, v, v, feature, input)) return 0;
+    }
+    return 1;
+}
+
+#ifdef CQ_NO_WEDGES
+#define cqi_has_row_values(d, k) 0
+#define cqi_code_rows_of_channel(d, k, v, h) 1
+#else
+
+/* Channel k of the rows of v. */
+static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_index h)
+{
+    const cq_channel *const channel = &d->shape.channel[k];
+    const cq_index g = d->mesh.twin[h], first = d->num_rows;
+    const int two = cqi_has_two_rows(d, v, first);
+    cqi_vector feature[CQI_MOST];
+    uint32_t part;
+    int i;
+    for (i = 0; i < 1 + two; i++) {
+        const cq_index row = (cq_index)(first + (cq_index)i), wedge = CQI_ENCODING(d) ? d->plan->wedge_of_row[row] : 0;
+        if (channel->merge == CQ_COPY) {
+            d->now.fan.vertex[0] = i ? d->index[cq_next(g)] : d->index[h];
+            d->now.fan.vertex[1] = i ? d->index[g] : d->index[cq_next(h)];
+            for (part = 0; part < channel->components; part++)
+                if (!cqi_code_copied(d, k, part, wedge, d->channel[k] + channel->components * (size_t)row + part))
+                    return 0;
+            continue;
+        }
+        for (part = 0; part < channel->components; part += 3) {
+            cqi_look_at(d, k, part);
+            cqi_look_around(d, row);
+            cqi_find_row(d, v, row, h, cqi_sides_of_row(two, i), feature);
+            if (!cqi_code_other_part(d, v, row, feature, wedge)) return 0;
+        }
+    }
+    return 1;
+}
+
+#endif
 
 /* The two ends of an edge, for channels that are coded as in levels of patches. */
 static void cqi_list_ends(cq_decoder *d, cq_index h)
@@ -7679,18 +7908,14 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
 /* All channels of v, on the edge h. */
 static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index input)
 {
-    uint32_t k, part;
+    uint32_t k;
     int ok = 1;
-    cqi_list_ends(d, h);
     for (k = 0; k < d->shape.num_channels && ok; k++) {
         if (cqi_class(&d->shape, k) == CQI_OF_FACE) continue;
+        cqi_list_ends(d, h);
         if ((int)k == d->located) ok = cqi_code_new_position(d, v, h, input);
-        else if (!cqi_is_expected(d, k)) ok = cqi_code_by_fan(d, k, v, input);
-        else
-            for (part = 0; part < d->shape.channel[k].components && ok; part += 3) {
-                cqi_look_at(d, k, part);
-                ok = cqi_code_other_part(d, v, h, input);
-            }
+        else if (cqi_has_row_values(d, k)) ok = cqi_code_rows_of_channel(d, k, v, h);
+        else ok = cqi_is_expected(d, k) ? cqi_code_other(d, k, v, h, input) : cqi_code_by_fan(d, k, v, input);
         cqi_look_at_positions(d);
         cqi_charge_channel(d, k);
     }
@@ -7719,6 +7944,41 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
         h = to > from ? cq_clockwise(m, h) : cq_prev(m->twin[h]);
     }
 }
+
+#ifdef CQ_NO_WEDGES
+#define cqi_split_index(d, v, h) ((void)0)
+#define cqi_flip_index(m, index, h) 1
+#else
+
+/* Rows of the corners that the insertion of v into the edge h makes. */
+static void cqi_split_index(cq_decoder *d, cq_index v, cq_index h)
+{
+    const cq_index g = cq_next(d->mesh.twin[h]), *const slot = d->regular.slot;
+    const int two = cqi_has_two_rows(d, v, d->num_rows);
+    const cq_index left = d->num_rows, right = (cq_index)(left + (cq_index)two);
+    cqi_set_face_rows(d->index + 3 * slot[0], d->index[cq_prev(h)], d->index[h], left);
+    d->index[h] = left;
+    if (slot[1] != CQ_NONE) {
+        cqi_set_face_rows(d->index + 3 * slot[1], d->index[g], d->index[cq_next(g)], right);
+        d->index[g] = right;
+    }
+    d->num_rows = (cq_index)(right + 1);
+}
+
+/* The flip of an edge, which must not be a seam; before that of the mesh. */
+static int cqi_flip_index(const cq_mesh *m, cq_index *index, cq_index h)
+{
+    const cq_index g = m->twin[h], hn = cq_next(h), hp = cq_prev(h), gn = cq_next(g), gp = cq_prev(g);
+    const cq_index a = index[h], b = index[g], x = index[hp], y = index[gp];
+    if (index[gn] != a || index[hn] != b) return 0;
+    index[h] = index[gn] = y;
+    index[g] = index[hn] = x;
+    index[hp] = a;
+    index[gp] = b;
+    return 1;
+}
+
+#endif
 
 /* The new faces have the values of those that they are cut off from. */
 static void cqi_copy_faces(cq_decoder *d, cq_index h, cq_index g)
@@ -7750,6 +8010,8 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     d->new_face[0] = d->regular.slot[0];
     d->new_face[1] = d->regular.slot[1];
     if (d->materials) cqi_take_new_faces(d);
+    if (!cqi_has_room(m, m->origin[cq_prev(h)], m->origin[cq_prev(g)])) return CQ_ERROR_CORRUPT;
+    if (d->seams) cqi_split_index(d, v, h);
     if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
     if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
@@ -7761,6 +8023,7 @@ static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
 {
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!cqi_can_flip(&d->mesh, h)) return CQ_ERROR_CORRUPT;
+    if (d->seams && !cqi_flip_index(&d->mesh, d->index, h)) return CQ_ERROR_CORRUPT;
     cqi_flip(&d->mesh, h);
     return CQ_OK;
 }
@@ -7982,6 +8245,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
     r->vertices = d->mesh.num_vertices;
     r->faces = d->mesh.num_faces;
     r->real_faces = cqi_num_faces(d);
+    r->first_row = d->num_rows;
     for (k = 0; d->materials && k < d->shape.num_materials; k++)
         d->materials[k].scan = (cq_index)(d->materials[k].first + d->materials[k].count);
     d->mesh.is_partial = d->materials != NULL;
@@ -8606,6 +8870,8 @@ static void cqi_start(cq_decoder *d)
     cqi_start_rows(d, &arena);
 #endif
     d->input.step_bytes = cqi_step_bytes(&d->shape);
+    if (d->shape.regular && d->seams)
+        d->input.step_bytes = CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1);
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     memset(&d->now.base, 0, sizeof d->now.base);
@@ -9557,7 +9823,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
 /* and for what the collapses behind this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
-    const cqi_collapse *const far = c + CQI_AHEAD, *const near = c + CQI_AHEAD / 2;
+    const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
     CQI_SOON(&p->mesh.out[far->kept]);
     CQI_SOON(&p->measured[3 * (size_t)far->kept]);
     CQI_SOON(&p->measured[3 * (size_t)far->removed]);
@@ -9566,7 +9832,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_list(p, near->face[0]);
     cqi_expect_list(p, near->face[1]);
     cqi_expect_face(p, p->mesh.out[near->kept]);
-    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_AHEAD / 4].kept]));
+    cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
 /* Takes the collapses of a level into account, from that note on. */
@@ -9577,7 +9843,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) {
-        if (p->num_notes - note > CQI_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        if (p->num_notes - note > CQI_FETCH_AHEAD) cqi_expect_covers(p, &p->note[note]);
         cqi_measure_collapse(p, &p->note[note]);
     }
 }
@@ -10772,6 +11038,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->num_wedges = p->num_wedges;
     plan->face_of_input = p->source;
     plan->face_state = p->state;
+    plan->copies_rows = p->counts.copied_rows != 0;
     plan->triangles = p->in->indices;
     plan->locked = p->locked;
     if (p->num_wedges == p->num_fans) plan->index = NULL;
@@ -10846,7 +11113,10 @@ enum {
 typedef struct cqi_labels {
     const cq_mesh *mesh;
     const cq_input *input;       /* faces of a polygon have the same material, and values; NULL: whatever they have */
-    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same */
+    const cq_index *input_face;  /* numbers of faces in the input; NULL: the same; */
+    const uint8_t *face_state;   /* and what has been done with these */
+    const uint8_t *locked;       /* of each vertex: it stays even; or NULL */
+    cq_index *index, *uses;      /* wedges of the corners, and corners of these; or NULL */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
@@ -10897,6 +11167,8 @@ static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) 
 /* Ends of the numbers of vertices and faces, virtual ones and the slots before them included. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
 static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
+
+static int cqi_is_locked(const cqi_labels *l, cq_index v) { return l->locked && l->locked[v]; }
 
 static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
 {
@@ -11125,6 +11397,18 @@ static int cqi_alike(const cqi_polygon *p)
     return cqi_is_marked(p, 0);
 }
 
+/* Is an edge of the face inside of a polygon, and a seam? */
+static int cqi_has_seam_inside(const cqi_labels *l, cq_index f)
+{
+    cq_index h;
+    for (h = 3 * f; l->index && h < 3 * f + 3 && f < l->mesh->first_virtual_face; h++) {
+        const cq_index g = l->mesh->twin[h];
+        if (cqi_is_cut(l, h) || !cqi_is_real_face(l->mesh, g)) continue;
+        if (l->index[h] != l->index[cq_next(g)] || l->index[cq_next(h)] != l->index[g]) return 1;
+    }
+    return 0;
+}
+
 /* Have two faces the same material, and the same values? */
 static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
 {
@@ -11136,8 +11420,9 @@ static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
         g = l->input_face[g];
     }
     if (in->shape.num_materials && in->materials[f] != in->materials[g]) return 0;
+    if (l->face_state && (l->face_state[f] ^ l->face_state[g]) & CQI_FACE_TURNED) return 0;
     for (k = 0; k < in->shape.num_channels; k++)
-        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k][f] != in->values[k][g]) return 0;
+        if (cqi_class(&in->shape, k) == CQI_OF_FACE && in->values[k] && in->values[k][f] != in->values[k][g]) return 0;
     return 1;
 }
 
@@ -11146,8 +11431,8 @@ static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
     int alike;
     if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
-    for (alike = 1; alike < p->faces; alike++)
-        if (!cqi_are_alike(l, p->face[0], p->face[alike])) return 0;
+    for (alike = 0; alike < p->faces; alike++)
+        if (!cqi_are_alike(l, p->face[0], p->face[alike]) || cqi_has_seam_inside(l, p->face[alike])) return 0;
     if (p->corners == 3) return 1;
     alike = l->alike ? cqi_alike(p) : -1;
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
@@ -11746,12 +12031,14 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what has been found to be too far, if there is a limit. */
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is locked. */
 static void cqi_refuse(cqi_labels *l)
 {
     cq_index v;
-    for (v = 0; v < l->mesh->num_vertices; v++)
+    for (v = 0; v < l->mesh->num_vertices; v++) {
         if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
+        if (cqi_is_odd(l, v) && cqi_is_locked(l, v)) l->label[v] = CQI_EVEN;
+    }
 }
 
 /* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
@@ -11911,7 +12198,7 @@ static void cqi_fill_all(cqi_labels *l)
         cq_index v, n = 0;
         for (v = 0; v < m->num_vertices; v++)
             if ((l->label[v] & (CQI_LABEL | CQI_MAY_FILL)) == (CQI_EVEN | CQI_MAY_FILL) && l->since[v] == 0 &&
-                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE)
+                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE && !cqi_is_locked(l, v))
                 n = (cq_index)(n + (cq_index)cqi_fill(l, v));
         if (!n) break;
     }
@@ -12037,6 +12324,12 @@ static cq_index cqi_find_labels(cqi_labels *l)
  * Polygons are flipped back to coarse faces, then odd vertices collapsed into a parent. */
 
 /* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
+static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
+{
+    if (l->index) cqi_flip_index(m, l->index, h);
+    cqi_flip(m, h);
+}
+
 static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
 {
     cq_index at[CQI_POLYGON_FACES + 2];
@@ -12049,7 +12342,7 @@ static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
     }
     for (k = 0; k < p->undone; k++) {
         const cq_index x = at[p->undo[k][0]], y = at[p->undo[k][1]];
-        cqi_flip(m, cqi_is_odd(l, x) ? cqi_find_spoke(m, x, y) : cqi_find_spoke(m, y, x));
+        cqi_undo_flip(l, m, cqi_is_odd(l, x) ? cqi_find_spoke(m, x, y) : cqi_find_spoke(m, y, x));
     }
 }
 
@@ -12061,20 +12354,41 @@ static int cqi_is_extra(const cqi_labels *l, cq_index h)
            (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
 }
 
+/* Before v goes along h to its first parent: its corners get that one's wedges, and `wedge` becomes v's on the left of
+ * the way from there to the other parent; its `uses` that on the right. */
+static void cqi_undo_index(const cqi_labels *l, const cq_mesh *m, cq_index h, cq_index *wedge)
+{
+    const cq_index t = m->twin[h], left = cq_next(m->twin[cq_next(t)]), right = m->twin[cq_prev(h)];
+    const int is_left = cqi_is_real_face(m, t), is_right = cqi_is_real_face(m, h);
+    const cq_index of_left = l->index[is_left ? cq_next(t) : h], of_right = l->index[is_right ? h : cq_next(t)];
+    if (is_left) {
+        l->uses[l->index[cq_prev(t)]]--;
+        l->index[left] = l->index[t];
+    }
+    if (is_right) {
+        l->uses[l->index[cq_prev(h)]]--;
+        l->index[right] = l->index[cq_next(h)];
+    }
+    l->uses[of_left] = of_right;
+    *wedge = of_left;
+}
+
 /* Takes an odd vertex out of its edge: flips until it has four neighbours, then collapses it into a parent. */
-static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v)
+static void cqi_undo_odd(cqi_labels *l, cq_mesh *m, cq_index v, cq_index *wedge)
 {
     cq_index first, last, h = m->out[v];
     while (m->valence[v] > 4) {
         if (cqi_is_extra(l, h)) {
-            cqi_flip(m, h);
+            cqi_undo_flip(l, m, h);
             h = m->out[v];
         } else {
             h = cq_clockwise(m, h);
         }
     }
     l->label[v] = (uint8_t)((l->label[v] & ~CQI_LABEL) | CQI_EVEN);
-    cq_mesh_collapse(m, m->twin[cqi_find_spoke(m, v, l->parent[0][v])], &first, &last);
+    h = cqi_find_spoke(m, v, l->parent[0][v]);
+    if (l->index) cqi_undo_index(l, m, h, wedge);
+    cq_mesh_collapse(m, m->twin[h], &first, &last);
 }
 
 /* Undoes the level on the mesh, which l was made for, and writes a note for each odd vertex. */
@@ -12092,11 +12406,11 @@ static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32
     }
     for (v = 0; v < m->num_vertices; v++) {
         if (!cqi_is_odd(l, v)) continue;
-        cqi_undo_odd(l, m, v);
+        note->face[1] = CQ_NONE;
+        cqi_undo_odd(l, m, v, &note->face[1]);
         note->removed = v;
         note->kept = l->parent[0][v];
         note->face[0] = l->parent[1][v];
-        note->face[1] = CQ_NONE;
         note->p = l->label[v] >> 2 & 7;
         note->q = l->label[v] >> 5;
         note->first = 0;
@@ -12330,10 +12644,10 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
     }
 }
 
-/* Regular levels need that every vertex may go. */
+/* Regular levels need that the input's face numbers can be found in the end, see cqi_match_face. */
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
-    return !p->row_of_vertex && !p->locked && !in->conquest_only && cqi_allows_regular(&in->shape);
+    return !p->copies_rows && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
 /* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
@@ -12355,14 +12669,22 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
 {
     cq_index live = (cq_index)in->shape.num_vertices;
     const int channel = cqi_context_channel(&in->shape);
+    cqi_arena scratch = *idle;
     p->num_regular = 0;
-    if (channel >= 0) p->measured = in->values[channel];
+    if (channel >= 0)
+        p->measured = cqi_gather_positions(
+            p, in, channel, (cq_value *)cqi_take(&scratch, p->row_of_vertex ? 3 * (size_t)live : 0, sizeof(cq_value)));
     while (live && cqi_may_be_regular(p, in) && p->num_regular < p->most_regular) {
         cqi_labels l;
         cq_index n;
-        if (!cqi_labels_carve(&l, &p->mesh, idle->next, idle->left)) return;
+        if (!cqi_labels_carve(&l, &p->mesh, scratch.next, scratch.left)) return;
         l.positions = p->measured;
         l.input = in;
+        l.input_face = p->face_of_input;
+        l.face_state = p->face_state;
+        l.locked = p->locked;
+        l.index = p->index;
+        l.uses = p->uses;
         if (p->num_regular) {
             l.least = 340;
             l.strips = 300;
@@ -12502,8 +12824,25 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
+/* The decoded face of an input face, by its decoded vertices: that on the left of its first edge. */
+static cq_index cqi_match_face(const cq_mesh *decoded, cq_index a, cq_index b)
+{
+    const cq_index h = cqi_find_edge(decoded, a, b);
+    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
+}
+
+#ifndef CQ_NO_WEDGES
+/* The decoded vertex of a row of the input, which is of the mesh. */
+static cq_index cqi_vertex_of_row(const cqi_plan *p, const cq_decoder *d, cq_index row)
+{
+    const cq_index t = p->target[row];
+    return p->index ? d->vertex[p->row_decoded[t]] : p->decoded[t];
+}
+#endif
+
 /* The same for rows that were prepared. */
-static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded)
+static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded,
+                                    const cq_decoder *d)
 {
 #ifndef CQ_NO_WEDGES
     const cq_index rows = (cq_index)(coded->num_rows ? coded->num_rows : coded->num_vertices);
@@ -12511,18 +12850,16 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = cqi_plan_row(p, v, rows);
     for (f = 0; in->face_map && f < in->shape.num_faces; f++)
         if (p->face_state[f] & CQI_FACE_ASIDE) in->face_map[f] = aside++;
-    for (f = 0; in->face_map && f < coded->num_faces; f++)
-        in->face_map[p->face_of_input[f]] = (cq_index)(p->face_decoded[f] / 3);
+    for (f = 0; in->face_map && f < coded->num_faces; f++) {
+        const cq_index face = p->face_of_input[f], *const row = in->indices + 3 * (size_t)face;
+        const int turned = (p->face_state[face] & CQI_FACE_TURNED) != 0;
+        in->face_map[face] = (cq_index)(p->face_decoded[f] / 3);
+        if (p->num_regular)
+            in->face_map[face] = cqi_match_face(&d->mesh, cqi_vertex_of_row(p, d, row[turned]), cqi_vertex_of_row(p, d, row[!turned]));
+    }
 #else
-    (void)in, (void)p, (void)coded;
+    (void)in, (void)p, (void)coded, (void)d;
 #endif
-}
-
-/* The decoded face of an input face, by its vertices: that on the left of its first edge. */
-static cq_index cqi_match_face(const cqi_plan *p, const cq_mesh *decoded, const cq_index *corner)
-{
-    const cq_index a = p->decoded[corner[0]], h = cqi_find_edge(decoded, a, p->decoded[corner[1]]);
-    return (cq_index)((decoded->origin[h] == a ? h : decoded->twin[h]) / 3);
 }
 
 static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
@@ -12530,7 +12867,8 @@ static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
     const cqi_plan *p = &e->plan;
     cq_index v, f;
     for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++)
-        in->face_map[f] = cqi_match_face(p, &e->replay.mesh, in->indices + 3 * (size_t)f);
+        in->face_map[f] =
+            cqi_match_face(&e->replay.mesh, p->decoded[in->indices[3 * (size_t)f]], p->decoded[in->indices[3 * (size_t)f + 1]]);
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
     for (f = 0; !p->num_regular && in->face_map && f < in->shape.num_faces; f++)
         in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
@@ -12676,7 +13014,7 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
 
 static void cqi_write_all_maps(cq_input *in, cqi_encoder *e)
 {
-    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &e->coded.shape);
+    if (e->plan.row_of_vertex) cqi_write_prepared_maps(in, &e->plan, &e->coded.shape, &e->replay);
     else cqi_write_maps(in, e);
 }
 

@@ -35,7 +35,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("SECOND_FLIP", "SECOND_FLIP", "17.8"), ("TWO", "TWO", "17.7"),
               ("CENTRAL", "CENTRAL", "17.7"), ("SHORTEST", "SHORTEST", "17.7"), ("SHORTER", "SHORTER", "17.7"),
               ("NEW_ALONG", "NEW_ALONG", "17.6"), ("NEW_ABOVE", "NEW_ABOVE", "17.6"), ("PLAIN", "PLAIN", "6.1"),
-              ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("REST", "REST", "9.9"),
+              ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("TWO_ROWS", "TWO_ROWS", "17.10"), ("REST", "REST", "9.9"),
               ("FOLDS_BACK", "FOLDS_BACK", "9.14"), ("COMMON", "COMMON_PAIR", "9.14"), ("AHEAD", "AHEAD", "9.15"),
               ("BACK", "BACK", "9.15"), ("SIGN_BIT", "SIDE_IS_BIT", "9.15"), ("SAME_SIDE", "SAME_SIDE", "9.15")]
 WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "STEPS", "GAP", "END_OPPOSITE",

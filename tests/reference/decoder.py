@@ -199,7 +199,8 @@ class Header:
         self.rows = self.aside_rows = self.aside_faces = self.metadata = self.materials = 0
         if extended:
             self.read_extension()
-        if self.regular and self.rows:
+        of_row = sum(c.components for c in self.channels if c.of_row)
+        if self.regular and self.rows and len(self.numbers()) + 2 * of_row > 64:
             raise End("unsupported")
 
     def add_channel(self, channel):
@@ -2126,6 +2127,9 @@ class RegularLevel:
         self.weights_of, self.sizes = {}, {k: 0 for k, _ in self.expected_channels}
         self.expected = {}
         self.real = list(decoder.triangles())
+        self.rows = decoder.rows
+        self.corner_rows = [list(self.rows.of[id(t)]) for t in self.real] if self.rows else []
+        self.rows_of = {}               # of new vertices: on the left and on the right of their edges, or one
         self.old, self.faces = decoder.vertices, [list(t) for t in self.real]
         self.of = {}
         for f, t in enumerate(self.faces):
@@ -2167,6 +2171,11 @@ class RegularLevel:
         return (channel.kind, channel.components) in ((2, 2), (10, 2), (10, 3)) and 1 < channel.bits <= 24
 
     def numbers(self, v):
+        if self.view and self.view[0].of_row:
+            return self.rows.values[v]
+        return self.numbers_of_vertex(v)
+
+    def numbers_of_vertex(self, v):
         return self.expected[v] if v >= self.decoder.vertices else self.decoder.values[v]
 
     def at(self, v):
@@ -2216,11 +2225,15 @@ class RegularLevel:
     def all_weights(self, n):
         of_position = self.weights(n) if self.located else None
         for k, channel in self.expected_channels:
-            self.weights_of[k] = [self.weight() for _ in range(n if n == 3 else self.num_fine(channel))]
+            if n != 3 or not channel.of_row:
+                self.weights_of[k] = [self.weight() for _ in range(n if n == 3 else self.num_fine(channel))]
         return of_position
 
+    def has_normals(self, channel):
+        return self.is_pair(channel) and channel.kind == 2 and self.located
+
     def num_fine(self, channel):
-        return 8 if self.is_pair(channel) and channel.kind == 2 and self.located else 7
+        return (4 if channel.of_row else 7) + self.has_normals(channel)
 
     def weights(self, n):
         self.axes = self.coder.raw(2)
@@ -2273,6 +2286,80 @@ class RegularLevel:
             self.marked.add(twin)
         start, end = self.ends(h)
         self.on[start, end] = self.on[end, start] = v
+        if self.rows:
+            self.read_rows_of_mark(v, h, twin)
+
+    # 17.10
+    def row_at(self, h):
+        """Of the start of a coarse halfedge."""
+        return self.corner_rows[h // 3][h % 3]
+
+    def ends_of_side(self, s, turned):
+        """Rows of a and b on one side."""
+        ends = [self.row_at(s), self.row_at(self.following(s))]
+        return ends[::-1] if turned else ends
+
+    def read_rows_of_mark(self, v, h, twin):
+        two = 0
+        if twin is not None:
+            differ = sum(x != y for x, y in zip(self.ends_of_side(h, False), self.ends_of_side(twin, True)))
+            two = (differ > 0) == self.coder.bit("TWO_ROWS", differ)
+        self.rows_of[v] = [self.rows.add(v) for _ in range(1 + two)]
+        if self.rows.full:
+            self.decoder.reject("corrupt")
+
+    def row_on(self, h):
+        """Of the new vertex on the edge of a coarse halfedge, on the left of that."""
+        v = self.new_on(h)
+        return None if v is None else self.rows_of[v][0 if self.edges[v - self.old] == h else -1]
+
+    def expect_rows(self, v, h):
+        twin = self.twin(h)
+        for i, row in enumerate(self.rows_of[v]):
+            a, b = self.ends_of_side(twin, True) if i else self.ends_of_side(h, False)
+            for _, channel in self.expected_channels:
+                for c in range(channel.first, channel.first + channel.components) if channel.of_row else ():
+                    both = channel.rough(self.rows.values[a][c]) + channel.rough(self.rows.values[b][c])
+                    self.rows.values[row][c] = channel.value((both >> 1) * channel.unit())
+
+    def sides_of_row(self, v, h, i):
+        sides = [(h, False)] + ([] if self.twin(h) is None else [(self.twin(h), True)])
+        return sides[i:i + 1] if len(self.rows_of[v]) == 2 else sides
+
+    def row_features(self, v, row, sides):
+        features = [[0, 0, 0] for _ in range(4)]
+
+        def add(k, other, factor=1):
+            if other is not None:
+                features[k] = plus(features[k], [factor * x for x in self.offset(row, other)])
+
+        for s, turned in sides:
+            beside = [self.row_on(self.following(s)), self.row_on(self.previous(s))]
+            for other in beside:
+                add(0 if other is not None and other < self.rows_of[v][0] else 1, other)
+            add(3 if None in beside else 2, self.row_at(self.previous(s)), 2)
+            for other in self.ends_of_side(s, turned):
+                add(3, other, 2)
+        return features
+
+    def row_values(self, v, h, k, channel):
+        for i, row in enumerate(self.rows_of[v]):
+            values = self.rows.values[row]
+            sides = self.sides_of_row(v, h, i)
+            numbers = range(channel.first, channel.first + channel.components)
+            if channel.merge == Channel.COPY:
+                fan = Neighbours(self.ends_of_side(*sides[0]), [None, None], True, [[0, 0, 0]] * 2, [])
+                for c in numbers:
+                    values[c] = self.decoder.attributes.copied_value(channel, fan, c, self.rows.values)
+                continue
+            for part in range(0, channel.components, 3):
+                self.look(channel, part, row)
+                features = self.row_features(v, row, sides)
+                if self.has_normals(channel):
+                    features.append(self.normal(v, h, row, [int(turned) for _, turned in sides]))
+                made = self.other_part(v, k, row, features)
+                values[channel.first + part:channel.first + part + len(made)] = made
+        self.view = None
 
     # 17.3, 17.4
     def straight(self, a, b):
@@ -2338,8 +2425,11 @@ class RegularLevel:
             if self.located:
                 self.expect_position(self.old + n, h)
             for k, channel in self.expected_channels:
-                self.expect_other(self.old + n, h, k, channel)
+                if not channel.of_row:
+                    self.expect_other(self.old + n, h, k, channel)
             self.view = None
+            if self.rows:
+                self.expect_rows(self.old + n, h)
             for s in filter(lambda s: s is not None, (h, self.twin(h))):
                 materials = self.decoder.materials
                 m = materials.of[id(self.real[s // 3])] if materials else 0
@@ -2482,7 +2572,7 @@ class RegularLevel:
         return rounded(predicted) + residual
 
     # 17.9
-    def normal(self, v, h):
+    def normal(self, v, h, number, sides):
         """The pair that the normals of the triangles around v say, less the one that is expected, times 4."""
         channel, _, out = self.view
         half1 = (1 << channel.bits - 1) - 1
@@ -2490,39 +2580,45 @@ class RegularLevel:
         ends = self.ends(h)
         first = self.position.first
         sum_of_normals = [0, 0, 0]
-        for (beside, tip, _, _), (start, end) in zip(self.around(h), (ends, ends[::-1])):
+        for i, ((beside, tip, _, _), (start, end)) in enumerate(zip(self.around(h), (ends, ends[::-1]))):
+            if i not in sides:
+                continue
             ring = [w for w in beside if w is not None] or [tip]
             ring = [end] + ring + [start]
             for w in [v] + ring:
-                at[w] = self.numbers(w)[first:first + 3]
+                at[w] = self.numbers_of_vertex(w)[first:first + 3]
             for w, u in zip(ring, ring[1:]):
                 sum_of_normals = plus(sum_of_normals, Attributes.normal(minus(at[w], at[v]), minus(at[u], at[v])))
         pair = Attributes.pair_of(sum_of_normals, half1)
         if pair is None:
             return [0, 0, 0]
         vector = [x + half1 for x in pair] + [0]
-        return [4 * (x - y) for x, y in zip(self.folded(vector) if out else vector, self.at(v))]
+        return [4 * (x - y) for x, y in zip(self.folded(vector) if out else vector, self.at(number))]
 
     def other_values(self, v, h, k, channel):
         made = []
         for part in range(0, channel.components, 3):
-            size = self.sizes[k]
-            if self.located and self.channels.index(self.position) < k:
-                size = max(size + quotient(64 * self.classes[v] - self.size, 4), 0)
             self.look(channel, part, v)
             features = self.fine_features(v, h)
-            if self.num_fine(channel) == 8:
-                features.append(self.normal(v, h))
-            vector = self.unseen(self.sums(self.at(v), features, self.weights_of[k]))
-            for predicted in vector[:channel.components - part]:
-                row = (size + 32) // 64
-                residual = self.decoder.residual("PLAIN", 0 if row < 4 else row // 2, 16 * min(row, 11),
-                                                 channel.most_bits)
-                made.append(self.decoder.value(channel, predicted * channel.unit() + residual))
-                size = 64 * half(abs(residual))
-                self.sizes[k] += quotient(size - self.sizes[k], 32)
-                size = (size + self.sizes[k]) // 2
+            if self.has_normals(channel):
+                features.append(self.normal(v, h, v, (0, 1)))
+            made += self.other_part(v, k, v, features)
         self.view = None
+        return made
+
+    def other_part(self, v, k, number, features):
+        channel, part, _ = self.view
+        size = self.sizes[k]
+        if self.located and self.channels.index(self.position) < k:
+            size = max(size + quotient(64 * self.classes[v] - self.size, 4), 0)
+        made = []
+        for predicted in self.unseen(self.sums(self.at(number), features, self.weights_of[k]))[:channel.components - part]:
+            row = (size + 32) // 64
+            residual = self.decoder.residual("PLAIN", 0 if row < 4 else row // 2, 16 * min(row, 11), channel.most_bits)
+            made.append(self.decoder.value(channel, predicted * channel.unit() + residual))
+            size = 64 * half(abs(residual))
+            self.sizes[k] += quotient(size - self.sizes[k], 32)
+            size = (size + self.sizes[k]) // 2
         return made
 
     def new_values(self, v, h):
@@ -2533,6 +2629,8 @@ class RegularLevel:
             if channel is self.position:
                 result += self.position_of(v, h)
                 self.expected[v][channel.first:channel.first + 3] = result[-3:]
+            elif channel.of_row:
+                self.row_values(v, h, k, channel)
             elif self.is_expected(channel):
                 result += self.other_values(v, h, k, channel)
             elif not channel.per_face:
@@ -2568,7 +2666,10 @@ class RegularLevel:
         decoder.end_step()
         if len(mesh.virtual) + virtual > decoder.header.edges:
             raise End("corrupt")
+        corners = self.split_rows(v, a, b, p, q, parents) if self.rows else []
         mesh.split(a, v, [p, b, q], 0, 2)
+        for triangle, parent, rows in zip(mesh.real[-len(parents):], parents, corners):
+            self.rows.of[id(triangle)] = rows
         for triangle, parent in zip(mesh.real[-len(parents):], parents):
             if materials:
                 materials.inherit(triangle, parent)
@@ -2576,6 +2677,28 @@ class RegularLevel:
                 decoder.face_values[id(triangle)] = list(decoder.face_values[id(parent)])
         decoder.values.append(values)
         decoder.vertices += 1
+
+    def split_rows(self, v, a, b, p, q, parents):
+        """Rows of the new triangles; those that are there get v's."""
+        rows, made = self.rows.of, []
+        for i, (triangle, corners) in enumerate(zip(parents, ((p, a), (a, q)))):
+            row = self.rows_of[v][i if len(self.rows_of[v]) == 2 else 0]
+            made.append([rows[id(triangle)][triangle.index(corner)] for corner in corners] + [row])
+            rows[id(triangle)][triangle.index(a)] = row
+        self.decoder.num_rows = self.rows_of[v][-1] + 1
+        return made
+
+    def flip_rows(self, a, b):
+        left, right = self.mesh.left[a, b], self.mesh.left[b, a]
+        if not self.rows:
+            return
+        rows = [[self.rows.of[id(t)][(t.index(c) + n) % 3] for n in range(3)] for t, c in ((left, a), (right, b))]
+        if rows[0][0] != rows[1][1] or rows[0][1] != rows[1][0]:
+            raise End("corrupt")
+        (of_a, of_b, of_x), of_y = rows[0], rows[1][2]
+        for t, c, corners in (left, a, (of_y, of_x, of_a)), (right, b, (of_x, of_y, of_b)):
+            for n, row in enumerate(corners):
+                self.rows.of[id(t)][(t.index(c) + n) % 3] = row
 
     # 17.7, 17.8
     def is_flippable(self, a, b):
@@ -2588,6 +2711,7 @@ class RegularLevel:
         self.decoder.end_step()
         if not self.is_flippable(a, b):
             raise End("corrupt")
+        self.flip_rows(a, b)
         self.mesh.flip(a, b)
 
     def shape_of(self, a, b):

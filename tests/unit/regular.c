@@ -276,6 +276,80 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
     for (way = 0; way < WAYS; ++way) CHECK(counted[way] >= (way == FACES ? 4 : SHAPES / 2));
 }
 
+/* Each face of the input has the same rows, in the same order around, and its rows the same values. */
+static void check_triangles(const sample *s, const coded *c, const cq_decoder *d, const cq_index *indices,
+                            uint32_t num_faces) {
+    uint32_t f, k, v;
+    for (f = 0; f < num_faces; ++f) {
+        const cq_index face = c->face_map[f], *from = indices + 3 * f;
+        cq_index to[3];
+        if (face < d->mesh.num_faces) cq_read_triangles(d, face, 1, to);
+        else memcpy(to, d->aside.index + 3 * (face - d->mesh.num_faces), sizeof to);
+        for (k = 0; k < 3 && to[k] != c->map[from[0]]; ++k) {}
+        CHECK(k < 3 && to[(k + 1) % 3] == c->map[from[1]] && to[(k + 2) % 3] == c->map[from[2]]);
+    }
+    for (v = 0; v < 3 * s->mesh.num_vertices; ++v)
+        CHECK_EQ(d->channel[0][3 * c->map[v / 3] + v % 3], s->values[0][v]);
+}
+
+/* A face is there twice, and another one is turned over: that makes no difference to the rest. */
+TEST(meshes_that_are_prepared_have_regular_levels_too) {
+    int which, counted = 0;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        decoding d;
+        cq_index *indices, swap;
+        shape_sample(&s, which, which % 2 ? POSITIONS : ATTRIBUTES);
+        indices = (cq_index *)exact_alloc(3 * ((size_t)s.mesh.num_faces + 1) * sizeof(cq_index));
+        memcpy(indices, s.mesh.indices, 3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
+        memcpy(indices + 3 * s.mesh.num_faces, indices + 30, 3 * sizeof(cq_index));
+        swap = indices[60], indices[60] = indices[61], indices[61] = swap;
+        s.input.indices = indices;
+        s.input.shape.num_faces++;
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        CHECK_EQ(c.report->prepared.repeated_faces, 1);
+        CHECK_EQ(c.report->prepared.turned_faces, 1);
+        counted += regular_levels(c.report) > 0;
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 9, CQ_NO_LIMIT), CQ_DONE);
+        check_triangles(&s, &c, d.decoder, indices, s.input.shape.num_faces);
+        decoding_free(&d);
+        uncode(&c);
+        exact_free(indices);
+        sample_free(&s);
+    }
+    CHECK(counted >= SHAPES / 2);
+}
+
+TEST(locked_vertices_are_in_the_base) {
+    int which, counted = 0;
+    for (which = 0; which < SHAPES; ++which) {
+        sample s;
+        coded c;
+        decoding d;
+        uint8_t *locked;
+        uint32_t v;
+        shape_sample(&s, which, POSITIONS);
+        locked = (uint8_t *)exact_alloc(s.mesh.num_vertices);
+        for (v = 0; v < s.mesh.num_vertices; ++v) locked[v] = v % 50 == 3;
+        s.input.locked = locked;
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        counted += regular_levels(c.report) > 0;
+        for (v = 3; v < s.mesh.num_vertices; v += 50) CHECK(c.map[v] < c.report->base_vertices);
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 9, CQ_NO_LIMIT), CQ_DONE);
+        check_result(&s, &c, d.decoder);
+        decoding_free(&d);
+        uncode(&c);
+        exact_free(locked);
+        sample_free(&s);
+    }
+    CHECK(counted >= SHAPES / 2);
+}
+
 /* -- Each step ------------------------------------------------------------------------------------------------------ */
 
 /* What somebody has seen: the index buffer, and positions. */
@@ -554,6 +628,8 @@ TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
+    RUN(meshes_that_are_prepared_have_regular_levels_too);
+    RUN(locked_vertices_are_in_the_base);
     RUN(each_step_leaves_a_valid_mesh_and_all_that_has_arrived);
     RUN(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices);
     RUN(damaged_streams_leave_a_valid_mesh);
