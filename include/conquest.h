@@ -1237,6 +1237,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_INLINED inline
 #endif
 #define CQI_FETCH_AHEAD 16 /* patches: about as long as memory takes */
+#define CQI_MANY 128       /* patches whose memory does not stay in the nearest cache */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -1464,10 +1465,13 @@ static void cqi_set_twins(cq_mesh *m, cq_index g, cq_index h)
     m->twin[h] = g;
 }
 
-static cq_index cqi_smaller_end(const cq_index *indices, cq_index h)
+/* The smaller ends of a face's edges. */
+static void cqi_smaller_ends(const cq_index *corner, cq_index *end)
 {
-    cq_index a = indices[h], b = indices[cq_next(h)];
-    return a < b ? a : b;
+    const cq_index a = corner[0], b = corner[1], c = corner[2];
+    end[0] = a < b ? a : b;
+    end[1] = b < c ? b : c;
+    end[2] = c < a ? c : a;
 }
 
 static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
@@ -1480,15 +1484,21 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
-    cq_index k, sum = 0;
+    cq_index k, j, sum = 0, end[3];
     memset(first, 0, s->num_vertices * sizeof(cq_index));
-    for (k = 0; k < n; k++) first[cqi_smaller_end(indices, k)]++;
+    for (k = 0; k < n; k = (cq_index)(k + 3)) {
+        cqi_smaller_ends(indices + k, end);
+        for (j = 0; j < 3; j++) first[end[j]]++;
+    }
     for (k = 0; k < s->num_vertices; k++) {
         cq_index count = first[k];
         first[k] = sum;
         sum = (cq_index)(sum + count);
     }
-    for (k = 0; k < n; k++) sorted[first[cqi_smaller_end(indices, k)]++] = k;
+    for (k = 0; k < n; k = (cq_index)(k + 3)) {
+        cqi_smaller_ends(indices + k, end);
+        for (j = 0; j < 3; j++) sorted[first[end[j]]++] = (cq_index)(k + j);
+    }
 }
 
 /* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
@@ -1631,6 +1641,23 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     return r;
 }
 
+/* Lays the mesh out again, with room for the virtual vertices and faces that it has been found to need. All blocks move
+ * up: the last ones first. */
+static cq_result cqi_make_room(cq_mesh *m, const cq_shape *s, void *memory, size_t size)
+{
+    const cq_index *const twin = m->twin, *const out = m->out;
+    cqi_arena arena;
+    cq_index k;
+    arena.next = (uint8_t *)memory;
+    arena.left = size;
+    if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
+    if (size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
+    cqi_mesh_carve(m, s, &arena);
+    for (k = (cq_index)s->num_vertices; k--;) m->out[k] = out[k];
+    for (k = (cq_index)(3 * s->num_faces); k--;) m->twin[k] = twin[k];
+    return CQ_OK;
+}
+
 cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size, cq_place *place)
 {
     cq_result r;
@@ -1640,7 +1667,7 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
     if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
     r = cqi_check_faces(indices, s, place);
     if (r == CQ_OK) r = cqi_build_open(m, s, indices, memory, size, place);
-    if (r == CQ_OK && s->num_boundary_edges) r = cqi_build_open(m, s, indices, memory, size, place); /* now with room */
+    if (r == CQ_OK && s->num_boundary_edges) r = cqi_make_room(m, s, memory, size);
     if (r != CQ_OK) return r;
     m->num_vertices = (cq_index)s->num_vertices;
     m->num_faces = (cq_index)s->num_faces;
@@ -5415,7 +5442,7 @@ static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
 {
     cq_index v, h;
-    if (w->count <= CQI_FETCH_AHEAD) return;
+    if (w->count < CQI_MANY) return;
     v = cqi_queued(w, CQI_FETCH_AHEAD);
     CQI_SOON(&m->out[v]);
     CQI_SOON(&m->mark[v]);
@@ -9843,7 +9870,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) {
-        if (p->num_notes - note > CQI_FETCH_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        if (p->num_notes - note > CQI_MANY) cqi_expect_covers(p, &p->note[note]);
         cqi_measure_collapse(p, &p->note[note]);
     }
 }
@@ -10236,19 +10263,24 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
     return v;
 }
 
+static void cqi_union(cq_index *parent, cq_index a, cq_index b)
+{
+    a = cqi_find_root(parent, a);
+    b = cqi_find_root(parent, b);
+    parent[a < b ? b : a] = a < b ? a : b;
+}
+
 /* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
  * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
-    cq_index *next = p->decoded, v, f, h;
+    cq_index *next = p->decoded, v, f;
     for (v = 0; v < m->num_vertices; v++) parent[v] = v;
-    for (h = 0; h < 3 * m->num_faces; h++) {
-        cq_index a, b;
-        if (!cqi_is_face(m, (cq_index)(h / 3))) continue;
-        a = cqi_find_root(parent, m->origin[h]);
-        b = cqi_find_root(parent, cq_target(m, h));
-        parent[a < b ? b : a] = a < b ? a : b;
+    for (f = 0; f < m->num_faces; f++) {
+        if (!cqi_is_face(m, f)) continue;
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 1]);
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 2]);
     }
     for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
     for (v = m->num_vertices; v--;) {
@@ -10706,13 +10738,6 @@ static void cqi_glue_places(cqi_preparer *p)
  * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
  * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
  * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
-
-static void cqi_union(cq_index *parent, cq_index a, cq_index b)
-{
-    a = cqi_find_root(parent, a);
-    b = cqi_find_root(parent, b);
-    parent[a < b ? b : a] = a < b ? a : b;
-}
 
 static void cqi_find_fans(cqi_preparer *p)
 {
