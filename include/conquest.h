@@ -552,7 +552,8 @@ typedef struct cq_report {
  *                                 203.1; the sum of weights 12.1; 61 exact components, each 0.9 over its 144, and 3 of
  *                                 the position, each 5.1 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other channel. */
+ * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other
+ * channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* The same for one channel of a row, if there are seams: two adaptive bits, and for each of 4 components 16 bits of
@@ -6691,9 +6692,9 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 /* -- Regular levels: records --
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new vertices on the next and on the previous edge;
- * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
- * begin and end where this edge does. */
+ * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new
+ * vertices on the next and on the previous edge; the new vertex straight on from the edge's start, if that is one, and
+ * those on the edges of the faces beyond that begin and end where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -6727,14 +6728,14 @@ static int cqi_write_record(cq_decoder *d, cq_index v)
 /* The vertex opposite to a new one, in the record. */
 static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
 
-/* Adds where w is, from the place that v is expected at. */
+/* Adds the offset of w from the place where v is expected. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
 {
     if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
 }
 
-/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
- * expected have weights of their own. And the plane of its faces. */
+/* Features around the place where v is expected, in its edge h, and the plane of its faces. Vertices whose place is
+ * final have other weights than those that are only expected. */
 static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -7199,7 +7200,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
     cqi_look_at_positions(d);
 }
 
-/* Next new vertex: where it is expected, and its record. */
+/* For the next new vertex: the place where it is expected, and its record. */
 static cq_result cqi_step_expect(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7297,8 +7298,8 @@ static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
-/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
- * mean once. */
+/* The class to expect, in 1/4: a mean of the classes of final vertices around, of which neighbours count twice, and of
+ * the running mean. */
 static int cqi_expected_size(const cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
