@@ -9339,7 +9339,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+{
+    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
+}
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -9430,7 +9433,7 @@ static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corn
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_goes(const cqi_plan *p, cq_index h)
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
@@ -9570,7 +9573,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     cqi_list_candidates(m, spoke, &c, &boundary);
     while (c.size && chosen == CQ_NONE) {
         const cq_index h = cqi_take_candidate(p, &c);
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
