@@ -555,7 +555,8 @@ typedef struct cq_report {
  *                                 203.1; 61 exact components, each 0.9 over its 144, and 3 of the position, each 5.1
  *                                 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other channel. */
+ * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other
+ * channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* The same for one channel of a row, if there are seams: two adaptive bits, and for each of 4 components 16 bits of
@@ -1227,8 +1228,8 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_APART
 #endif
 
-/* Asks the processor for memory that will be read soon; it makes no difference to the result. What does nothing else
- * must be inlined: else gcc takes it for a function without effect, and leaves its calls out. */
+/* Prefetches memory that will be read soon; makes no difference to the result. Functions that do nothing else must be
+ * inlined: gcc takes them for functions without effect, and removes calls of them. */
 #if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
 #define CQI_SOON(address) __builtin_prefetch(address)
 #define CQI_INLINED inline __attribute__((always_inline))
@@ -3256,7 +3257,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
-/* The next free face of the material of face f, which is counted; or CQ_NONE. */
+/* Takes the next free face of the material of face f, and counts it; or CQ_NONE. */
 static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
 {
     const uint32_t k = cqi_material_of(d, f);
@@ -3284,7 +3285,7 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* Counts them, once the split has made them, unless they are counted already. */
+/* Counts them once the split has made them, unless they have been counted. */
 static void cqi_count_new_faces(cq_decoder *d, int is_counted)
 {
     int end;
@@ -3892,7 +3893,7 @@ static inline cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
-    for (; bit; bit >>= 2) { /* no branch: it would be taken half of the time */
+    for (; bit; bit >>= 2) { /* without a branch, which would be taken half of the time */
         const uint64_t here = root + bit, fits = (uint64_t)0 - (x >= here);
         x -= here & fits;
         root = (root >> 1) + (bit & fits);
@@ -5432,13 +5433,13 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The vertex of the queue that has its turn after so many others. */
+/* The vertex of the queue that has its turn after `n` others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 {
     return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
 }
 
-/* Vertices of the queue are asked for, and the first faces of nearer ones. One that is no more there has no spoke. */
+/* Prefetches vertices of the queue, and the first faces of nearer ones. A vertex that has been removed has no spoke. */
 static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
 {
     cq_index v, h;
@@ -6496,7 +6497,7 @@ static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
     x->y = a.y + half;
 }
 
-/* Up to three components of a vertex' values as a vector; of a pair, out of the fold. */
+/* Up to three components of a vertex's values as a vector; if they are a pair, out of the fold. */
 static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 {
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
@@ -6510,7 +6511,7 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
     return x;
 }
 
-/* Position of a vertex, or what it has of the channel that is looked at; and what that is from another one's. */
+/* Position of a vertex, or its values of the channel that cqi_look_at set; and the offset from a to b. */
 static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
@@ -6660,9 +6661,9 @@ static cq_result cqi_step_marks(cq_decoder *d)
 
 /* -- Regular levels: other channels --
  *
- * What may be averaged is predicted as positions are, from the same vertices: but the weights are the same for all
- * components and in all directions. Weights of skinning are predicted by the edge's two ends, as levels of patches
- * predict them; and what may not be averaged is a copy of one of them, if it is. */
+ * Channels that may be averaged are predicted as positions are, from the same vertices, but with the same weights for
+ * all components and directions. Weights of skinning are predicted from the two ends of the edge, as in levels of
+ * patches. What may not be averaged is mostly a copy of one of these ends. */
 
 /* Is the channel predicted so? */
 static int cqi_is_expected(const cq_decoder *d, uint32_t k)
@@ -6671,7 +6672,7 @@ static int cqi_is_expected(const cq_decoder *d, uint32_t k)
     return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
 }
 
-/* Is any channel, or are there positions? */
+/* Is any channel predicted so, or are there positions? */
 static int cqi_has_expected(const cq_decoder *d)
 {
     uint32_t k;
@@ -6680,7 +6681,7 @@ static int cqi_has_expected(const cq_decoder *d)
     return 0;
 }
 
-/* Has to look at channel k from now on: at three components from this one on. */
+/* Lets cqi_at look at channel k, at three components from this one on. */
 static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 {
     d->regular.view = k;
@@ -6704,7 +6705,7 @@ static void cqi_look_around(cq_decoder *d, cq_index v)
 
 /* -- Regular levels: slots of faces -- */
 
-/* Before the first vertex takes its slots: for the records, or for the faces. */
+/* Prepares for the first vertex to take slots: for its record, or for its faces. */
 static void cqi_rewind_slots(cq_decoder *d)
 {
     uint32_t k;
@@ -6713,8 +6714,8 @@ static void cqi_rewind_slots(cq_decoder *d)
         d->materials[k].count = (cq_index)(d->materials[k].scan - d->materials[k].first);
 }
 
-/* Takes the slots of the faces that an insertion into the edge h makes, which have the materials of those that are
- * there. 0: there is no room. */
+/* Takes the slots of the faces that an insertion into the edge h makes; they have the materials of the edge's faces. 0:
+ * there is no room. */
 static int cqi_take_slots(cq_decoder *d, cq_index h)
 {
     const cq_index side[2] = { h, d->mesh.twin[h] };
@@ -6863,7 +6864,7 @@ static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
     return end;
 }
 
-/* Finds what goes straight on from both ends of the edge h, which is at hand. */
+/* Finds the halfedges that go straight on from both ends of the edge at hand, which is that of h. */
 static void cqi_look_ahead(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -6956,11 +6957,12 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
-/* The value that a vector stands for: in range, and in the fold again. */
+/* The values that a vector stands for, in range and in the fold again. */
 static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
-    const int32_t low = cqi_is_exact(c) ? -0x800000 : 0, most = (int32_t)(((uint32_t)1 << (cqi_is_exact(c) ? 23 : c->bits)) - 1);
+    const int32_t low = cqi_is_exact(c) ? -0x800000 : 0;
+    const int32_t most = (int32_t)(((uint32_t)1 << (cqi_is_exact(c) ? 23 : c->bits)) - 1);
     x.x = cqi_clamp(x.x, low, most);
     x.y = cqi_clamp(x.y, low, most);
     x.z = cqi_clamp(x.z, low, most);
@@ -7086,9 +7088,9 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 /* -- Regular levels: records --
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new vertices on the next and on the previous edge;
- * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
- * begin and end where this edge does. */
+ * That holds its record of this face, as origin[] and twin[]: the opposite vertex, counted down from CQ_NONE, so that
+ * the slot is no face; the new vertices on the next and the previous edge; the new vertex straight on from the edge's
+ * start, if there is one; and those on edges of the faces beyond that start or end where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -7123,14 +7125,14 @@ static int cqi_write_record(cq_decoder *d, cq_index v)
 /* The vertex opposite to a new one, in the record. */
 static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
 
-/* Adds where w is, from the place that v is expected at. */
+/* Adds the offset of w from the place where v is expected. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
 {
     if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
 }
 
-/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
- * expected have weights of their own. And the plane of its faces. */
+/* Features around the place where v is expected, in its edge h, and the plane of its faces. Vertices whose place is
+ * final have other weights than those that are only expected. */
 static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -7270,7 +7272,7 @@ typedef struct cqi_equations {
 /* What an error in 1/256 costs, about, in 1/8 bit: nothing, if it rounds to 0. */
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
-/* A row: features x, and what their weighted sum in 1/16 should be. */
+/* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
 static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
@@ -7283,7 +7285,7 @@ static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_
     }
 }
 
-/* Scales the equations to 28 bits, and lets no feature be without weight of its own. */
+/* Scales the equations to 28 bits, and adds a little to the diagonal, so that no feature is left undetermined. */
 static void cqi_scale_fit(cqi_equations *fit, int n)
 {
     int64_t most = 0;
@@ -7297,7 +7299,7 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
     }
 }
 
-/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. Returns whether weights change. */
+/* Gaussian elimination; no pivots are needed, as the matrix is positive definite. Returns 1 if a weight changes. */
 static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
     int64_t x[CQI_MOST];
@@ -7336,7 +7338,7 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
-/* What the weights leave of a row, in 1/256. */
+/* The error that the weights leave in a row, in 1/256. */
 static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
 {
     int32_t error = 16 * y;
@@ -7365,8 +7367,8 @@ static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t r
         }
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
- * 1/8 bit. Where a pass changes nothing, others with the same power would not either. */
+/* Fits n weights to components first .. last of the rows, starting with those given. Returns about what the errors
+ * cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not either. */
 static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
                                 int passes)
 {
@@ -7389,7 +7391,7 @@ static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, in
     return fit.least;
 }
 
-/* What is left in x and y, with 3 n weights. */
+/* The cost of the errors in x and y, with 3 n weights. */
 static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
 {
     uint32_t cost = 0, r;
@@ -7409,8 +7411,8 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
     return cost;
 }
 
-/* Fits all weights of n features to the rows, of `count` vertices in all. Those along the edge are others than those
- * across it only if that is worth n bytes. */
+/* Fits all weights of n features to the rows, which stand for `count` vertices. Weights along the edge only differ from
+ * those across it if that saves more than the n bytes that it takes. */
 static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
@@ -7432,7 +7434,7 @@ static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, i
     return other_cost + above;
 }
 
-/* Fills a row: n features, and the offset in 1/16 that they should give. */
+/* Fills a row: n features, and the offset in 1/16 that their weighted sum should give. */
 static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
@@ -7453,7 +7455,7 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
 }
 
 
-/* What positions are shifted by, so that most are below 2^13; what is more counts as that much. */
+/* Shift of positions, by which most features are below 2^13; larger ones are clamped. */
 static int cqi_fit_shift(const cq_decoder *d)
 {
     return (int)d->regular.view != d->located ? 0 : cqi_at_most(cqi_bit_length(d->regular.length >> 14), 12);
@@ -7492,7 +7494,7 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* The k-th new vertex of `rows` that are taken, one from each of as many equal parts. */
+/* Sample k of `rows` new vertices: one from each of as many equal parts. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
@@ -7666,7 +7668,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
     cqi_look_at_positions(d);
 }
 
-/* Next new vertex: where it is expected, and its record. */
+/* For the next new vertex: the place where it is expected, and its record. */
 static cq_result cqi_step_expect(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7764,8 +7766,8 @@ static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
-/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
- * mean once. */
+/* The class to expect, in 1/4: a mean of the classes of final vertices around, of which neighbours count twice, and of
+ * the running mean. */
 static int cqi_expected_size(const cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
@@ -7834,12 +7836,13 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
     return 1;
 }
 
-/* A residual of another channel, by what has been left of it at other vertices, and of the component before. */
+/* A residual of another channel, by the sizes of its residuals at other vertices, and of the component before. */
 static int32_t cqi_code_other_residual(cq_decoder *d, uint32_t k, int *size, int32_t residual)
 {
     const cq_channel *const channel = &d->shape.channel[k];
     const int row = (*size + 32) / 64, expected = row < 4 ? 0 : row / 2;
-    residual = cqi_code_residual(d, CQI_PLAIN, cqi_at_most(row, CQI_EXPECTED - 1), expected, cqi_most_bits(channel), -1, residual);
+    residual = cqi_code_residual(d, CQI_PLAIN, cqi_at_most(row, CQI_EXPECTED - 1), expected, cqi_most_bits(channel), -1,
+                                 residual);
     *size = 64 * cqi_half_bits(cqi_abs(residual));
     d->regular.size_of[k] = (uint16_t)(d->regular.size_of[k] + (*size - (int)d->regular.size_of[k]) / 32);
     return residual;
@@ -7932,7 +7935,7 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
     f->mean.x = f->mean.y = 0;
 }
 
-/* All channels of v, on the edge h. */
+/* All channels of v in edge h. */
 static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index input)
 {
     uint32_t k;
@@ -9291,7 +9294,7 @@ static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
     f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What triangle k loses if the centre goes to x: nothing, if it has no area. */
+/* What triangle k loses if the centre moves to x; nothing if it has no area. */
 static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
 {
     uint64_t sum = 0;
@@ -9310,7 +9313,7 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
     return sum;
 }
 
-/* If the centre goes to x; or a part of it that is `enough`. */
+/* What is lost if the centre moves to x; or a part of that which is `enough` already. */
 static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
@@ -9345,14 +9348,14 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* A number x for which cqi_loss is above a limit. */
+/* A sum x for which cqi_loss(x, shift) is above the limit. */
 static uint64_t cqi_sum_above(uint32_t limit, int shift)
 {
     const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A. If it is above both limits, any number that is. */
+/* The loss of collapsing h = A -> B, which moves B to A. If it is above both limits, any number above them. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -9830,7 +9833,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Asks for a face of a cover; */
+/* Prefetches a face of a cover; */
 static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
 {
     CQI_SOON(&p->mesh.twin[h]);
@@ -9838,7 +9841,7 @@ static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
     CQI_SOON(&p->attached[h / 3]);
 }
 
-/* for the first vertex that is attached to a face; */
+/* the first vertex that is attached to a face; */
 static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
 {
     const cq_index v = p->attached[f];
@@ -9847,7 +9850,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
     CQI_SOON(&p->measured[3 * (size_t)v]);
 }
 
-/* and for what the collapses behind this one need. */
+/* and what the collapses behind this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
     const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
@@ -9862,7 +9865,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
-/* Takes the collapses of a level into account, from that note on. */
+/* Measures the error of a level, whose collapses begin with that note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -9882,7 +9885,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+{
+    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
+}
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -9973,7 +9979,7 @@ static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corn
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_goes(const cqi_plan *p, cq_index h)
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
@@ -10041,11 +10047,11 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Neighbours that could be collapsed into A, and their squared distances, where these were asked for. */
+/* Spokes to neighbours that could be collapsed into A, and the neighbours' squared distances, once they are needed. */
 typedef struct cqi_candidates {
     int size;
     cq_index spoke[CQ_MAX_VALENCE];
-    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet */
+    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet computed */
 } cqi_candidates;
 
 static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
@@ -10056,7 +10062,7 @@ static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k
     return c->square[k];
 }
 
-/* Is candidate k better than another one? Smaller valence; then, if that is the goal, nearer. */
+/* Is candidate k better than another one: of smaller valence, or with CQ_BALANCED nearer? */
 static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
 {
     const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
@@ -10065,8 +10071,8 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
-/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
- * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
+ * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -10085,7 +10091,7 @@ static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates
     } while (h != spoke);
 }
 
-/* Takes the best of the candidates out, of equal ones the first. */
+/* Takes the best of the candidates out of the list, the first of equal ones. */
 static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 {
     int best = 0, k;
@@ -10113,7 +10119,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     cqi_list_candidates(m, spoke, &c, &boundary);
     while (c.size && chosen == CQ_NONE) {
         const cq_index h = cqi_take_candidate(p, &c);
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
@@ -10366,7 +10372,7 @@ static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
     return order ? order < 0 : a < b;
 }
 
-/* Compares the edges of two halfedges by the places of their ends, in either order. */
+/* Orders the edges of two halfedges by the places of their ends, whichever way they run. */
 static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, cq_index h)
 {
     const cq_index a = m->origin[g], b = cq_target(m, g), c = m->origin[h], d = cq_target(m, h);
@@ -10375,7 +10381,7 @@ static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, c
     return order ? order : cqi_compare_rows(in, first ? b : a, second ? d : c, 0);
 }
 
-/* What is sorted are halfedges of a mesh, or rows. */
+/* Order of halfedges if there is a mesh, else of rows. */
 static int cqi_is_less(const cq_input *in, const cq_mesh *m, cq_index a, cq_index b)
 {
     return m ? cqi_compare_edges(in, m, a, b) < 0 : cqi_row_is_less(in, a, b);
@@ -11126,7 +11132,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
     CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
@@ -12066,9 +12072,9 @@ static void cqi_refuse(cqi_labels *l)
     }
 }
 
-/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
- * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. These are marked for cqi_refuse. */
+/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
+ * three fifths are above 16, and an eighth is above 32; more of these if many are above 8, which cqi_refuse gets
+ * marked. */
 static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -12917,7 +12923,7 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
-/* Marks the faces with two corners in one place, which would go aside. Returns their number. */
+/* Marks the faces with two corners in one place, which the preparation would put aside. Returns their number. */
 static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_t *degenerate)
 {
     cq_index h, f, n = 0;
@@ -12932,7 +12938,7 @@ static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_
     return n;
 }
 
-/* Lists the halfedges that would be open without these faces. Returns their number. */
+/* Lists the halfedges that are open, or would be without these faces. Returns their number. */
 static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_index *open)
 {
     cq_index h, n = 0;
@@ -12943,7 +12949,7 @@ static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_in
     return n;
 }
 
-/* How many pairs of halfedges, which are sorted by their places, have the same one: no more can be glued. */
+/* The number of pairs of halfedges of the same place, as many as can be glued at most. `open` is sorted by places. */
 static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
 {
     cq_index k, single = 0, pairs = 0;
@@ -12955,8 +12961,8 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
     return pairs;
 }
 
-/* Would more pairs of halfedges be glued than faces go aside? Without that no border becomes shorter. The memory behind
- * the mesh is free. */
+/* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
+ * behind the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
