@@ -7259,17 +7259,32 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * the surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24 };
 
 typedef struct cqi_equations {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
-    uint32_t least;              /* cost of the best weights so far, */
+    uint32_t least;              /* cost of the best weights so far, in 1/8 bit, */
     int8_t best[CQI_MOST];       /* and these */
-    uint32_t cost;               /* about, in 1/8 bit */
+    uint32_t size[3][CQI_SIZES]; /* errors of each size, of each component */
     int power;                   /* of the error that rows count by, -1/2 */
 } cqi_equations;
 
-/* What an error in 1/256 costs, about, in 1/8 bit: nothing, if it rounds to 0. */
+/* Bits of an error in 1/256 when the prediction is rounded, without the sign. */
+static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_floor_shift(error + 127, 8))); }
+
+/* What so many errors of each size cost, in 1/8 bit: their entropy, and each one's bits. */
+static uint32_t cqi_cost_of_sizes(const uint32_t *size)
+{
+    uint64_t cost = 0;
+    uint32_t n = 0;
+    int k;
+    for (k = 0; k < CQI_SIZES; k++) n += size[k];
+    for (k = 0; k < CQI_SIZES; k++)
+        if (size[k]) cost += (uint64_t)size[k] * (cqi_log2(n) - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+    return (uint32_t)(cost >> 13);
+}
+
+/* How little an error in 1/256 counts, in 1/8 octave: not less, if it rounds to 0. */
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
 /* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
@@ -7347,7 +7362,7 @@ static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_
     return error;
 }
 
-/* The cost of the weights; and the equations for others, if there is a power. */
+/* The sizes of the errors; and the equations for other weights, if there is a power. */
 static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
                               const int8_t *weight, int n)
 {
@@ -7355,15 +7370,15 @@ static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t r
     int c;
     memset(fit->a, 0, sizeof fit->a);
     memset(fit->b, 0, sizeof fit->b);
-    fit->cost = 0;
+    memset(fit->size, 0, sizeof fit->size);
     for (k = 0; k < rows; k++)
         for (c = first; c <= last; c++) {
             int16_t turned[CQI_MOST];
             int32_t y;
             const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-            const int left = cqi_left(cqi_left_of(weight, x, n, y));
-            fit->cost += (uint32_t)left;
-            if (fit->power) cqi_add_equation(fit, x, n, y, left);
+            const int32_t error = cqi_left_of(weight, x, n, y);
+            fit->size[c - first][cqi_size_of_error(error)]++;
+            if (fit->power) cqi_add_equation(fit, x, n, y, cqi_left(error));
         }
 }
 
@@ -7373,13 +7388,15 @@ static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, in
                                 int passes)
 {
     cqi_equations fit;
+    uint32_t cost;
     int pass;
     fit.least = UINT32_MAX;
     for (pass = 0; pass <= passes; pass++) {
         fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
         cqi_sum_equations(&fit, row, rows, first, last, weight, n);
-        if (fit.cost < fit.least) {
-            fit.least = fit.cost;
+        cost = cqi_cost_of_sizes(fit.size[0]) + cqi_cost_of_sizes(fit.size[1]) + cqi_cost_of_sizes(fit.size[2]);
+        if (cost < fit.least) {
+            fit.least = cost;
             memcpy(fit.best, weight, (size_t)n);
         }
         if (!fit.power) break;
@@ -7394,7 +7411,8 @@ static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, in
 /* The cost of the errors in x and y, with 3 n weights. */
 static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
 {
-    uint32_t cost = 0, r;
+    uint32_t size[2][CQI_SIZES], r;
+    memset(size, 0, sizeof size);
     for (r = 0; r < rows; r++) {
         int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
         int k;
@@ -7406,9 +7424,10 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
         }
         x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
         y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
-        cost += (uint32_t)(cqi_left(x) + cqi_left(y));
+        size[0][cqi_size_of_error(x)]++;
+        size[1][cqi_size_of_error(y)]++;
     }
-    return cost;
+    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
 }
 
 /* Fits all weights of n features to the rows, which stand for `count` vertices. Weights along the edge only differ from
@@ -7630,21 +7649,26 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
-/* Chooses the axes and the weights of one of the predictions. */
+/* Chooses the axes and the weights of one of the predictions: the better ones of the two axes that a part of the rows
+ * and passes finds best. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
     cqi_regular *r = &d->regular;
-    uint32_t least = UINT32_MAX;
-    int axes, best = 0;
+    uint32_t cost[4];
+    int axes, first = 0, second = -1;
     for (axes = 0; axes < 4; axes++) {
-        uint32_t cost;
         r->axes = axes;
-        cost = fit(d, CQI_PASSES / 4, CQI_ROWS / 4);
-        if (cost >= least) continue;
-        least = cost;
-        best = axes;
+        cost[axes] = fit(d, CQI_PASSES / 2, CQI_ROWS / 4);
+        if (cost[axes] < cost[first]) first = axes;
     }
-    r->axes = best;
+    for (axes = 0; axes < 4; axes++)
+        if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
+    r->axes = second;
+    cost[second] = fit(d, CQI_PASSES, CQI_ROWS);
+    r->axes = first;
+    cost[first] = fit(d, CQI_PASSES, CQI_ROWS);
+    if (cost[second] >= cost[first]) return;
+    r->axes = second;
     fit(d, CQI_PASSES, CQI_ROWS);
 }
 
