@@ -13150,23 +13150,29 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take fewer bits than they would
- * without. This is guessed: what vertices take before all regular levels; and with positions, 5 bits less for each
- * doubling of the number of vertices since. */
+/* What n vertices take without regular levels, in 1/16 bit, if m of them took `mean` each: that is guessed to be 3.5 bits
+ * less for each time that there are twice as many, if there are positions. */
+static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
+{
+    return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
+}
+
+/* The same without the other plan: at least one, and more as long as their vertices take less than without, by what
+ * those of the mesh before all of them took. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;
-    int64_t most;
+    int64_t mean;
     for (k = 1; k <= p->num_regular; k++) {
         rest -= p->count_of[k];
         bytes -= p->bytes_of[k];
     }
     rest += !rest;
-    most = (int64_t)((uint64_t)bytes * 128 / rest);
+    mean = (int64_t)((uint64_t)bytes * 128 / rest);
     for (k = 1; k < p->num_regular; k++) {
         live -= p->count_of[k];
-        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) >
-            most - (located ? 10 : 0) * (cqi_logarithm(live) - cqi_logarithm(rest)))
+        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128) >
+            cqi_guess_size(live, rest, mean, located) - cqi_guess_size(live - p->count_of[k + 1], rest, mean, located))
             break;
     }
     return k;
