@@ -12086,13 +12086,35 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is locked. */
+/* Does an odd vertex see its parents at a right angle or less? */
+static int cqi_is_acute(const cqi_labels *l, cq_index v)
+{
+    return l->positions && cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
+                                        cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
+}
+
+/* Do few odd vertices? Where many do, the surface is rough; else it has been labelled across a fold. */
+static int cqi_are_few_acute(const cqi_labels *l)
+{
+    cq_index v, odd = 0, acute = 0;
+    for (v = 0; v < l->mesh->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        odd++;
+        acute = (cq_index)(acute + (cq_index)cqi_is_acute(l, v));
+    }
+    return acute < odd / 64;
+}
+
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is
+ * locked or labelled across a fold. */
 static void cqi_refuse(cqi_labels *l)
 {
+    const int few = cqi_are_few_acute(l);
     cq_index v;
     for (v = 0; v < l->mesh->num_vertices; v++) {
         if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
-        if (cqi_is_odd(l, v) && cqi_is_locked(l, v)) l->label[v] = CQI_EVEN;
+        if (!cqi_is_odd(l, v)) continue;
+        if (cqi_is_locked(l, v) || (few && cqi_is_acute(l, v))) l->label[v] = CQI_EVEN;
     }
 }
 
