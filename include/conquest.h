@@ -7649,12 +7649,12 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
-/* Chooses the axes and the weights of one of the predictions: the better ones of the two axes that a part of the rows
- * and passes finds best. */
+/* Chooses the axes and the weights of one of the predictions: the best axes by a part of the rows and passes, or the
+ * second best ones if all rows prefer these; they are only tried if they cost less than a 16th more. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
     cqi_regular *r = &d->regular;
-    uint32_t cost[4];
+    uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
     for (axes = 0; axes < 4; axes++) {
         r->axes = axes;
@@ -7663,11 +7663,12 @@ static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder
     }
     for (axes = 0; axes < 4; axes++)
         if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
-    r->axes = second;
-    cost[second] = fit(d, CQI_PASSES, CQI_ROWS);
+    if (cost[second] - cost[first] < cost[first] / 16) {
+        r->axes = second;
+        other = fit(d, CQI_PASSES, CQI_ROWS);
+    }
     r->axes = first;
-    cost[first] = fit(d, CQI_PASSES, CQI_ROWS);
-    if (cost[second] >= cost[first]) return;
+    if (fit(d, CQI_PASSES, CQI_ROWS) <= other) return;
     r->axes = second;
     fit(d, CQI_PASSES, CQI_ROWS);
 }
