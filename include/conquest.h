@@ -555,7 +555,8 @@ typedef struct cq_report {
  *                                 203.1; 61 exact components, each 0.9 over its 144, and 3 of the position, each 5.1
  *                                 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other channel. */
+ * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other
+ * channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
 /* The same for one channel of a row, if there are seams: two adaptive bits, and for each of 4 components 16 bits of
@@ -1227,8 +1228,8 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_APART
 #endif
 
-/* Asks the processor for memory that will be read soon; it makes no difference to the result. What does nothing else
- * must be inlined: else gcc takes it for a function without effect, and leaves its calls out. */
+/* Prefetches memory that will be read soon; makes no difference to the result. Functions that do nothing else must be
+ * inlined: gcc takes them for functions without effect, and removes calls of them. */
 #if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
 #define CQI_SOON(address) __builtin_prefetch(address)
 #define CQI_INLINED inline __attribute__((always_inline))
@@ -1237,6 +1238,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_INLINED inline
 #endif
 #define CQI_FETCH_AHEAD 16 /* patches: about as long as memory takes */
+#define CQI_MANY 128       /* patches whose memory does not stay in the nearest cache */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -1464,10 +1466,13 @@ static void cqi_set_twins(cq_mesh *m, cq_index g, cq_index h)
     m->twin[h] = g;
 }
 
-static cq_index cqi_smaller_end(const cq_index *indices, cq_index h)
+/* The smaller ends of a face's edges. */
+static void cqi_smaller_ends(const cq_index *corner, cq_index *end)
 {
-    cq_index a = indices[h], b = indices[cq_next(h)];
-    return a < b ? a : b;
+    const cq_index a = corner[0], b = corner[1], c = corner[2];
+    end[0] = a < b ? a : b;
+    end[1] = b < c ? b : c;
+    end[2] = c < a ? c : a;
 }
 
 static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
@@ -1480,15 +1485,21 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
-    cq_index k, sum = 0;
+    cq_index k, j, sum = 0, end[3];
     memset(first, 0, s->num_vertices * sizeof(cq_index));
-    for (k = 0; k < n; k++) first[cqi_smaller_end(indices, k)]++;
+    for (k = 0; k < n; k = (cq_index)(k + 3)) {
+        cqi_smaller_ends(indices + k, end);
+        for (j = 0; j < 3; j++) first[end[j]]++;
+    }
     for (k = 0; k < s->num_vertices; k++) {
         cq_index count = first[k];
         first[k] = sum;
         sum = (cq_index)(sum + count);
     }
-    for (k = 0; k < n; k++) sorted[first[cqi_smaller_end(indices, k)]++] = k;
+    for (k = 0; k < n; k = (cq_index)(k + 3)) {
+        cqi_smaller_ends(indices + k, end);
+        for (j = 0; j < 3; j++) sorted[first[end[j]]++] = (cq_index)(k + j);
+    }
 }
 
 /* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
@@ -1631,6 +1642,23 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     return r;
 }
 
+/* Lays the mesh out again, with room for the virtual vertices and faces that it has been found to need. All blocks move
+ * up: the last ones first. */
+static cq_result cqi_make_room(cq_mesh *m, const cq_shape *s, void *memory, size_t size)
+{
+    const cq_index *const twin = m->twin, *const out = m->out;
+    cqi_arena arena;
+    cq_index k;
+    arena.next = (uint8_t *)memory;
+    arena.left = size;
+    if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
+    if (size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
+    cqi_mesh_carve(m, s, &arena);
+    for (k = (cq_index)s->num_vertices; k--;) m->out[k] = out[k];
+    for (k = (cq_index)(3 * s->num_faces); k--;) m->twin[k] = twin[k];
+    return CQ_OK;
+}
+
 cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *memory, size_t size, cq_place *place)
 {
     cq_result r;
@@ -1640,7 +1668,7 @@ cq_result cq_mesh_build(cq_mesh *m, cq_shape *s, const cq_index *indices, void *
     if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
     r = cqi_check_faces(indices, s, place);
     if (r == CQ_OK) r = cqi_build_open(m, s, indices, memory, size, place);
-    if (r == CQ_OK && s->num_boundary_edges) r = cqi_build_open(m, s, indices, memory, size, place); /* now with room */
+    if (r == CQ_OK && s->num_boundary_edges) r = cqi_make_room(m, s, memory, size);
     if (r != CQ_OK) return r;
     m->num_vertices = (cq_index)s->num_vertices;
     m->num_faces = (cq_index)s->num_faces;
@@ -3229,7 +3257,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
-/* The next free face of the material of face f, which is counted; or CQ_NONE. */
+/* Takes the next free face of the material of face f, and counts it; or CQ_NONE. */
 static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
 {
     const uint32_t k = cqi_material_of(d, f);
@@ -3257,7 +3285,7 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* Counts them, once the split has made them, unless they are counted already. */
+/* Counts them once the split has made them, unless they have been counted. */
 static void cqi_count_new_faces(cq_decoder *d, int is_counted)
 {
     int end;
@@ -3865,7 +3893,7 @@ static inline cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq
 static uint32_t cqi_root(uint64_t x)
 {
     uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
-    for (; bit; bit >>= 2) { /* no branch: it would be taken half of the time */
+    for (; bit; bit >>= 2) { /* without a branch, which would be taken half of the time */
         const uint64_t here = root + bit, fits = (uint64_t)0 - (x >= here);
         x -= here & fits;
         root = (root >> 1) + (bit & fits);
@@ -5405,17 +5433,17 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The vertex of the queue that has its turn after so many others. */
+/* The vertex of the queue that has its turn after `n` others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 {
     return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
 }
 
-/* Vertices of the queue are asked for, and the first faces of nearer ones. One that is no more there has no spoke. */
+/* Prefetches vertices of the queue, and the first faces of nearer ones. A vertex that has been removed has no spoke. */
 static CQI_INLINED void cqi_expect_patches(const cq_mesh *m, const cqi_walk *w)
 {
     cq_index v, h;
-    if (w->count <= CQI_FETCH_AHEAD) return;
+    if (w->count < CQI_MANY) return;
     v = cqi_queued(w, CQI_FETCH_AHEAD);
     CQI_SOON(&m->out[v]);
     CQI_SOON(&m->mark[v]);
@@ -6469,7 +6497,7 @@ static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
     x->y = a.y + half;
 }
 
-/* Up to three components of a vertex' values as a vector; of a pair, out of the fold. */
+/* Up to three components of a vertex's values as a vector; if they are a pair, out of the fold. */
 static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 {
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
@@ -6483,7 +6511,7 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
     return x;
 }
 
-/* Position of a vertex, or what it has of the channel that is looked at; and what that is from another one's. */
+/* Position of a vertex, or its values of the channel that cqi_look_at set; and the offset from a to b. */
 static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
@@ -6633,9 +6661,9 @@ static cq_result cqi_step_marks(cq_decoder *d)
 
 /* -- Regular levels: other channels --
  *
- * What may be averaged is predicted as positions are, from the same vertices: but the weights are the same for all
- * components and in all directions. Weights of skinning are predicted by the edge's two ends, as levels of patches
- * predict them; and what may not be averaged is a copy of one of them, if it is. */
+ * Channels that may be averaged are predicted as positions are, from the same vertices, but with the same weights for
+ * all components and directions. Weights of skinning are predicted from the two ends of the edge, as in levels of
+ * patches. What may not be averaged is mostly a copy of one of these ends. */
 
 /* Is the channel predicted so? */
 static int cqi_is_expected(const cq_decoder *d, uint32_t k)
@@ -6644,7 +6672,7 @@ static int cqi_is_expected(const cq_decoder *d, uint32_t k)
     return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
 }
 
-/* Is any channel, or are there positions? */
+/* Is any channel predicted so, or are there positions? */
 static int cqi_has_expected(const cq_decoder *d)
 {
     uint32_t k;
@@ -6653,7 +6681,7 @@ static int cqi_has_expected(const cq_decoder *d)
     return 0;
 }
 
-/* Has to look at channel k from now on: at three components from this one on. */
+/* Lets cqi_at look at channel k, at three components from this one on. */
 static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 {
     d->regular.view = k;
@@ -6677,7 +6705,7 @@ static void cqi_look_around(cq_decoder *d, cq_index v)
 
 /* -- Regular levels: slots of faces -- */
 
-/* Before the first vertex takes its slots: for the records, or for the faces. */
+/* Prepares for the first vertex to take slots: for its record, or for its faces. */
 static void cqi_rewind_slots(cq_decoder *d)
 {
     uint32_t k;
@@ -6686,8 +6714,8 @@ static void cqi_rewind_slots(cq_decoder *d)
         d->materials[k].count = (cq_index)(d->materials[k].scan - d->materials[k].first);
 }
 
-/* Takes the slots of the faces that an insertion into the edge h makes, which have the materials of those that are
- * there. 0: there is no room. */
+/* Takes the slots of the faces that an insertion into the edge h makes; they have the materials of the edge's faces. 0:
+ * there is no room. */
 static int cqi_take_slots(cq_decoder *d, cq_index h)
 {
     const cq_index side[2] = { h, d->mesh.twin[h] };
@@ -6836,7 +6864,7 @@ static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
     return end;
 }
 
-/* Finds what goes straight on from both ends of the edge h, which is at hand. */
+/* Finds the halfedges that go straight on from both ends of the edge at hand, which is that of h. */
 static void cqi_look_ahead(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -6929,11 +6957,12 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
-/* The value that a vector stands for: in range, and in the fold again. */
+/* The values that a vector stands for, in range and in the fold again. */
 static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
-    const int32_t low = cqi_is_exact(c) ? -0x800000 : 0, most = (int32_t)(((uint32_t)1 << (cqi_is_exact(c) ? 23 : c->bits)) - 1);
+    const int32_t low = cqi_is_exact(c) ? -0x800000 : 0;
+    const int32_t most = (int32_t)(((uint32_t)1 << (cqi_is_exact(c) ? 23 : c->bits)) - 1);
     x.x = cqi_clamp(x.x, low, most);
     x.y = cqi_clamp(x.y, low, most);
     x.z = cqi_clamp(x.z, low, most);
@@ -7059,9 +7088,9 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 /* -- Regular levels: records --
  *
  * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * In it are noted, as origin[] and twin[]: the vertex opposite, from CQ_NONE down, so that the slot is no face; the new vertices on the next and on the previous edge;
- * the new vertex straight on from the edge's start, if that is one, and those on the edges of the faces beyond that
- * begin and end where this edge does. */
+ * That holds its record of this face, as origin[] and twin[]: the opposite vertex, counted down from CQ_NONE, so that
+ * the slot is no face; the new vertices on the next and the previous edge; the new vertex straight on from the edge's
+ * start, if there is one; and those on edges of the faces beyond that start or end where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -7096,14 +7125,14 @@ static int cqi_write_record(cq_decoder *d, cq_index v)
 /* The vertex opposite to a new one, in the record. */
 static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
 
-/* Adds where w is, from the place that v is expected at. */
+/* Adds the offset of w from the place where v is expected. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
 {
     if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
 }
 
-/* What is around the place of v, which h is the edge of: vertices that are there already, or final, and what is only
- * expected have weights of their own. And the plane of its faces. */
+/* Features around the place where v is expected, in its edge h, and the plane of its faces. Vertices whose place is
+ * final have other weights than those that are only expected. */
 static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -7230,20 +7259,35 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * the surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24 };
 
 typedef struct cqi_equations {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
-    uint32_t least;              /* cost of the best weights so far, */
+    uint32_t least;              /* cost of the best weights so far, in 1/8 bit, */
     int8_t best[CQI_MOST];       /* and these */
-    uint32_t cost;               /* about, in 1/8 bit */
+    uint32_t size[3][CQI_SIZES]; /* errors of each size, of each component */
     int power;                   /* of the error that rows count by, -1/2 */
 } cqi_equations;
 
-/* What an error in 1/256 costs, about, in 1/8 bit: nothing, if it rounds to 0. */
+/* Bits of an error in 1/256 when the prediction is rounded, without the sign. */
+static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_floor_shift(error + 127, 8))); }
+
+/* What so many errors of each size cost, in 1/8 bit: their entropy, and each one's bits. */
+static uint32_t cqi_cost_of_sizes(const uint32_t *size)
+{
+    uint64_t cost = 0;
+    uint32_t n = 0;
+    int k;
+    for (k = 0; k < CQI_SIZES; k++) n += size[k];
+    for (k = 0; k < CQI_SIZES; k++)
+        if (size[k]) cost += (uint64_t)size[k] * (cqi_log2(n) - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+    return (uint32_t)(cost >> 13);
+}
+
+/* How little an error in 1/256 counts, in 1/8 octave: not less, if it rounds to 0. */
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
-/* A row: features x, and what their weighted sum in 1/16 should be. */
+/* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
 static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
@@ -7256,7 +7300,7 @@ static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_
     }
 }
 
-/* Scales the equations to 28 bits, and lets no feature be without weight of its own. */
+/* Scales the equations to 28 bits, and adds a little to the diagonal, so that no feature is left undetermined. */
 static void cqi_scale_fit(cqi_equations *fit, int n)
 {
     int64_t most = 0;
@@ -7270,7 +7314,7 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
     }
 }
 
-/* Gauss's elimination; the matrix is positive definite, so no pivots are needed. Returns whether weights change. */
+/* Gaussian elimination; no pivots are needed, as the matrix is positive definite. Returns 1 if a weight changes. */
 static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
 {
     int64_t x[CQI_MOST];
@@ -7309,7 +7353,7 @@ static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_
     return x;
 }
 
-/* What the weights leave of a row, in 1/256. */
+/* The error that the weights leave in a row, in 1/256. */
 static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
 {
     int32_t error = 16 * y;
@@ -7318,7 +7362,7 @@ static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_
     return error;
 }
 
-/* The cost of the weights; and the equations for others, if there is a power. */
+/* The sizes of the errors; and the equations for other weights, if there is a power. */
 static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
                               const int8_t *weight, int n)
 {
@@ -7326,31 +7370,33 @@ static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t r
     int c;
     memset(fit->a, 0, sizeof fit->a);
     memset(fit->b, 0, sizeof fit->b);
-    fit->cost = 0;
+    memset(fit->size, 0, sizeof fit->size);
     for (k = 0; k < rows; k++)
         for (c = first; c <= last; c++) {
             int16_t turned[CQI_MOST];
             int32_t y;
             const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-            const int left = cqi_left(cqi_left_of(weight, x, n, y));
-            fit->cost += (uint32_t)left;
-            if (fit->power) cqi_add_equation(fit, x, n, y, left);
+            const int32_t error = cqi_left_of(weight, x, n, y);
+            fit->size[c - first][cqi_size_of_error(error)]++;
+            if (fit->power) cqi_add_equation(fit, x, n, y, cqi_left(error));
         }
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given. Returns what is left, about, in
- * 1/8 bit. Where a pass changes nothing, others with the same power would not either. */
+/* Fits n weights to components first .. last of the rows, starting with those given. Returns about what the errors
+ * cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not either. */
 static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
                                 int passes)
 {
     cqi_equations fit;
+    uint32_t cost;
     int pass;
     fit.least = UINT32_MAX;
     for (pass = 0; pass <= passes; pass++) {
         fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
         cqi_sum_equations(&fit, row, rows, first, last, weight, n);
-        if (fit.cost < fit.least) {
-            fit.least = fit.cost;
+        cost = cqi_cost_of_sizes(fit.size[0]) + cqi_cost_of_sizes(fit.size[1]) + cqi_cost_of_sizes(fit.size[2]);
+        if (cost < fit.least) {
+            fit.least = cost;
             memcpy(fit.best, weight, (size_t)n);
         }
         if (!fit.power) break;
@@ -7362,10 +7408,11 @@ static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, in
     return fit.least;
 }
 
-/* What is left in x and y, with 3 n weights. */
+/* The cost of the errors in x and y, with 3 n weights. */
 static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
 {
-    uint32_t cost = 0, r;
+    uint32_t size[2][CQI_SIZES], r;
+    memset(size, 0, sizeof size);
     for (r = 0; r < rows; r++) {
         int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
         int k;
@@ -7377,13 +7424,14 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
         }
         x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
         y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
-        cost += (uint32_t)(cqi_left(x) + cqi_left(y));
+        size[0][cqi_size_of_error(x)]++;
+        size[1][cqi_size_of_error(y)]++;
     }
-    return cost;
+    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
 }
 
-/* Fits all weights of n features to the rows, of `count` vertices in all. Those along the edge are others than those
- * across it only if that is worth n bytes. */
+/* Fits all weights of n features to the rows, which stand for `count` vertices. Weights along the edge only differ from
+ * those across it if that saves more than the n bytes that it takes. */
 static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
@@ -7405,7 +7453,7 @@ static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, i
     return other_cost + above;
 }
 
-/* Fills a row: n features, and the offset in 1/16 that they should give. */
+/* Fills a row: n features, and the offset in 1/16 that their weighted sum should give. */
 static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
@@ -7426,7 +7474,7 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
 }
 
 
-/* What positions are shifted by, so that most are below 2^13; what is more counts as that much. */
+/* Shift of positions, by which most features are below 2^13; larger ones are clamped. */
 static int cqi_fit_shift(const cq_decoder *d)
 {
     return (int)d->regular.view != d->located ? 0 : cqi_at_most(cqi_bit_length(d->regular.length >> 14), 12);
@@ -7465,7 +7513,7 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* The k-th new vertex of `rows` that are taken, one from each of as many equal parts. */
+/* Sample k of `rows` new vertices: one from each of as many equal parts. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
@@ -7601,21 +7649,27 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
-/* Chooses the axes and the weights of one of the predictions. */
+/* Chooses the axes and the weights of one of the predictions: the best axes by a part of the rows and passes, or the
+ * second best ones if all rows prefer these; they are only tried if they cost less than a 16th more. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
     cqi_regular *r = &d->regular;
-    uint32_t least = UINT32_MAX;
-    int axes, best = 0;
+    uint32_t cost[4], other = UINT32_MAX;
+    int axes, first = 0, second = -1;
     for (axes = 0; axes < 4; axes++) {
-        uint32_t cost;
         r->axes = axes;
-        cost = fit(d, CQI_PASSES / 4, CQI_ROWS / 4);
-        if (cost >= least) continue;
-        least = cost;
-        best = axes;
+        cost[axes] = fit(d, CQI_PASSES / 2, CQI_ROWS / 4);
+        if (cost[axes] < cost[first]) first = axes;
     }
-    r->axes = best;
+    for (axes = 0; axes < 4; axes++)
+        if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
+    if (cost[second] - cost[first] < cost[first] / 16) {
+        r->axes = second;
+        other = fit(d, CQI_PASSES, CQI_ROWS);
+    }
+    r->axes = first;
+    if (fit(d, CQI_PASSES, CQI_ROWS) <= other) return;
+    r->axes = second;
     fit(d, CQI_PASSES, CQI_ROWS);
 }
 
@@ -7639,7 +7693,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
     cqi_look_at_positions(d);
 }
 
-/* Next new vertex: where it is expected, and its record. */
+/* For the next new vertex: the place where it is expected, and its record. */
 static cq_result cqi_step_expect(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7737,8 +7791,8 @@ static int cqi_size_class(uint32_t size) { return cqi_at_most(cqi_half_bits(size
 
 static int cqi_size_of(const cq_mesh *m, cq_index v) { return m->mark[v] & 15; }
 
-/* The class expected, in 1/4: the mean of those of the final vertices around; neighbours count twice, and the running
- * mean once. */
+/* The class to expect, in 1/4: a mean of the classes of final vertices around, of which neighbours count twice, and of
+ * the running mean. */
 static int cqi_expected_size(const cq_decoder *d, cq_index v)
 {
     const cq_mesh *m = &d->mesh;
@@ -7807,12 +7861,13 @@ static int cqi_code_new_position(cq_decoder *d, cq_index v, cq_index h, cq_index
     return 1;
 }
 
-/* A residual of another channel, by what has been left of it at other vertices, and of the component before. */
+/* A residual of another channel, by the sizes of its residuals at other vertices, and of the component before. */
 static int32_t cqi_code_other_residual(cq_decoder *d, uint32_t k, int *size, int32_t residual)
 {
     const cq_channel *const channel = &d->shape.channel[k];
     const int row = (*size + 32) / 64, expected = row < 4 ? 0 : row / 2;
-    residual = cqi_code_residual(d, CQI_PLAIN, cqi_at_most(row, CQI_EXPECTED - 1), expected, cqi_most_bits(channel), -1, residual);
+    residual = cqi_code_residual(d, CQI_PLAIN, cqi_at_most(row, CQI_EXPECTED - 1), expected, cqi_most_bits(channel), -1,
+                                 residual);
     *size = 64 * cqi_half_bits(cqi_abs(residual));
     d->regular.size_of[k] = (uint16_t)(d->regular.size_of[k] + (*size - (int)d->regular.size_of[k]) / 32);
     return residual;
@@ -7905,7 +7960,7 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
     f->mean.x = f->mean.y = 0;
 }
 
-/* All channels of v, on the edge h. */
+/* All channels of v in edge h. */
 static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index input)
 {
     uint32_t k;
@@ -9264,7 +9319,7 @@ static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
     f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What triangle k loses if the centre goes to x: nothing, if it has no area. */
+/* What triangle k loses if the centre moves to x; nothing if it has no area. */
 static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
 {
     uint64_t sum = 0;
@@ -9283,7 +9338,7 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
     return sum;
 }
 
-/* If the centre goes to x; or a part of it that is `enough`. */
+/* What is lost if the centre moves to x; or a part of that which is `enough` already. */
 static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
@@ -9318,14 +9373,14 @@ static uint32_t cqi_loss(uint64_t x, int shift)
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* A number x for which cqi_loss is above a limit. */
+/* A sum x for which cqi_loss(x, shift) is above the limit. */
 static uint64_t cqi_sum_above(uint32_t limit, int shift)
 {
     const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* Of the collapse of h = A -> B, which takes B's fan to A. If it is above both limits, any number that is. */
+/* The loss of collapsing h = A -> B, which moves B to A. If it is above both limits, any number above them. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -9803,7 +9858,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Asks for a face of a cover; */
+/* Prefetches a face of a cover; */
 static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
 {
     CQI_SOON(&p->mesh.twin[h]);
@@ -9811,7 +9866,7 @@ static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
     CQI_SOON(&p->attached[h / 3]);
 }
 
-/* for the first vertex that is attached to a face; */
+/* the first vertex that is attached to a face; */
 static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
 {
     const cq_index v = p->attached[f];
@@ -9820,7 +9875,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
     CQI_SOON(&p->measured[3 * (size_t)v]);
 }
 
-/* and for what the collapses behind this one need. */
+/* and what the collapses behind this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
     const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
@@ -9835,7 +9890,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
-/* Takes the collapses of a level into account, from that note on. */
+/* Measures the error of a level, whose collapses begin with that note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -9843,7 +9898,7 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
     p->root = root;
     p->looks = CQI_LOOKS + (p->level > p->num_regular + 1 ? p->looks : 0);
     for (; note < p->num_notes; note++) {
-        if (p->num_notes - note > CQI_FETCH_AHEAD) cqi_expect_covers(p, &p->note[note]);
+        if (p->num_notes - note > CQI_MANY) cqi_expect_covers(p, &p->note[note]);
         cqi_measure_collapse(p, &p->note[note]);
     }
 }
@@ -9855,7 +9910,10 @@ static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
  * be collapsed if the split can name the wedges of all six corners, see cqi_code_corners. */
 
 #ifdef CQ_NO_WEDGES
-static int cqi_goes(const cqi_plan *p, cq_index h) { return !p->locked || !p->locked[cq_target(&p->mesh, h)]; }
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
+{
+    return !p->locked || !p->locked[cq_target(&p->mesh, h)];
+}
 #define cqi_collapse_wedges(p, h, c) ((void)0)
 #define cqi_undo_wedges(p, c, first, last) ((void)0)
 #else
@@ -9946,7 +10004,7 @@ static int cqi_moves_a_wedge(const cqi_plan *p, cq_index h, const cq_index *corn
 }
 
 /* May B be removed, as far as its wedges and locks decide? */
-static int cqi_goes(const cqi_plan *p, cq_index h)
+static int cqi_may_be_removed(const cqi_plan *p, cq_index h)
 {
     cq_index corner[CQI_CORNERS];
     if (p->locked && p->locked[cq_target(&p->mesh, h)]) return 0;
@@ -10014,11 +10072,11 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Neighbours that could be collapsed into A, and their squared distances, where these were asked for. */
+/* Spokes to neighbours that could be collapsed into A, and the neighbours' squared distances, once they are needed. */
 typedef struct cqi_candidates {
     int size;
     cq_index spoke[CQ_MAX_VALENCE];
-    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet */
+    uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet computed */
 } cqi_candidates;
 
 static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
@@ -10029,7 +10087,7 @@ static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k
     return c->square[k];
 }
 
-/* Is candidate k better than another one? Smaller valence; then, if that is the goal, nearer. */
+/* Is candidate k better than another one: of smaller valence, or with CQ_BALANCED nearer? */
 static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
 {
     const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
@@ -10038,8 +10096,8 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
-/* Lists the spokes to neighbours that are available, clockwise from the entry spoke, and marks all neighbours. Neither
- * the first nor the last may go: so the faces at the entry spoke stay, and B's part of the ring is not cut in two. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
+ * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -10058,7 +10116,7 @@ static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates
     } while (h != spoke);
 }
 
-/* Takes the best of the candidates out, of equal ones the first. */
+/* Takes the best of the candidates out of the list, the first of equal ones. */
 static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 {
     int best = 0, k;
@@ -10086,7 +10144,7 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
     cqi_list_candidates(m, spoke, &c, &boundary);
     while (c.size && chosen == CQ_NONE) {
         const cq_index h = cqi_take_candidate(p, &c);
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_goes(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
     }
     cqi_mark_ring(m, a, 0);
     return chosen;
@@ -10236,19 +10294,24 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
     return v;
 }
 
+static void cqi_union(cq_index *parent, cq_index a, cq_index b)
+{
+    a = cqi_find_root(parent, a);
+    b = cqi_find_root(parent, b);
+    parent[a < b ? b : a] = a < b ? a : b;
+}
+
 /* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
  * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
-    cq_index *next = p->decoded, v, f, h;
+    cq_index *next = p->decoded, v, f;
     for (v = 0; v < m->num_vertices; v++) parent[v] = v;
-    for (h = 0; h < 3 * m->num_faces; h++) {
-        cq_index a, b;
-        if (!cqi_is_face(m, (cq_index)(h / 3))) continue;
-        a = cqi_find_root(parent, m->origin[h]);
-        b = cqi_find_root(parent, cq_target(m, h));
-        parent[a < b ? b : a] = a < b ? a : b;
+    for (f = 0; f < m->num_faces; f++) {
+        if (!cqi_is_face(m, f)) continue;
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 1]);
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 2]);
     }
     for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
     for (v = m->num_vertices; v--;) {
@@ -10334,7 +10397,7 @@ static int cqi_row_is_less(const cq_input *in, cq_index a, cq_index b)
     return order ? order < 0 : a < b;
 }
 
-/* Compares the edges of two halfedges by the places of their ends, in either order. */
+/* Orders the edges of two halfedges by the places of their ends, whichever way they run. */
 static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, cq_index h)
 {
     const cq_index a = m->origin[g], b = cq_target(m, g), c = m->origin[h], d = cq_target(m, h);
@@ -10343,7 +10406,7 @@ static int cqi_compare_edges(const cq_input *in, const cq_mesh *m, cq_index g, c
     return order ? order : cqi_compare_rows(in, first ? b : a, second ? d : c, 0);
 }
 
-/* What is sorted are halfedges of a mesh, or rows. */
+/* Order of halfedges if there is a mesh, else of rows. */
 static int cqi_is_less(const cq_input *in, const cq_mesh *m, cq_index a, cq_index b)
 {
     return m ? cqi_compare_edges(in, m, a, b) < 0 : cqi_row_is_less(in, a, b);
@@ -10706,13 +10769,6 @@ static void cqi_glue_places(cqi_preparer *p)
  * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
  * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
  * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
-
-static void cqi_union(cq_index *parent, cq_index a, cq_index b)
-{
-    a = cqi_find_root(parent, a);
-    b = cqi_find_root(parent, b);
-    parent[a < b ? b : a] = a < b ? a : b;
-}
 
 static void cqi_find_fans(cqi_preparer *p)
 {
@@ -11101,7 +11157,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The lowest bits of a label; bits that are set on vertices meanwhile. In the end two sides of 3 bits are above. */
+/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
     CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
@@ -12031,19 +12087,41 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is locked. */
+/* Does an odd vertex see its parents at a right angle or less? */
+static int cqi_is_acute(const cqi_labels *l, cq_index v)
+{
+    return l->positions && cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
+                                        cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
+}
+
+/* Do few odd vertices? Where many do, the surface is rough; else it has been labelled across a fold. */
+static int cqi_are_few_acute(const cqi_labels *l)
+{
+    cq_index v, odd = 0, acute = 0;
+    for (v = 0; v < l->mesh->num_vertices; v++) {
+        if (!cqi_is_odd(l, v)) continue;
+        odd++;
+        acute = (cq_index)(acute + (cq_index)cqi_is_acute(l, v));
+    }
+    return acute < odd / 64;
+}
+
+/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is
+ * locked or labelled across a fold. */
 static void cqi_refuse(cqi_labels *l)
 {
+    const int few = cqi_are_few_acute(l);
     cq_index v;
     for (v = 0; v < l->mesh->num_vertices; v++) {
         if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
-        if (cqi_is_odd(l, v) && cqi_is_locked(l, v)) l->label[v] = CQI_EVEN;
+        if (!cqi_is_odd(l, v)) continue;
+        if (cqi_is_locked(l, v) || (few && cqi_is_acute(l, v))) l->label[v] = CQI_EVEN;
     }
 }
 
-/* Does the mesh have sharp edges? Then few odd vertices lie between near ones and far ones: of those farther than 8
- * steps three fifths are farther than 16, and an eighth farther than 32, but more of these where many are farther than
- * 8. These are marked for cqi_refuse. */
+/* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
+ * three fifths are above 16, and an eighth is above 32; more of these if many are above 8, which cqi_refuse gets
+ * marked. */
 static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -12899,7 +12977,7 @@ static cq_result cqi_check_indices(const cq_input *in, cq_place *place)
 
 #ifndef CQ_NO_WEDGES
 
-/* Marks the faces with two corners in one place, which would go aside. Returns their number. */
+/* Marks the faces with two corners in one place, which the preparation would put aside. Returns their number. */
 static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_t *degenerate)
 {
     cq_index h, f, n = 0;
@@ -12914,7 +12992,7 @@ static cq_index cqi_mark_degenerate(const cq_mesh *m, const cq_input *in, uint8_
     return n;
 }
 
-/* Lists the halfedges that would be open without these faces. Returns their number. */
+/* Lists the halfedges that are open, or would be without these faces. Returns their number. */
 static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_index *open)
 {
     cq_index h, n = 0;
@@ -12925,7 +13003,7 @@ static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_in
     return n;
 }
 
-/* How many pairs of halfedges, which are sorted by their places, have the same one: no more can be glued. */
+/* The number of pairs of halfedges of the same place, as many as can be glued at most. `open` is sorted by places. */
 static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
 {
     cq_index k, single = 0, pairs = 0;
@@ -12937,8 +13015,8 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
     return pairs;
 }
 
-/* Would more pairs of halfedges be glued than faces go aside? Without that no border becomes shorter. The memory behind
- * the mesh is free. */
+/* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
+ * behind the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
@@ -13102,23 +13180,29 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take fewer bits than they would
- * without. This is guessed: what vertices take before all regular levels; and with positions, 5 bits less for each
- * doubling of the number of vertices since. */
+/* What n vertices take without regular levels, in 1/16 bit, if m of them took `mean` each: that is guessed to be 3.5 bits
+ * less for each time that there are twice as many, if there are positions. */
+static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
+{
+    return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
+}
+
+/* The same without the other plan: at least one, and more as long as their vertices take less than without, by what
+ * those of the mesh before all of them took. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;
-    int64_t most;
+    int64_t mean;
     for (k = 1; k <= p->num_regular; k++) {
         rest -= p->count_of[k];
         bytes -= p->bytes_of[k];
     }
     rest += !rest;
-    most = (int64_t)((uint64_t)bytes * 128 / rest);
+    mean = (int64_t)((uint64_t)bytes * 128 / rest);
     for (k = 1; k < p->num_regular; k++) {
         live -= p->count_of[k];
-        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128 / p->count_of[k + 1]) >
-            most - (located ? 10 : 0) * (cqi_logarithm(live) - cqi_logarithm(rest)))
+        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128) >
+            cqi_guess_size(live, rest, mean, located) - cqi_guess_size(live - p->count_of[k + 1], rest, mean, located))
             break;
     }
     return k;

@@ -40,6 +40,37 @@ TEST(levels_that_are_asked_for_have_a_place) {
     TRIPS("indices", cq_keep_lods(&decoder, &lod, 1, NULL, 1));
 }
 
+/* -- What a decoder has -------------------------------------------------------------------------------------------- */
+
+TEST(rows_faces_and_materials_are_those_that_are_there) {
+    static cq_decoder d;
+    static cq_value values[2 * 3], to[2 * 3];
+    static cq_index index[3], triangle[3], begin, count;
+    static uint8_t moved[1];
+    d.shape.num_channels = 1;
+    d.shape.channel[0].components = 3;
+    d.channel[0] = values;
+    d.index = index;
+    d.num_rows = 2;
+    d.mesh.num_faces = 1;
+    PASSES(cq_read_rows(&d, 0, 0, 2, to));
+    PASSES(cq_read_rows(&d, 0, 2, 0, to));
+    TRIPS("num_channels", cq_read_rows(&d, 1, 0, 1, to));
+    TRIPS("first", cq_read_rows(&d, 0, 3, 0, to));
+    TRIPS("count", cq_read_rows(&d, 0, 1, 2, to));
+    TRIPS("count", cq_read_rows(&d, 0, 1, CQ_NONE, to));
+    PASSES(cq_read_triangles(&d, 0, 1, triangle));
+    PASSES(cq_read_triangles(&d, 1, 0, triangle));
+    TRIPS("first", cq_read_triangles(&d, 2, 0, triangle));
+    TRIPS("count", cq_read_triangles(&d, 0, 2, triangle));
+    PASSES(cq_material(&d, 0, &begin, &count));
+    TRIPS("num_materials", cq_material(&d, 1, &begin, &count));
+    PASSES(cq_moved_rows(&d, 0, 0, CQ_INDEX_BITS - 1, moved));
+    TRIPS("shift", cq_moved_rows(&d, 0, 0, CQ_INDEX_BITS, moved));
+    TRIPS("shift", cq_moved_rows(&d, 0, 0, -1, moved));
+    TRIPS("rows", cq_moved_rows(&d, 0, 0, 0, NULL));
+}
+
 /* -- Mesh ---------------------------------------------------------------------------------------------------------- */
 
 static cq_mesh mesh;
@@ -242,6 +273,7 @@ TEST(normals_have_2_bits_or_more) {
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(levels_that_are_asked_for_have_a_place);
+    RUN(rows_faces_and_materials_are_those_that_are_there);
     RUN(only_halfedges_of_faces_can_be_asked_about);
     RUN(only_what_can_be_collapsed_is_collapsed);
     RUN(spokes_of_a_split_are_two_of_one_vertex);

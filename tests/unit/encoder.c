@@ -404,15 +404,24 @@ TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_an
 TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
     static const cq_value positions[] = {100, 100, 100, 104, 100, 100, 100, 97, 100, 100, 100, 101};
     static cq_index valence[] = {5, 5, 5, 6};
+    static cq_index origin[] = {0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0}; /* halfedge 3 k leads from 0 to k */
+    cqi_candidates c = {4, {0, 3, 6, 9}, {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX}};
     cqi_plan p;
     memset(&p, 0, sizeof p);
     p.mesh.valence = valence;
-    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
-    CHECK(!cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
+    p.mesh.origin = origin;
+    CHECK(cqi_is_better(&p, &c, 1, 3) && !cqi_is_better(&p, &c, 3, 1));
+    CHECK(!cqi_is_better(&p, &c, 2, 1) && !cqi_is_better(&p, &c, 1, 2));
     p.positions = positions;
-    CHECK(cqi_is_better(&p, 0, 1, 3) && !cqi_is_better(&p, 0, 3, 1));
-    CHECK(cqi_is_better(&p, 0, 2, 1) && !cqi_is_better(&p, 0, 1, 2));
-    CHECK(!cqi_is_better(&p, 0, 1, 1));
+    CHECK(cqi_is_better(&p, &c, 1, 3) && !cqi_is_better(&p, &c, 3, 1));
+    CHECK(cqi_is_better(&p, &c, 2, 1) && !cqi_is_better(&p, &c, 1, 2));
+    CHECK(!cqi_is_better(&p, &c, 1, 1));
+    c.size = 3;
+    c.spoke[0] = 9;
+    CHECK_EQ(cqi_take_candidate(&p, &c), 6);
+    CHECK_EQ(cqi_take_candidate(&p, &c), 3);
+    CHECK_EQ(cqi_take_candidate(&p, &c), 9);
+    CHECK_EQ(c.size, 0);
     CHECK_EQ(cqi_square_distance(positions, 1, 2), 16 + 9);
 }
 
