@@ -9722,6 +9722,7 @@ static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest 
     cqi_view view;
     cqi_vector64 a, b, x;
     cqi_facet f;
+    uint64_t square;
     uint32_t error;
     int shift;
     if (!cqi_is_real_face(m, h)) return;
@@ -9731,7 +9732,9 @@ static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest 
     x = cqi_see(p, &view, v);
     shift = cqi_bit_length((uint32_t)((cqi_largest(a) | cqi_largest(b) | cqi_largest(x)) >> CQI_CORNER_BITS));
     cqi_set_facet(&f, cqi_shift64(a, shift), cqi_shift64(b, shift));
-    error = cqi_error_of_square(cqi_facet_square(&f, cqi_shift64(x, shift)), shift);
+    square = cqi_facet_square(&f, cqi_shift64(x, shift));
+    if (n->error == 0 || square > (uint64_t)(n->error - 1) * (n->error - 1)) return; /* not nearer, however rounded */
+    error = cqi_error_of_square(square, shift);
     if (error >= n->error) return;
     n->error = error;
     n->h = h;
