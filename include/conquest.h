@@ -11060,16 +11060,10 @@ static void cqi_prepare(cqi_preparer *p)
     cqi_find_targets(p);
 }
 
-/* Lays out what is kept, behind what is in its place already, and moves the faces of the mesh to the end of the memory,
- * where they are until it is built; the shape becomes that of the mesh. */
-static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+/* Lays out what is kept of the preparation, behind what is in its place already. Returns room for the rows aside. */
+static cq_index *cqi_carve_prepared(const cqi_preparer *p, cqi_plan *plan, cqi_arena *arena)
 {
-    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
-    cq_index *faces, *aside, k;
-    size_t j;
-    arena->left -= n * sizeof(cq_index) + arena->left % 4;
-    faces = (cq_index *)(void *)(arena->next + arena->left);
-    for (j = n; j--;) faces[j] = p->fan[j];
+    const size_t w = p->num_wedges;
     cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
     cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));
     cqi_take(arena, p->in->shape.num_faces, sizeof(cq_index));
@@ -11079,7 +11073,38 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->uses = (cq_index *)cqi_take(arena, 3 * w, sizeof(cq_index));
     plan->wedge_of_row = plan->uses + w;
     plan->row_decoded = plan->wedge_of_row + w;
-    aside = (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+    return (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+}
+
+/* Makes the shape that of the mesh, with a channel of the faces that are turned over. */
+static void cqi_set_prepared_shape(const cqi_preparer *p, int has_seams, cq_shape *shape)
+{
+    shape->num_vertices = p->num_fans;
+    shape->num_faces = p->num_faces;
+    shape->num_rows = has_seams ? p->num_wedges : 0;
+    shape->num_boundary_loops = shape->num_boundary_edges = 0;
+    shape->num_aside_rows = p->num_aside;
+    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
+    if (p->counts.turned_faces) {
+        cq_channel *c = &shape->channel[shape->num_channels++];
+        memset(c, 0, sizeof *c);
+        c->kind = CQ_TURNED;
+        c->components = c->bits = 1;
+        c->merge = CQ_PER_FACE;
+    }
+}
+
+/* Keeps what the plan needs of the preparation, and moves the faces of the mesh to the end of the memory, where they are
+ * until it is built; the shape becomes that of the mesh. */
+static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+{
+    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
+    cq_index *faces, *aside, k;
+    size_t j;
+    arena->left -= n * sizeof(cq_index) + arena->left % 4;
+    faces = (cq_index *)(void *)(arena->next + arena->left);
+    for (j = n; j--;) faces[j] = p->fan[j];
+    aside = cqi_carve_prepared(p, plan, arena);
     memset(plan->uses, 0, w * sizeof(cq_index));
     memset(plan->row_decoded, 0xff, w * sizeof(cq_index));
     for (j = 0; j < n; j++) plan->uses[plan->index[j]]++;
@@ -11094,19 +11119,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->triangles = p->in->indices;
     plan->locked = p->locked;
     if (p->num_wedges == p->num_fans) plan->index = NULL;
-    shape->num_vertices = p->num_fans;
-    shape->num_faces = p->num_faces;
-    shape->num_rows = plan->index ? p->num_wedges : 0;
-    shape->num_boundary_loops = shape->num_boundary_edges = 0;
-    shape->num_aside_rows = p->num_aside;
-    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
-    if (p->counts.turned_faces) {
-        cq_channel *c = &shape->channel[shape->num_channels++];
-        memset(c, 0, sizeof *c);
-        c->kind = CQ_TURNED;
-        c->components = c->bits = 1;
-        c->merge = CQ_PER_FACE;
-    }
+    cqi_set_prepared_shape(p, plan->index != NULL, shape);
     return faces;
 }
 
