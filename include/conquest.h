@@ -3890,7 +3890,7 @@ static inline cqi_vector cqi_offset(const cq_value *positions, cq_index from, cq
 }
 
 /* The square root, rounded down, bit by bit. */
-static uint32_t cqi_root(uint64_t x)
+static uint32_t cqi_square_root(uint64_t x)
 {
     uint64_t root = 0, bit = x ? (uint64_t)1 << ((cqi_bit_length_wide(x) - 1) & ~1) : 0;
     for (; bit; bit >>= 2) { /* without a branch, which would be taken half of the time */
@@ -4622,9 +4622,9 @@ static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
     return a;
 }
 
-typedef struct cqi_direction {
+typedef struct cqi_vector64 {
     int64_t x, y, z;
-} cqi_direction;
+} cqi_vector64;
 
 /* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
  * most. */
@@ -4644,12 +4644,12 @@ static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal,
     u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
     v = cqi_shift(v, cqi_bit_length((cqi_abs(v.x) | cqi_abs(v.y) | cqi_abs(v.z)) >> 14));
     *normal = cqi_cross(u, v);
-    *length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(*normal, *normal));
+    *length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(*normal, *normal));
     return cqi_angle(cqi_wide_dot(u, v), *length);
 }
 
 /* Adds a direction of this length as one of length 1, times an angle of 18 bits: each of up to 26 has 43 then. */
-static void cqi_add_direction(cqi_direction *sum, cqi_vector a, int64_t length, int64_t angle)
+static void cqi_add_direction(cqi_vector64 *sum, cqi_vector a, int64_t length, int64_t angle)
 {
     const int64_t weight = length ? angle * 0x1000000 / length : 0;
     sum->x += a.x * weight;
@@ -4658,7 +4658,7 @@ static void cqi_add_direction(cqi_direction *sum, cqi_vector a, int64_t length, 
 }
 
 /* Adds the normal of a triangle, given the offsets of two corners from the third one, by the angle there. */
-static void cqi_add_normal(cqi_direction *n, cqi_vector u, cqi_vector v)
+static void cqi_add_normal(cqi_vector64 *n, cqi_vector u, cqi_vector v)
 {
     cqi_vector normal;
     int64_t length;
@@ -4667,9 +4667,9 @@ static void cqi_add_normal(cqi_direction *n, cqi_vector u, cqi_vector v)
 }
 
 /* Sum of the normals of the faces of a fan. */
-static cqi_direction cqi_normal_of_fan(const cqi_fan *f)
+static cqi_vector64 cqi_normal_of_fan(const cqi_fan *f)
 {
-    cqi_direction n = { 0, 0, 0 };
+    cqi_vector64 n = { 0, 0, 0 };
     int k;
     for (k = 0; k < f->size; k++)
         if (f->faces >> k & 1) cqi_add_normal(&n, f->at[k + 1 < f->size ? k + 1 : 0], f->at[k]);
@@ -4677,7 +4677,7 @@ static cqi_direction cqi_normal_of_fan(const cqi_fan *f)
 }
 
 /* The octahedral pair of a direction, unless that has none. */
-static int cqi_pair_of(cqi_direction n, int32_t half, cqi_pair_of_normal *pair)
+static int cqi_pair_of(cqi_vector64 n, int32_t half, cqi_pair_of_normal *pair)
 {
     const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
     int64_t sum = x + y + z;
@@ -4728,7 +4728,7 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
 
 /* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is
  * expected has been turned to where the pair is, but for rounding. */
-static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_direction direction,
+static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 direction,
                                    const cq_index *around, int n, int turned, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -4780,9 +4780,9 @@ static cqi_vector cqi_vector_of(cqi_pair_of_normal p, int32_t half)
     return n;
 }
 
-static cqi_direction cqi_wide_cross(cqi_vector a, cqi_vector b)
+static cqi_vector64 cqi_wide_cross(cqi_vector a, cqi_vector b)
 {
-    cqi_direction n;
+    cqi_vector64 n;
     n.x = cqi_minor(a.y, b.z, a.z, b.y);
     n.y = cqi_minor(a.z, b.x, a.x, b.z);
     n.z = cqi_minor(a.x, b.y, a.y, b.x);
@@ -4813,7 +4813,7 @@ static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
 /* What the texture coordinates of faces say of a tangent: the direction in which the first one grows, and on which side
  * of it the second one does. */
 typedef struct cqi_growth {
-    cqi_direction along;
+    cqi_vector64 along;
     int64_t side;                             /* above 0 if on the left, seen from outside */
 } cqi_growth;
 
@@ -4829,7 +4829,7 @@ static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int3
     along.x = (int32_t)cqi_floor_shift_wide(x, shift);
     along.y = (int32_t)cqi_floor_shift_wide(y, shift);
     along.z = (int32_t)cqi_floor_shift_wide(z, shift);
-    length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(along, along));
+    length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(along, along));
     if (!det || !length) return;
     if (det < 0) angle = -angle;
     g->side += angle;
@@ -4865,9 +4865,9 @@ typedef struct cqi_axes {
 
 /* The part of a direction in the plane, and that turned by a right angle; 0: it has none. Vectors have 24 bits, cross
  * products 49, and divided by the normal's length 26. */
-static int cqi_find_axes(cqi_direction t, cqi_vector normal, int32_t half, cqi_axes *axes)
+static int cqi_find_axes(cqi_vector64 t, cqi_vector normal, int32_t half, cqi_axes *axes)
 {
-    const int64_t length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(normal, normal));
+    const int64_t length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(normal, normal));
     cqi_pair_of_normal p;
     if (!cqi_pair_of(t, half, &p) || !cqi_pair_of(cqi_wide_cross(normal, cqi_vector_of(p, half)), half, &p) ||
         !cqi_pair_of(cqi_wide_cross(cqi_vector_of(p, half), normal), half, &p))
@@ -4934,7 +4934,7 @@ static cqi_vector cqi_tangent_of(const cq_decoder *d, uint32_t k, cq_index row)
 static int cqi_find_axes_around(const cq_decoder *d, uint32_t k, cqi_vector normal, const cq_index *around, int n,
                                 cqi_axes *axes)
 {
-    cqi_direction sum = { 0, 0, 0 };
+    cqi_vector64 sum = { 0, 0, 0 };
     int j;
     for (j = 0; j < n; j++) {
         const cqi_vector a = cqi_tangent_of(d, k, around[j]);
@@ -4957,12 +4957,12 @@ static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_in
 }
 
 /* Turns the axes to the tangent, which is then expected in this direction, of up to 54 bits. */
-static cqi_direction cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
+static cqi_vector64 cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
                                         cq_index wedge)
 {
     const int32_t half = cqi_half_of(&d->shape.channel[k]);
     cqi_vector wanted = { 0, 0, 0 };
-    cqi_direction expected;
+    cqi_vector64 expected;
     int32_t turn = 0;
     if (CQI_ENCODING(d)) {
         cqi_pair_of_normal p;
@@ -4980,7 +4980,7 @@ static cqi_direction cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes
 }
 
 /* Which axes were nearer, those by faces or those by tangents around? */
-static void cqi_learn_trust(int32_t *trust, cqi_direction tangent, const cqi_axes *by_faces, const cqi_axes *around,
+static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes *by_faces, const cqi_axes *around,
                             int32_t half)
 {
     cqi_vector a = { 0, 0, 0 };
@@ -4992,7 +4992,7 @@ static void cqi_learn_trust(int32_t *trust, cqi_direction tangent, const cqi_axe
 }
 
 /* Where a tangent is expected, turned to where it is. 0: there is no normal, or nothing that says where to begin. */
-static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_direction *direction, const cq_index *around,
+static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *direction, const cq_index *around,
                          int n, cq_index wedge)
 {
     const int normals = cqi_normals_before(d, k);
@@ -7175,7 +7175,7 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq
     const cq_value *const at = d->channel[d->located];
     const cq_index end[2] = { m->origin[h], cq_target(m, h) };
     const cqi_vector expected = cqi_at(d, number);
-    cqi_direction sum = { 0, 0, 0 };
+    cqi_vector64 sum = { 0, 0, 0 };
     cqi_pair_of_normal pair;
     int i, k;
     for (i = 0; i < 2 && d->regular.slot[i] != CQ_NONE; i++) {
@@ -7457,7 +7457,7 @@ static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, i
 static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
-    const int32_t length = (int32_t)cqi_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
+    const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     int k;
     for (k = 0; k < n; k++) {
         const cqi_vector f = cqi_above(t, feature[k]);
@@ -8442,7 +8442,7 @@ static int cqi_code_base_corner(cq_decoder *d)
 typedef struct cqi_base_row {
     cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
     int num_known;
-    cqi_direction normal;                     /* sum of the normals of its faces */
+    cqi_vector64 normal;                     /* sum of the normals of its faces */
 } cqi_base_row;
 
 static void cqi_add_known(cqi_base_row *b, cq_index row)
@@ -9460,10 +9460,6 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  * than 2 units; in 1/16. */
 #define CQI_ROUNDED 32
 
-typedef struct cqi_vector64 {
-    int64_t x, y, z;
-} cqi_vector64;
-
 /* A face u, A, v, seen from A. The products of to_u and to_v with a point are its barycentric coordinates for u and v,
  * times the area; what is left of the area is that for A. */
 typedef struct cqi_facet {
@@ -9521,16 +9517,16 @@ static inline int64_t cqi_largest(cqi_vector64 a)
     return cqi_larger64(cqi_larger64(cqi_abs64(a.x), cqi_abs64(a.y)), cqi_abs64(a.z));
 }
 
-static uint32_t cqi_root_above(uint64_t x)
+static uint32_t cqi_square_root_above(uint64_t x)
 {
-    const uint32_t root = cqi_root(x);
+    const uint32_t root = cqi_square_root(x);
     return root + ((uint64_t)root * root < x);
 }
 
 /* An upper bound of a distance, in 1/16 step, given its square as seen in units of 2^shift, in 1/256. */
 static uint32_t cqi_error_of_square(uint64_t square, int shift)
 {
-    return (cqi_root_above(square) + (shift ? CQI_ROUNDED : 0)) << shift;
+    return (cqi_square_root_above(square) + (shift ? CQI_ROUNDED : 0)) << shift;
 }
 
 /* The smallest code that stands for at least an error in 1/16 step, see cqi_error_of_code. */
@@ -9632,7 +9628,7 @@ static uint64_t cqi_segment_square(cqi_vector64 x, cqi_vector64 e)
 /* The same for the plane of a face. */
 static uint64_t cqi_plane_square(const cqi_facet *f, cqi_vector64 x)
 {
-    const uint32_t length = cqi_root(256 * (uint64_t)f->area);
+    const uint32_t length = cqi_square_root(256 * (uint64_t)f->area);
     const uint64_t distance = (256 * (uint64_t)cqi_abs64(cqi_dot64(f->normal, x)) + length - 1) / length;
     return distance * distance;
 }
@@ -10716,7 +10712,7 @@ static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
     n.x = (int32_t)cqi_floor_shift_wide(x, shift);
     n.y = (int32_t)cqi_floor_shift_wide(y, shift);
     n.z = (int32_t)cqi_floor_shift_wide(z, shift);
-    length = (int64_t)cqi_root((uint64_t)cqi_wide_dot(n, n)) + 1;
+    length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(n, n)) + 1;
     n.x = (int32_t)(n.x * ((int64_t)1 << 14) / length);
     n.y = (int32_t)(n.y * ((int64_t)1 << 14) / length);
     n.z = (int32_t)(n.z * ((int64_t)1 << 14) / length);
@@ -11067,16 +11063,10 @@ static void cqi_prepare(cqi_preparer *p)
     cqi_find_targets(p);
 }
 
-/* Lays out what is kept, behind what is in its place already, and moves the faces of the mesh to the end of the memory,
- * where they are until it is built; the shape becomes that of the mesh. */
-static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+/* Lays out what is kept of the preparation, behind what is in its place already. Returns room for the rows aside. */
+static cq_index *cqi_carve_prepared(const cqi_preparer *p, cqi_plan *plan, cqi_arena *arena)
 {
-    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
-    cq_index *faces, *aside, k;
-    size_t j;
-    arena->left -= n * sizeof(cq_index) + arena->left % 4;
-    faces = (cq_index *)(void *)(arena->next + arena->left);
-    for (j = n; j--;) faces[j] = p->fan[j];
+    const size_t w = p->num_wedges;
     cqi_take(arena, 4 * (size_t)p->in->shape.num_faces, 1);
     cqi_take(arena, p->in->shape.num_vertices, sizeof(cq_index));
     cqi_take(arena, p->in->shape.num_faces, sizeof(cq_index));
@@ -11086,7 +11076,38 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->uses = (cq_index *)cqi_take(arena, 3 * w, sizeof(cq_index));
     plan->wedge_of_row = plan->uses + w;
     plan->row_decoded = plan->wedge_of_row + w;
-    aside = (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+    return (cq_index *)cqi_take(arena, p->num_aside, sizeof(cq_index));
+}
+
+/* Makes the shape that of the mesh, with a channel of the faces that are turned over. */
+static void cqi_set_prepared_shape(const cqi_preparer *p, int has_seams, cq_shape *shape)
+{
+    shape->num_vertices = p->num_fans;
+    shape->num_faces = p->num_faces;
+    shape->num_rows = has_seams ? p->num_wedges : 0;
+    shape->num_boundary_loops = shape->num_boundary_edges = 0;
+    shape->num_aside_rows = p->num_aside;
+    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
+    if (p->counts.turned_faces) {
+        cq_channel *c = &shape->channel[shape->num_channels++];
+        memset(c, 0, sizeof *c);
+        c->kind = CQ_TURNED;
+        c->components = c->bits = 1;
+        c->merge = CQ_PER_FACE;
+    }
+}
+
+/* Keeps what the plan needs of the preparation, and moves the faces of the mesh to the end of the memory, where they are
+ * until it is built; the shape becomes that of the mesh. */
+static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
+{
+    const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
+    cq_index *faces, *aside, k;
+    size_t j;
+    arena->left -= n * sizeof(cq_index) + arena->left % 4;
+    faces = (cq_index *)(void *)(arena->next + arena->left);
+    for (j = n; j--;) faces[j] = p->fan[j];
+    aside = cqi_carve_prepared(p, plan, arena);
     memset(plan->uses, 0, w * sizeof(cq_index));
     memset(plan->row_decoded, 0xff, w * sizeof(cq_index));
     for (j = 0; j < n; j++) plan->uses[plan->index[j]]++;
@@ -11101,19 +11122,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->triangles = p->in->indices;
     plan->locked = p->locked;
     if (p->num_wedges == p->num_fans) plan->index = NULL;
-    shape->num_vertices = p->num_fans;
-    shape->num_faces = p->num_faces;
-    shape->num_rows = plan->index ? p->num_wedges : 0;
-    shape->num_boundary_loops = shape->num_boundary_edges = 0;
-    shape->num_aside_rows = p->num_aside;
-    shape->num_aside_faces = (uint32_t)(p->in->shape.num_faces - p->num_faces);
-    if (p->counts.turned_faces) {
-        cq_channel *c = &shape->channel[shape->num_channels++];
-        memset(c, 0, sizeof *c);
-        c->kind = CQ_TURNED;
-        c->components = c->bits = 1;
-        c->merge = CQ_PER_FACE;
-    }
+    cqi_set_prepared_shape(p, plan->index != NULL, shape);
     return faces;
 }
 
@@ -11611,7 +11620,7 @@ static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
     x = cqi_shift(x, cqi_bit_length((cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z)) >> CQI_OFFSET_BITS));
     y = cqi_shift(y, cqi_bit_length((cqi_abs(y.x) | cqi_abs(y.y) | cqi_abs(y.z)) >> CQI_OFFSET_BITS));
     return (int)(1024 * cqi_wide_dot(x, y) /
-                 ((int64_t)cqi_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
+                 ((int64_t)cqi_square_root((uint64_t)cqi_wide_dot(x, x) * (uint64_t)cqi_wide_dot(y, y)) + 1));
 }
 
 /* The real spoke at the origin of h, other than h, that goes on straightest from vertex `from`; CQ_NONE if all bend by
@@ -12204,8 +12213,8 @@ static uint32_t cqi_fill_distance(const cqi_labels *l, cq_index v, cq_index a, c
     sum.y = to_a.y + to_b.y;
     sum.z = to_a.z + to_b.z;
     to_a = cqi_minus(to_a, to_b);
-    return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_root((uint64_t)cqi_wide_dot(sum, sum)) /
-                      (cqi_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
+    return (uint32_t)((uint64_t)2 * CQI_FILL_COST * cqi_square_root((uint64_t)cqi_wide_dot(sum, sum)) /
+                      (cqi_square_root((uint64_t)cqi_wide_dot(to_a, to_a)) + (uint64_t)1));
 }
 
 /* Polygons of 4 corners around v. */
