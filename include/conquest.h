@@ -12827,17 +12827,20 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
-/* Runs the decoder's steps, which write now. */
-static void cqi_replay(cqi_encoder *e, const cq_input *in)
+/* Runs the decoder's steps, which write now. CQ_DONE, unless the plan is wrong. */
+static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 {
+    cq_result result;
     uint32_t n = 0;
     e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
     cqi_start(&e->replay);
-    while (cqi_step(&e->replay) == CQ_OK)
+    while ((result = cqi_step(&e->replay)) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
 #ifdef CQ_TRAINING
     cqi_model_keep(&e->replay.model);
 #endif
+    CQ_ASSERT(result == CQ_DONE);
+    return result;
 }
 
 /* -- Encoder: header -- */
@@ -13146,7 +13149,7 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     cqi_take_regular(&e->plan, coded, &arena);
     e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
     cqi_simplify_all(e, coded);
-    cqi_replay(e, coded);
+    if (cqi_replay(e, coded) != CQ_DONE) return CQ_ERROR_CORRUPT;
     result = cqi_wrap(&coded->shape, out, out_size, gap, cq_range_encoder_finish(&e->plan.range), stream_size);
     if (report) cqi_report_encoding(report, &coded->shape, *stream_size);
     return result;
@@ -13220,7 +13223,7 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     return k;
 }
 
-/* With regular levels if there are any; then without, to compare, unless that is not in question: into what is left of
+/* With regular levels if there are any, or without should a plan of them be wrong; then without, to compare, unless that is not in question: into what is left of
  * the output, so that it only moves if it is chosen. If some of the levels do not pay, or there was no room, once
  * more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -13233,6 +13236,8 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     uint32_t best;
     cq_result result =
         cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    if (result == CQ_ERROR_CORRUPT)
+        result = cqi_encode_pass(in, memory, memory_size, 0, out, out_size, stream_size, place, report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
     cqi_write_all_maps(in, e);
 #ifdef CQ_TRAINING
