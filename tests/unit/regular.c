@@ -150,12 +150,12 @@ static void follow_positions(sample *s, cq_kind kind, cq_merge merge, int compon
         }
 }
 
-/* Its own material for each slab of the box; the faces are counted, so no material is empty. */
+/* A material for each half of the box. */
 static void add_materials(sample *s, cq_index *materials) {
     uint32_t f;
-    for (f = 0; f < s->mesh.num_faces; ++f) materials[f] = (cq_index)(s->values[0][3 * s->mesh.indices[3 * f]] / 1400);
+    for (f = 0; f < s->mesh.num_faces; ++f) materials[f] = (cq_index)(s->values[0][3 * s->mesh.indices[3 * f]] / 2048);
     s->input.materials = materials;
-    s->input.shape.num_materials = 3;
+    s->input.shape.num_materials = 2;
 }
 
 /* What a mesh has. */
@@ -288,8 +288,14 @@ static void check_triangles(const sample *s, const coded *c, const cq_decoder *d
         for (k = 0; k < 3 && to[k] != c->map[from[0]]; ++k) {}
         CHECK(k < 3 && to[(k + 1) % 3] == c->map[from[1]] && to[(k + 2) % 3] == c->map[from[2]]);
     }
-    for (v = 0; v < 3 * s->mesh.num_vertices; ++v)
-        CHECK_EQ(d->channel[0][3 * c->map[v / 3] + v % 3], s->values[0][v]);
+    for (k = 0; k < s->input.shape.num_channels; ++k)
+        for (v = 0; v < s->mesh.num_vertices; ++v) {
+            const uint32_t n = s->input.shape.channel[k].components;
+            cq_value values[CQ_MAX_COMPONENTS];
+            if (c->map[v] >= d->num_rows) continue; /* of no face */
+            cq_read_rows(d, k, c->map[v], 1, values);
+            CHECK_EQ(memcmp(values, s->values[k] + n * v, n * sizeof *values), 0);
+        }
 }
 
 /* A face is there twice, and another one is turned over: that makes no difference to the rest. */
