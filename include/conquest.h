@@ -2606,6 +2606,7 @@ typedef struct cqi_plan {
     const cq_index *row_of_wedge;
     const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
     const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
+    const cq_index *corners;            /* vertices of these faces; NULL: there are seams */
     int copies_rows;                    /* a row of the input may be at several vertices: rows do not tell faces */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
@@ -7651,9 +7652,11 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
 
 /* Chooses the axes and the weights of one of the predictions: the best axes by a part of the rows and passes, or the
  * second best ones if all rows prefer these; they are only tried if they cost less than a 16th more. */
-static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
+static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n,
+                                       uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
     cqi_regular *r = &d->regular;
+    int8_t kept[3 * CQI_FINE];
     uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
     for (axes = 0; axes < 4; axes++) {
@@ -7666,11 +7669,12 @@ static CQI_APART void cqi_plan_weights(cq_decoder *d, uint32_t (*fit)(cq_decoder
     if (cost[second] - cost[first] < cost[first] / 16) {
         r->axes = second;
         other = fit(d, CQI_PASSES, CQI_ROWS);
+        memcpy(kept, weight, 3 * (size_t)n);
     }
     r->axes = first;
     if (fit(d, CQI_PASSES, CQI_ROWS) <= other) return;
     r->axes = second;
-    fit(d, CQI_PASSES, CQI_ROWS);
+    memcpy(weight, kept, 3 * (size_t)n);
 }
 
 /* The weights of all channels, for one of the two predictions. */
@@ -7679,7 +7683,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
 {
     uint32_t k;
     if (d->located >= 0) {
-        if (CQI_ENCODING(d)) cqi_plan_weights(d, fit);
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n, fit);
         cqi_code_weights(d, weight, n);
         cqi_charge_channel(d, (uint32_t)d->located);
     }
@@ -11121,7 +11125,10 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
     plan->copies_rows = p->counts.copied_rows != 0;
     plan->triangles = p->in->indices;
     plan->locked = p->locked;
-    if (p->num_wedges == p->num_fans) plan->index = NULL;
+    if (p->num_wedges == p->num_fans) {
+        plan->corners = plan->index;
+        plan->index = NULL;
+    }
     cqi_set_prepared_shape(p, plan->index != NULL, shape);
     return faces;
 }
@@ -11172,7 +11179,7 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
 /* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
-    CQI_TOO_FAR = 32 /* of the waves, see cqi_has_sharp_edges */
+    CQI_TOO_FAR = 32, CQI_ACUTE = 64 /* of the waves, see cqi_has_sharp_edges and cqi_is_acute */
 };
 
 #define CQI_POLYGON_FACES 6  /* of a polygon that can be coded */
@@ -12102,33 +12109,36 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
 /* Does an odd vertex see its parents at a right angle or less? */
 static int cqi_is_acute(const cqi_labels *l, cq_index v)
 {
-    return l->positions && cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
-                                        cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
+    return cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
+                        cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
 }
 
 /* Do few odd vertices? Where many do, the surface is rough; else it has been labelled across a fold. */
 static int cqi_are_few_acute(const cqi_labels *l)
 {
     cq_index v, odd = 0, acute = 0;
-    for (v = 0; v < l->mesh->num_vertices; v++) {
+    for (v = 0; l->positions && v < l->mesh->num_vertices; v++) {
         if (!cqi_is_odd(l, v)) continue;
         odd++;
-        acute = (cq_index)(acute + (cq_index)cqi_is_acute(l, v));
+        if (!cqi_is_acute(l, v)) continue;
+        acute++;
+        l->label[v] |= CQI_ACUTE;
     }
     return acute < odd / 64;
 }
 
-/* Before polygons are checked: makes even what has been found to be too far, if there is a limit, and what is
- * locked or labelled across a fold. */
-static void cqi_refuse(cqi_labels *l)
+/* Before polygons are checked: makes even what must be, and what has been found to be too far, if there is a limit.
+ * Returns how many odd vertices are left. */
+static cq_index cqi_refuse(cqi_labels *l)
 {
-    const int few = cqi_are_few_acute(l);
-    cq_index v;
+    const int few = cqi_are_few_acute(l), refused = (few ? CQI_ACUTE : 0) | (l->limit ? CQI_TOO_FAR : 0);
+    cq_index v, odd = 0;
     for (v = 0; v < l->mesh->num_vertices; v++) {
-        if (l->label[v] & CQI_TOO_FAR) l->label[v] = l->limit ? CQI_EVEN : CQI_ODD;
-        if (!cqi_is_odd(l, v)) continue;
-        if (cqi_is_locked(l, v) || (few && cqi_is_acute(l, v))) l->label[v] = CQI_EVEN;
+        const int even = l->label[v] & refused || cqi_is_locked(l, v);
+        l->label[v] = even ? CQI_EVEN : l->label[v] & CQI_LABEL;
+        odd = (cq_index)(odd + (cq_index)cqi_is_odd(l, v));
     }
+    return odd;
 }
 
 /* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
@@ -12331,9 +12341,9 @@ static void cqi_try_waves(cqi_labels *l, int number)
 /* Repairs what waves have labelled, so that all polygons can be coded. 0: too many odd vertices had to become even. */
 static int cqi_finish_waves(cqi_labels *l)
 {
-    cqi_refuse(l);
+    const cq_index odd = cqi_refuse(l);
     cqi_wait_all(l);
-    l->spare = (cq_index)(cqi_count_odd(l) / 2 + 1);
+    l->spare = (cq_index)(odd / 2 + 1);
     cqi_repair(l);
     return l->spare != 0;
 }
@@ -12744,7 +12754,7 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
 /* Regular levels need that the input's face numbers can be found in the end, see cqi_match_face. */
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
-    return !p->copies_rows && !in->conquest_only && cqi_allows_regular(&in->shape);
+    return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
 /* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
@@ -12759,6 +12769,12 @@ static int cqi_is_surely_regular(const cqi_plan *p, const cqi_labels *l, cq_inde
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
     return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 &&
            error * error * live < (uint64_t)6144 * 6144;
+}
+
+/* Are the first labels good enough? A mesh with copied rows, which take time, is not prepared again to compare. */
+static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_index live)
+{
+    return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
 }
 
 /* Takes regular levels while they are worth it; memory that is idle. */
@@ -12790,7 +12806,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
                      ? 0
                      : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
         n = cqi_find_labels(&l);
-        if (n < live / 12 + 1 || n < 24) return;
+        if (n < live / 12 + 1 || n < 24 || !cqi_is_worth_comparing(p, &l, live)) return;
         p->num_regular++;
         p->count_of[p->num_regular] = n;
         cqi_undo_level(&l, &p->mesh, p->note + p->num_notes, p->num_regular);
@@ -12953,8 +12969,11 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
     for (f = 0; in->face_map && f < coded->num_faces; f++) {
         const cq_index face = p->face_of_input[f], *const row = in->indices + 3 * (size_t)face;
         const int turned = (p->face_state[face] & CQI_FACE_TURNED) != 0;
+        const cq_index *const corner = p->corners ? p->corners + 3 * (size_t)f : NULL;
         in->face_map[face] = (cq_index)(p->face_decoded[f] / 3);
-        if (p->num_regular)
+        if (p->num_regular && corner)
+            in->face_map[face] = cqi_match_face(&d->mesh, p->decoded[corner[0]], p->decoded[corner[1]]);
+        else if (p->num_regular)
             in->face_map[face] = cqi_match_face(&d->mesh, cqi_vertex_of_row(p, d, row[turned]), cqi_vertex_of_row(p, d, row[!turned]));
     }
 #else

@@ -411,6 +411,41 @@ TEST(meshes_with_seams_have_regular_levels_too) {
     CHECK(counted >= SHAPES / 2 && wrong > 50);
 }
 
+/* Two surfaces that share a vertex: two vertices are made of its row. */
+TEST(meshes_with_copied_rows_have_regular_levels_too) {
+    triangles t = subdivided(subdivided(subdivided(triangles_icosahedron(), 0), 0), 0);
+    const uint32_t n = t.num_vertices;
+    uint64_t random = 11;
+    uint32_t f, k, i, h;
+    sample s;
+    coded c;
+    decoding d;
+    triangles_append(&t, subdivided(subdivided(subdivided(triangles_icosahedron(), 0), 0), 0));
+    sample_begin(&s, t);
+    sample_channel(&s, CQ_POSITION, 3, 12);
+    smooth(&s, &random);
+    for (h = 0; h < 3 * s.mesh.num_faces; ++h)
+        if (s.mesh.indices[h] == n) s.mesh.indices[h] = 0;
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK_EQ(c.report->prepared.copied_rows, 1);
+    CHECK(regular_levels(c.report) > 0);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 9, CQ_NO_LIMIT), CQ_DONE);
+    for (f = 0; f < s.mesh.num_faces; ++f) {
+        const cq_index *to = d.decoder->mesh.origin + 3 * c.face_map[f], *from = s.mesh.indices + 3 * f;
+        for (k = 0; k < 3; ++k) {
+            for (i = 0; i < 9; ++i)
+                if (d.decoder->channel[0][3 * to[(k + i / 3) % 3] + i % 3] != s.values[0][3 * from[i / 3] + i % 3]) break;
+            if (i == 9) break;
+        }
+        CHECK(k < 3);
+    }
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
 TEST(locked_vertices_are_in_the_base) {
     int which, counted = 0;
     for (which = 0; which < SHAPES; ++which) {
@@ -718,6 +753,7 @@ int main(int argc, char **argv) {
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(meshes_that_are_prepared_have_regular_levels_too);
     RUN(meshes_with_seams_have_regular_levels_too);
+    RUN(meshes_with_copied_rows_have_regular_levels_too);
     RUN(locked_vertices_are_in_the_base);
     RUN(each_step_leaves_a_valid_mesh_and_all_that_has_arrived);
     RUN(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices);
