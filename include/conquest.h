@@ -564,8 +564,10 @@ typedef struct cq_report {
 #define CQI_ROW_STEP_BYTES 112
 
 /* Input that waits for its step, or a header: the largest step. When the buffer is full and holds less than a step,
- * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. */
-#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(1) + 19 * CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS)
+ * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. The
+ * largest step has a position, a material and all other channels full of weights. All channels full of them, without a
+ * position and its questions, take as much: 158.9, 64 weights, 136.6 and 8, of 9968 bits. */
+#define CQI_BUFFER_BYTES (CQI_STEP_BYTES(4) + 19 * (CQ_MAX_CHANNELS - 1) * CQ_MAX_COMPONENTS)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
  * the halfedge from v to the L of that gate. */
@@ -8889,7 +8891,7 @@ static cq_result cqi_step(cq_decoder *d)
 
 /* -- Decoder ------------------------------------------------------------------------------------------------------- */
 
-/* See CQI_STEP_BYTES. */
+/* See CQI_STEP_BYTES and CQI_BUFFER_BYTES. */
 static size_t cqi_step_bytes(const cq_shape *s)
 {
     size_t bytes = CQI_STEP_BYTES(s->num_materials != 0);
@@ -8898,7 +8900,7 @@ static size_t cqi_step_bytes(const cq_shape *s)
         const cq_channel *c = &s->channel[k];
         bytes += cqi_may_be_pair(c) ? 72u : (c->kind == CQ_WEIGHTS ? 19u : 18u) * (size_t)c->components;
     }
-    return bytes;
+    return bytes < CQI_BUFFER_BYTES ? bytes : CQI_BUFFER_BYTES;
 }
 
 /* Divides the memory, which holds at least cq_decoder_bytes of d->shape, and prepares the first step. */
