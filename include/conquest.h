@@ -4606,8 +4606,7 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
  *
  * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. In an octahedral
  * pair, directions that are close may be far apart at the border of the square, to which the lower hemisphere is folded
- * out. So if the prediction lies there, all pairs are folded before they are compared, which takes the upper one
- * out. */
+ * out. If the prediction lies there, all pairs are folded before they are compared, which takes the upper one out. */
 
 /* An octahedral pair, from the middle of the square, whose border is `half` away. */
 typedef struct cqi_pair_of_normal {
@@ -12409,7 +12408,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
 /* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
 {
-    if (l->index) cqi_flip_index(m, l->index, h);
+    if (l->index) (void)cqi_flip_index(m, l->index, h);
     cqi_flip(m, h);
 }
 
