@@ -840,7 +840,8 @@ typedef struct cqi_base_sizes {
 } cqi_base_sizes;
 
 /* A regular level in progress: see there. */
-enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_FINE_OF_ROW = 4, CQI_MOST = 8 }; /* features of the two predictions; and one more of normals */
+enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_FINE_OF_ROW = 4, CQI_MOST = 8 }; /* features of both predictions; normals have
+                                                                            one more */
 typedef struct cqi_regular {
     cq_index vertices, faces;              /* of the mesh before the level: with materials, all slots, and */
     cq_index real_faces;                   /* those that there are */
@@ -1239,8 +1240,8 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_SOON(address) ((void)(address))
 #define CQI_INLINED inline
 #endif
-#define CQI_FETCH_AHEAD 16 /* patches: about as long as memory takes */
-#define CQI_MANY 128       /* patches whose memory does not stay in the nearest cache */
+#define CQI_FETCH_AHEAD 16 /* how far ahead, in patches: about the time that memory takes */
+#define CQI_MANY 128       /* with as many patches, memory does not stay in the nearest cache */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
@@ -1644,8 +1645,7 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     return r;
 }
 
-/* Lays the mesh out again, with room for the virtual vertices and faces that it has been found to need. All blocks move
- * up: the last ones first. */
+/* Lays the mesh out again, with room for its virtual vertices and faces. All blocks move up, the last one first. */
 static cq_result cqi_make_room(cq_mesh *m, const cq_shape *s, void *memory, size_t size)
 {
     const cq_index *const twin = m->twin, *const out = m->out;
@@ -2408,7 +2408,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* An insertion of a regular level has the values of two rows, which must not be more than a step may have. */
+/* An insertion of a regular level may have the values of two rows, which must not take more than a step may. */
 static int cqi_allows_regular(const cq_shape *s)
 {
     return !s->num_rows || cqi_all_components(s, CQI_OF_VERTEX) + 2 * cqi_all_components(s, CQI_OF_ROW) <=
@@ -4483,7 +4483,7 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 
 static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
 
-/* With a model that starts fast: its first rates are 1, 2, 2, 3, 3 and so on, the last one 5. */
+/* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3 and so on up to 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
     const int rate = 1 + (model->used + 1) / 2;
@@ -4493,8 +4493,8 @@ static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
     return bit;
 }
 
-/* A residual: its number of bits, 0 .. 47, by asking whether it is more up to 16 times, given half the bits that are
- * expected; then its bits below the highest one, and its sign. A mesh without seams has no such models. */
+/* A residual of a row, of which half_bits / 2 bits are expected: its number of bits, 0 .. 47, by asking up to 16 times
+ * whether it has more; then the bits below the highest one, and the sign. A mesh without seams has no such models. */
 static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int most, int32_t residual)
 {
     cqi_quick_model *model;
@@ -4515,10 +4515,10 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
 
 /* -- Attributes from geometry --
  *
- * The position of B is known before its other values, and so are the faces that it gets. What they tell is kept in the
- * fan: of a mesh vertex, or of one of its rows. */
+ * The position of B is known before its other values, and so are the faces that it gets. What these tell of a vertex,
+ * or of one of its rows, is kept in d->now.fan. */
 
-/* Places along the surface, of neighbours whose offsets are known: with 8 bits; and their mean. */
+/* Places of the neighbours along the surface, from their offsets: with 8 bits; and the mean of these. */
 static void cqi_flatten_fan(cqi_fan *f)
 {
     uint32_t all = 0;
@@ -4541,7 +4541,7 @@ static void cqi_flatten_fan(cqi_fan *f)
     f->mean.y = (int32_t)(sum_y / f->size);
 }
 
-/* The fan of B as its other channels need it. Where it has a virtual vertex, there is no face. */
+/* Prepares the fan of B for its other channels. At a virtual vertex there is no face. */
 static void cqi_locate_fan_of_b(cq_decoder *d, int p)
 {
     cqi_fan *f = &d->now.fan;
@@ -4555,20 +4555,20 @@ static void cqi_locate_fan_of_b(cq_decoder *d, int p)
 
 /* -- Texture coordinates and other numbers, by an affine fit --
  *
- * Values that are a linear function of the position, as most texture coordinates are nearly, are continued from B's
- * neighbours: by least squares in the two coordinates along the surface. */
+ * Texture coordinates are mostly close to an affine function of the position. It is fitted to B's neighbours by least
+ * squares, in the two coordinates along the surface. */
 
 static int64_t cqi_minor(int32_t a, int32_t b, int32_t c, int32_t d) { return (int64_t)a * b - (int64_t)c * d; }
 
-/* Bits that the largest of three numbers has beyond so many: 31 at most. */
+/* Number of bits that the largest of three numbers has beyond `bits`; at most 31. */
 static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
 {
     return cqi_bit_length((uint32_t)(((x < 0 ? ~x : x) | (y < 0 ? ~y : y) | (z < 0 ? ~z : z)) >> bits));
 }
 
-/* What the fit says of B, less the mean of its neighbours, given the values x of these and their mean; at most twice
- * the largest of their differences from it. A little is added to the squares, so that neighbours on a line fit, too.
- * *off becomes the sum of how far the fit is from each neighbour, if there is one.
+/* What the fit predicts for B, minus the mean of its neighbours, given their values x and this mean; clamped to twice
+ * the largest of their differences from it. A little is added to the squares, so that neighbours on a line can be
+ * fitted, too. *off becomes the sum of the fit's distances from the neighbours, if there is a fit.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
  * 37, numerators 61, of which 30 are looked at. */
@@ -4607,16 +4607,16 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
 
 /* -- Normals --
  *
- * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. An octahedral
- * pair has a seam itself, the border of its square, where the lower hemisphere ends. If the prediction lies there, all
- * pairs are folded before they are compared, which takes the upper hemisphere out to the border instead. */
+ * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. In an octahedral
+ * pair, directions that are close may be far apart at the border of the square, to which the lower hemisphere is folded
+ * out. If the prediction lies there, all pairs are folded before they are compared, which takes the upper one out. */
 
-/* The pair of a direction, from the middle of the square, which is `half` wide. */
+/* An octahedral pair, from the middle of the square, whose border is `half` away. */
 typedef struct cqi_pair_of_normal {
     int32_t x, y;
 } cqi_pair_of_normal;
 
-/* Takes one hemisphere out and the other one in: undoes itself but for some points of the border. */
+/* Folds a pair: the hemisphere that was inside is then outside. Undoes itself, except for some points on the border. */
 static cqi_pair_of_normal cqi_folded(cqi_pair_of_normal a, int32_t half)
 {
     const int32_t x = half - (int32_t)cqi_abs(a.y), y = half - (int32_t)cqi_abs(a.x);
@@ -4629,8 +4629,7 @@ typedef struct cqi_vector64 {
     int64_t x, y, z;
 } cqi_vector64;
 
-/* The angle of a direction in a plane, y >= 0, in 1/65536: by t (pi/4 + 0.273 (1 - t)), which is off by 0.004 at
- * most. */
+/* The angle of a direction in a plane, y >= 0, in 1/65536 radian: as t (pi/4 + 0.273 (1 - t)), within 0.004. */
 static int64_t cqi_angle(int64_t x, int64_t y)
 {
     const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
@@ -4640,7 +4639,7 @@ static int64_t cqi_angle(int64_t x, int64_t y)
     return x < 0 ? 205887 - angle : angle;
 }
 
-/* The angle between two offsets of 25 bits, which are shifted down to 14; what is normal to them, of 30 bits, and its
+/* The angle between two offsets of 25 bits, which are shifted down to 14; their cross product, of 30 bits, and its
  * length, of 31. */
 static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal, int64_t *length)
 {
@@ -4651,7 +4650,7 @@ static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal,
     return cqi_angle(cqi_wide_dot(u, v), *length);
 }
 
-/* Adds a direction of this length as one of length 1, times an angle of 18 bits: each of up to 26 has 43 then. */
+/* Adds a direction, normalised by its length, times an angle of 18 bits. That makes 43 bits, for each of up to 26. */
 static void cqi_add_direction(cqi_vector64 *sum, cqi_vector a, int64_t length, int64_t angle)
 {
     const int64_t weight = length ? angle * 0x1000000 / length : 0;
@@ -4679,7 +4678,7 @@ static cqi_vector64 cqi_normal_of_fan(const cqi_fan *f)
     return n;
 }
 
-/* The octahedral pair of a direction, unless that has none. */
+/* The octahedral pair of a direction; 0 if it is the zero vector. */
 static int cqi_pair_of(cqi_vector64 n, int32_t half, cqi_pair_of_normal *pair)
 {
     const int64_t x = n.x < 0 ? -n.x : n.x, y = n.y < 0 ? -n.y : n.y, z = n.z < 0 ? -n.z : n.z;
@@ -4716,7 +4715,7 @@ static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
     return d->located >= 0 && cqi_may_be_pair(&d->shape.channel[k]);
 }
 
-/* How far the pairs around are from what is expected, on the mean. */
+/* The mean distance of the pairs around from the one that is expected. */
 static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n,
                                     int32_t half, int fold, cqi_pair_of_normal p)
 {
@@ -4729,8 +4728,8 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
     return sum / 2;
 }
 
-/* Codes a pair, given what is expected, and the rows around: those of the fan, or the one beside. `turned`: what is
- * expected has been turned to where the pair is, but for rounding. */
+/* Codes a pair, given the direction that is expected, and the rows around: those of the fan, or the one beside.
+ * `turned`: the direction has been turned to where the pair is, so that only rounding is left. */
 static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 direction,
                                    const cq_index *around, int n, int turned, cq_index wedge)
 {
@@ -4769,10 +4768,11 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
 
 /* -- Tangents --
  *
- * A tangent is expected where the mean of those around lies, less what that has along the normal of the row, which is
- * there already. It is then turned around the normal to where it is: what is left for the pair is rounding. */
+ * A tangent is expected where texture coordinates of faces say, or at the mean of those around, in the plane of the
+ * normal, which is coded before. The angle by which it is turned from there is coded; what is left for the pair is
+ * rounding. */
 
-/* As long as its pair says: x, y and z together have the size half. */
+/* The direction of a pair, with |x| + |y| + |z| = half. */
 static cqi_vector cqi_vector_of(cqi_pair_of_normal p, int32_t half)
 {
     cqi_vector n = { 0, 0, 0 };
@@ -4794,7 +4794,7 @@ static cqi_vector64 cqi_wide_cross(cqi_vector a, cqi_vector b)
 
 static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
 
-/* The first channel of pairs that are normals, if it comes before channel k; or -1. */
+/* The first channel of octahedral normals, if it comes before channel k; or -1. */
 static int cqi_normals_before(const cq_decoder *d, uint32_t k)
 {
     uint32_t j;
@@ -4803,7 +4803,7 @@ static int cqi_normals_before(const cq_decoder *d, uint32_t k)
     return -1;
 }
 
-/* The first channel of texture coordinates on a grid that lies where channel k does and comes before it; or -1. */
+/* The first channel of texture coordinates, not exact, that comes before channel k and belongs to the same; or -1. */
 static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
 {
     uint32_t j;
@@ -4813,15 +4813,15 @@ static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
     return -1;
 }
 
-/* What the texture coordinates of faces say of a tangent: the direction in which the first one grows, and on which side
- * of it the second one does. */
+/* What the texture coordinates of faces say of a tangent: the direction in which the first coordinate grows, and on
+ * which side of it the second one does. */
 typedef struct cqi_growth {
     cqi_vector64 along;
     int64_t side;                             /* above 0 if on the left, seen from outside */
 } cqi_growth;
 
-/* Adds that of a triangle, by its angle at one corner, given the offsets of the two others, a and b, and of their
- * texture coordinates. All have 25 bits, and the sums of two products 51, of which 20 are looked at. */
+/* Adds that of a triangle, weighted by its angle at one corner, given the offsets of the other two, a and b, and of
+ * their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
 static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int32_t *of_a, const int32_t *of_b)
 {
     const int64_t det = cqi_minor(of_a[0], of_b[1], of_a[1], of_b[0]), x = cqi_minor(a.x, of_b[1], b.x, of_a[1]);
@@ -4861,13 +4861,13 @@ static cqi_growth cqi_growth_of_fan(const cq_decoder *d, uint32_t k, cq_index ow
     return g;
 }
 
-/* Right angles in the plane of a normal, of the same length. */
+/* Axes in the plane of a normal: at right angles and of the same length. */
 typedef struct cqi_axes {
     cqi_vector t, side;
 } cqi_axes;
 
-/* The part of a direction in the plane, and that turned by a right angle; 0: it has none. Vectors have 24 bits, cross
- * products 49, and divided by the normal's length 26. */
+/* Sets axes: the part of a direction in the plane, and that turned by a right angle. 0: it has no such part. Vectors
+ * have 24 bits, cross products 49, and divided by the normal's length 26. */
 static int cqi_find_axes(cqi_vector64 t, cqi_vector normal, int32_t half, cqi_axes *axes)
 {
     const int64_t length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(normal, normal));
@@ -4883,7 +4883,7 @@ static int cqi_find_axes(cqi_vector64 t, cqi_vector normal, int32_t half, cqi_ax
     return 1;
 }
 
-/* How far a tangent is turned away from t, in 1/half: its tangent, 4 at most. */
+/* The angle by which a tangent vector is turned from t, as its trigonometric tangent, in 1/half and at most 4. */
 static int32_t cqi_turn_of(cqi_vector a, const cqi_axes *axes, int32_t half)
 {
     const int64_t along = cqi_wide_dot(a, axes->t) / half, x = cqi_wide_dot(a, axes->side), most = 4 * (int64_t)half;
@@ -4891,7 +4891,7 @@ static int32_t cqi_turn_of(cqi_vector a, const cqi_axes *axes, int32_t half)
     return (int32_t)cqi_clamp_wide((x < 0 ? x - along / 2 : x + along / 2) / along, most);
 }
 
-/* How many right angles a tangent is turned from t, to the nearest. */
+/* By how many right angles a tangent is turned from t, rounded. */
 static int cqi_quarters_of(cqi_vector a, const cqi_axes *axes)
 {
     const int64_t along = cqi_wide_dot(a, axes->t), x = cqi_wide_dot(a, axes->side);
@@ -4948,7 +4948,7 @@ static int cqi_find_axes_around(const cq_decoder *d, uint32_t k, cqi_vector norm
     return cqi_find_axes(sum, normal, cqi_half_of(&d->shape.channel[k]), axes);
 }
 
-/* and how far these are turned from some axes, on the mean. */
+/* and the mean of how far these are turned from given axes. */
 static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_index *around, int n,
                                     const cqi_axes *axes)
 {
@@ -4959,7 +4959,7 @@ static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_in
     return sum;
 }
 
-/* Turns the axes to the tangent, which is then expected in this direction, of up to 54 bits. */
+/* Codes how the axes are turned to the tangent; it is then expected in this direction, of up to 54 bits. */
 static cqi_vector64 cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
                                         cq_index wedge)
 {
@@ -4982,7 +4982,7 @@ static cqi_vector64 cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes,
     return expected;
 }
 
-/* Which axes were nearer, those by faces or those by tangents around? */
+/* Learns which axes were nearer: those by faces, or those by tangents around. */
 static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes *by_faces, const cqi_axes *around,
                             int32_t half)
 {
@@ -4994,7 +4994,7 @@ static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes
               *trust / 16;
 }
 
-/* Where a tangent is expected, turned to where it is. 0: there is no normal, or nothing that says where to begin. */
+/* The direction where a tangent is expected, turned to where it is. 0: there is no normal, or nothing to begin with. */
 static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *direction, const cq_index *around,
                          int n, cq_index wedge)
 {
@@ -5015,7 +5015,7 @@ static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *
     return 1;
 }
 
-/* The sign that a tangent has as third number, 0 or 1: as faces say, or mostly as nearby. */
+/* The sign that a tangent may have as its third component, 0 or 1: mostly as faces say, or as nearby. */
 static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5037,7 +5037,7 @@ static int cqi_pair_is(const cq_value *values, uint32_t stride, cq_index row, in
     return values[stride * (size_t)row] == x && values[stride * (size_t)row + 1] == y;
 }
 
-/* How many of the pairs around are as the commonest one, and a row that has it. */
+/* The commonest of the pairs around: how many have it; *row is one of them. */
 static int cqi_find_common_pair(const cq_value *values, uint32_t stride, const cq_index *around, int n,
                                 cq_index *common)
 {
@@ -5053,7 +5053,7 @@ static int cqi_find_common_pair(const cq_value *values, uint32_t stride, const c
     return most;
 }
 
-/* Is a pair as the commonest one around? Then it is copied. Not asked if all are different. */
+/* Is a pair equal to the commonest one around? Then it is copied. Not asked if all are different. */
 static int cqi_code_common_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n, cq_index wedge)
 {
     const uint32_t stride = d->shape.channel[k].components;
@@ -5069,8 +5069,7 @@ static int cqi_code_common_pair(cq_decoder *d, uint32_t k, cq_index row, const c
     return 1;
 }
 
-/* A pair, by the normals of the faces of the fan; or of a tangent, by their texture coordinates and the tangents
- * around. */
+/* A pair: of a normal, by the faces of the fan; of a tangent, by their texture coordinates and the tangents around. */
 static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n,
                                   cq_index wedge)
 {
@@ -5089,12 +5088,10 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
 
 /* -- Other channels --
  *
- * Joints and weights of skinning: a weight is compared with what the same joint has at other vertices, wherever it
- * stands there, as long as that is nearer than what is in the same place; and the last one makes the sum of all what it
- * is at A. */
+ * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, as
+ * long as that is nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
 
-/* The channel of joints that the weights of channel k go with: channels of both are counted, and this one comes before;
- * or -1. */
+/* The channel of joints that goes with the weights of channel k: the n-th with the n-th, if it comes before; or -1. */
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
 {
     uint32_t j, nth = 0, found = 0;
@@ -5106,7 +5103,7 @@ static int cqi_joints_of(const cq_shape *s, uint32_t k)
     return -1;
 }
 
-/* Component c of a vertex or row; or with `joints` the weight of the joint that B has there. */
+/* Component c of a vertex or row; or with a channel of joints, its weight of the joint that B has as component c. */
 static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_index vertex, int joints)
 {
     const uint32_t stride = d->shape.channel[k].components;
@@ -5121,8 +5118,8 @@ static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return 0;
 }
 
-/* What is left for B of the sum that the weights of A have, without those before component c of channel k, modulo 2^32,
- * as exact ones may count, too; and whether A has weights behind that. */
+/* What is left for component c of channel k and those behind it, if the weights of B have the sum of those of A: modulo
+ * 2^32, as some may be exact; and whether A has weights behind that component. */
 static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, cq_index a, int *more)
 {
     const cq_shape *s = &d->shape;
@@ -5143,7 +5140,7 @@ static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, 
     return (int32_t)(uint32_t)rest;
 }
 
-/* Is a weight of B all that is left of the sum? As a rule if that is nothing, or if A has no weights behind it. */
+/* Is a weight of B all that is left of the sum? Likely if that is 0, or if A has no weights behind it. */
 static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
 {
     int more, usual, is_rest;
@@ -5153,8 +5150,8 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Values of the fan in component c less that of A, which is returned, rough ones if exact; their mean, and the sum of
- * how far they are from it. */
+/* Component c of the fan's vertices minus that of A, which is returned; rough if exact. Also their mean, and the sum of
+ * their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
@@ -5168,8 +5165,8 @@ static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints
     return a;
 }
 
-/* Without positions there are three predictions beside the mean, which is taken from them: across the edges of the fan,
- * A, and the common neighbours. */
+/* Without positions there are three features, which are predictions minus the mean: parallelograms across the edges of
+ * the fan, A, and the middle of the common neighbours. */
 static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t a, int32_t mean,
                                     int32_t *feature)
 {
@@ -5189,7 +5186,7 @@ static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int j
     feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
 }
 
-/* Which mean of the fan was nearer to this weight of B? Numbers have 25 bits, sums and running means 30. */
+/* Learns which mean of the fan was nearer to this weight of B. Numbers have 25 bits, sums and running means 30. */
 static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5205,7 +5202,7 @@ static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
     }
 }
 
-/* One component of B, or of its part of a row: by the linear prediction and the fit. */
+/* One component of B, or of its part of a row, by the linear prediction or by the fit. */
 static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5236,7 +5233,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* One component of B as a copy of a neighbour's: A's, then those of the common neighbours, of the others. */
+/* One component of B as a copy of a neighbour's: of A's, then of those of the common neighbours, then of the others. */
 static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     enum { ASKED = 6 };
@@ -5254,7 +5251,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* Joints nearby: at the same place of B's first neighbours, then at the other ones of A and the common neighbours. */
+/* Joints nearby: in the same place at B's first neighbours, then in other places at A and the common neighbours. */
 enum { CQI_AT_PLACE = 6, CQI_JOINTS_NEARBY = CQI_AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1) };
 static int cqi_list_joints(const cq_decoder *d, uint32_t k, uint32_t c, int32_t *near)
 {
@@ -5270,7 +5267,7 @@ static int cqi_list_joints(const cq_decoder *d, uint32_t k, uint32_t c, int32_t 
     return n;
 }
 
-/* A joint of B: as one nearby. Those that B has already, but for 0, are asked about last. */
+/* A joint of B, mostly one of those nearby. Those other than 0 that B has already are asked about last. */
 static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     enum { ASKED = 9 };
@@ -5297,7 +5294,7 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return cqi_value_fits(&d->shape.channel[k], x);
 }
 
-/* Channel k of B or of its part of a row, whose number is `own`, by its fan. */
+/* Channel k of B, or of its part of a row, with number `own`; by its fan. */
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -6093,7 +6090,7 @@ static void cqi_code_corners(cq_decoder *d)
 
 /* -- Values of the rows that a split makes -- */
 
-/* B's neighbours, as rows: as cqi_list_fan_of_b, but what is beyond is not looked at. Faces are those that have the
+/* Lists B's neighbours as rows, like cqi_list_fan_of_b but without the vertices beyond; and the faces that have the
  * row. */
 static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
 {
@@ -6121,7 +6118,7 @@ static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
     if (d->located >= 0) cqi_flatten_fan(f);
 }
 
-/* The fan of a row that only new faces have: of each of them the other two corners. */
+/* Lists the fan of a row that only new faces have: the other two corners of each of these. */
 static void cqi_list_fan_of_corner(cq_decoder *d, cq_index row)
 {
     static const uint8_t following[CQI_CORNERS] = { CQI_LEFT_B, CQI_AT_P,    CQI_LEFT_A,
@@ -6322,7 +6319,7 @@ static int cqi_code_new_row(cq_decoder *d, uint32_t k, int nth)
     return cqi_code_seam_row(d, k, row, made, wedge);
 }
 
-/* The next row's channel, all rows of one channel after another; or the split, when all are there. */
+/* The next channel of a new row, channel by channel; or the split, when all values are there. */
 static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -6578,7 +6575,7 @@ static int cqi_ratio_class(uint32_t a, uint32_t b, int low, int middle, int high
 #define cqi_code_rows_of_mark(d, h, v) 1
 #else
 
-/* Wedges of an odd vertex of the encoder: on the left of the decoded halfedge h, or on the right. */
+/* The wedge of an odd vertex of the encoder, on the left or on the right of the decoded halfedge h. */
 static cq_index cqi_plan_wedge(const cqi_plan *p, const cq_mesh *m, cq_index h, int right)
 {
     const cqi_collapse *const c = &p->note[p->mesh.twin[h]];
@@ -6586,7 +6583,7 @@ static cq_index cqi_plan_wedge(const cqi_plan *p, const cq_mesh *m, cq_index h, 
     return turned != right ? p->uses[c->face[1]] : c->face[1];
 }
 
-/* Codes whether the new vertex has one row, or one on each side of the edge h; and counts them. */
+/* Codes whether the new vertex v has one row, or one on each side of its edge h; and adds them. */
 static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
 {
     const cq_index g = d->mesh.twin[h], *const row = d->index;
@@ -6604,8 +6601,7 @@ static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
 
 #endif
 
-/* Codes whether the edge is marked: by what is known of the edges around, and by its length beside that of others which
- * are. */
+/* Is the edge of h marked? By what is known of the edges around, and by its length compared with marked ones. */
 static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
 {
     cqi_regular *r = &d->regular;
@@ -6694,7 +6690,7 @@ static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 
 static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
 
-/* If what is expected to be near v's pair is in the lower hemisphere, pairs are taken out of the fold. */
+/* Takes pairs out of the fold if the one that is expected for v is in the lower hemisphere. */
 static void cqi_look_around(cq_decoder *d, cq_index v)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -6996,17 +6992,17 @@ static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, c
 
 /* -- Regular levels: rows --
  *
- * A new vertex has one row, or two: one on each side of its edge, which is a seam there. Corners on one side of the
- * edge then have one row, as no edge inside of a coarse face is a seam. A row is expected in the middle of the rows that
- * the edge has at its ends, on its side, or on the left; and the record has in index[] the rows of the vertices beside
- * the new one, and of the vertex opposite, all on that side. */
+ * A new vertex has one row; or two, one on each side of its edge, if that is a seam there. Corners on one side of the
+ * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected in the middle of the rows at
+ * the edge's ends, on its side, or if there is one row on the left. The record has in index[] the rows of the vertices
+ * beside the new one and of the opposite vertex, on its side. */
 
 static int cqi_has_row_values(const cq_decoder *d, uint32_t k)
 {
     return d->seams && cqi_class(&d->shape, k) == CQI_OF_ROW;
 }
 
-/* The first row of a new vertex: they are in the order of the vertices. */
+/* The first row of a new vertex; rows are in the order of the vertices. */
 static cq_index cqi_first_row(const cq_decoder *d, cq_index v)
 {
     cq_index low = d->regular.first_row, high = d->seams->num_rows;
@@ -7033,7 +7029,7 @@ static cq_index cqi_row_on(const cq_decoder *d, cq_index h)
     return (cq_index)(row + (d->mesh.out[v] != h && cqi_has_two_rows(d, v, row)));
 }
 
-/* Notes the rows of a record, which is that of the halfedge s, in face slot f. */
+/* Writes the rows of the record of halfedge s, in face slot f. */
 static void cqi_note_rows(cq_decoder *d, cq_index s, cq_index f)
 {
     d->index[3 * f] = d->index[cq_prev(s)];
@@ -7041,7 +7037,7 @@ static void cqi_note_rows(cq_decoder *d, cq_index s, cq_index f)
     d->index[3 * f + 2] = cqi_row_on(d, cq_prev(s));
 }
 
-/* Puts what is expected of the rows of the vertex of an edge in these. */
+/* Puts the values that are expected into the rows of a new vertex. */
 static void cqi_expect_rows(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v], g = d->mesh.twin[h], first = cqi_first_row(d, v);
@@ -7064,7 +7060,7 @@ static void cqi_expect_rows(cq_decoder *d, cq_index v)
 
 #endif
 
-/* Puts what is expected of the vertex of an edge in its rows of other channels. */
+/* Puts the values that are expected of a new vertex into its places in the other channels. */
 static void cqi_expect_others(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v], a = d->mesh.origin[h], b = cq_target(&d->mesh, h);
@@ -7162,14 +7158,13 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vecto
                  d->regular.axes);
 }
 
-/* Do normals of faces say something of the channel? */
+/* Are normals of faces a feature of the channel? */
 static int cqi_has_normals(const cq_decoder *d, uint32_t k)
 {
     return cqi_has_pairs(d, k) && d->shape.channel[k].kind == CQ_NORMAL;
 }
 
-/* What normals of the faces say of v's pair: they are made of the places that v's neighbours will have, as far as these
- * are known, else of those where they are expected. */
+/* What the normals of its faces say of v's pair. Places that are not final yet are those that are expected. */
 static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq_index h, int sides,
                             cqi_vector *feature)
 {
@@ -7208,7 +7203,7 @@ static int cqi_num_fine(const cq_decoder *d, uint32_t k)
 
 #ifndef CQ_NO_WEDGES
 
-/* What is around a row: on one side of the edge h, or on both. */
+/* Features around a row: on one side of the edge h, or on both. */
 static void cqi_find_row(const cq_decoder *d, cq_index v, cq_index row, cq_index h, int sides, cqi_vector *feature)
 {
     const cq_mesh *m = &d->mesh;
@@ -7228,7 +7223,7 @@ static void cqi_find_row(const cq_decoder *d, cq_index v, cq_index row, cq_index
     if (cqi_has_normals(d, d->regular.view)) cqi_find_normal(d, v, row, h, sides, &feature[CQI_FINE_OF_ROW]);
 }
 
-/* The sides of row number i of a vertex, which has two or not. */
+/* The sides of the edge that row i of a vertex is on, given whether it has two. */
 static int cqi_sides_of_row(int two, int i) { return two ? 1 << i : 3; }
 
 #endif
@@ -7272,10 +7267,10 @@ typedef struct cqi_equations {
     int power;                   /* of the error that rows count by, -1/2 */
 } cqi_equations;
 
-/* Bits of an error in 1/256 when the prediction is rounded, without the sign. */
+/* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_floor_shift(error + 127, 8))); }
 
-/* What so many errors of each size cost, in 1/8 bit: their entropy, and each one's bits. */
+/* What so many errors of each size cost, in 1/8 bit: the entropy of the sizes, and the bits of each error. */
 static uint32_t cqi_cost_of_sizes(const uint32_t *size)
 {
     uint64_t cost = 0;
@@ -7287,7 +7282,7 @@ static uint32_t cqi_cost_of_sizes(const uint32_t *size)
     return (uint32_t)(cost >> 13);
 }
 
-/* How little an error in 1/256 counts, in 1/8 octave: not less, if it rounds to 0. */
+/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
 static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
 
 /* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
@@ -7365,7 +7360,7 @@ static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_
     return error;
 }
 
-/* The sizes of the errors; and the equations for other weights, if there is a power. */
+/* Counts the sizes of the errors; and if there is a power, sets up the equations for better weights. */
 static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
                               const int8_t *weight, int n)
 {
@@ -7591,8 +7586,7 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 #ifndef CQ_NO_WEDGES
 
-/* The same of rows, of the first one of each vertex; what will be final by then is not looked at, but what is expected
- * there. */
+/* The same for rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
 static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
 {
     cqi_regular *r = &d->regular;
@@ -7609,7 +7603,8 @@ static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
         for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
         cqi_look_around(d, first);
         cqi_set_plain(&t);
-        cqi_find_row(d, sample, first, m->out[sample], cqi_sides_of_row(cqi_has_two_rows(d, sample, first), 0), feature);
+        cqi_find_row(d, sample, first, m->out[sample], cqi_sides_of_row(cqi_has_two_rows(d, sample, first), 0),
+                     feature);
         for (c = 0; c < d->shape.channel[r->view].components; c++)
             values[c] = (cq_value)cqi_plan_bits(d, r->view, c, d->plan->wedge_of_row[first]);
         cqi_set_row(&d->plan->row[k], &t, feature, cqi_num_fine(d, r->view),
@@ -7652,8 +7647,8 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
-/* Chooses the axes and the weights of one of the predictions: the best axes by a part of the rows and passes, or the
- * second best ones if all rows prefer these; they are only tried if they cost less than a 16th more. */
+/* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
+ * ones, if they cost less than a 16th more there, and less with all rows. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n,
                                        uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
 {
@@ -7879,7 +7874,7 @@ static int32_t cqi_code_other_residual(cq_decoder *d, uint32_t k, int *size, int
     return residual;
 }
 
-/* Codes three components of a channel of v, or of one of its rows: input vertex or wedge `input`. */
+/* Codes three components of a channel of v, or of one of its rows, which the encoder knows as `input`. */
 static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const cqi_vector *feature, cq_index input)
 {
     const uint32_t k = d->regular.view, part = d->regular.part;
@@ -8011,7 +8006,7 @@ static cq_index cqi_current_edge(const cq_decoder *d, cq_index h)
 #define cqi_flip_index(m, index, h) 1
 #else
 
-/* Rows of the corners that the insertion of v into the edge h makes. */
+/* Sets the rows of the corners that the insertion of v into the edge h makes. */
 static void cqi_split_index(cq_decoder *d, cq_index v, cq_index h)
 {
     const cq_index g = cq_next(d->mesh.twin[h]), *const slot = d->regular.slot;
@@ -8026,7 +8021,7 @@ static void cqi_split_index(cq_decoder *d, cq_index v, cq_index h)
     d->num_rows = (cq_index)(right + 1);
 }
 
-/* The flip of an edge, which must not be a seam; before that of the mesh. */
+/* Changes the rows for the flip of an edge, which must not be a seam; before the mesh is changed. */
 static int cqi_flip_index(const cq_mesh *m, cq_index *index, cq_index h)
 {
     const cq_index g = m->twin[h], hn = cq_next(h), hp = cq_prev(h), gn = cq_next(g), gp = cq_prev(g);
@@ -8041,7 +8036,7 @@ static int cqi_flip_index(const cq_mesh *m, cq_index *index, cq_index h)
 
 #endif
 
-/* The new faces have the values of those that they are cut off from. */
+/* Gives the new faces the values of the faces that they are cut off from. */
 static void cqi_copy_faces(cq_decoder *d, cq_index h, cq_index g)
 {
     const cq_index from[2] = { (cq_index)(h / 3), (cq_index)(g / 3) }, *const slot = d->regular.slot;
@@ -8367,6 +8362,7 @@ static void cqi_init_seams(cqi_seams *s)
         (&s->length[0][0][0])[j].bit = CQ_BIT_MODEL_INIT;
 }
 
+/* Lays out what a mesh without seams, metadata, materials and things aside does not have. */
 static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
 {
     const cq_shape *s = &d->shape;
@@ -10306,8 +10302,8 @@ static void cqi_union(cq_index *parent, cq_index a, cq_index b)
     parent[a < b ? b : a] = a < b ? a : b;
 }
 
-/* Finds the components: for each a first gate, the first halfedge of its first face, and a list of its vertices, whose
- * first one is its smallest, and whose links are p->decoded. `parent` is scratch. */
+/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
+ * p->decoded, beginning with the smallest. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
@@ -11010,7 +11006,7 @@ static void cqi_find_targets(cqi_preparer *p)
  *
  * The preparation's memory, its steps in order, and what is kept of it. */
 
-/* Bytes for the preparation, and for what is kept of it; see cqi_preparer_carve and cqi_keep_prepared. */
+/* Bytes for the preparation, and for what is kept of it; see cqi_preparer_carve and cqi_carve_prepared. */
 static uint64_t cqi_preparing_bytes(const cq_shape *s)
 {
     const uint64_t v = s->num_vertices, f = s->num_faces;
@@ -11103,8 +11099,8 @@ static void cqi_set_prepared_shape(const cqi_preparer *p, int has_seams, cq_shap
     }
 }
 
-/* Keeps what the plan needs of the preparation, and moves the faces of the mesh to the end of the memory, where they are
- * until it is built; the shape becomes that of the mesh. */
+/* Keeps what the plan needs of the preparation, and moves the faces of the mesh to the end of the memory, where they
+ * are until it is built; the shape becomes that of the mesh. */
 static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, cq_shape *shape, cqi_arena *arena)
 {
     const size_t n = 3 * (size_t)p->num_faces, w = p->num_wedges;
@@ -11474,7 +11470,7 @@ static int cqi_alike(const cqi_polygon *p)
     return cqi_is_marked(p, 0);
 }
 
-/* Is an edge of the face inside of a polygon, and a seam? */
+/* Does the face have an edge that is inside of a polygon and a seam? */
 static int cqi_has_seam_inside(const cqi_labels *l, cq_index f)
 {
     cq_index h;
@@ -11486,7 +11482,7 @@ static int cqi_has_seam_inside(const cqi_labels *l, cq_index f)
     return 0;
 }
 
-/* Have two faces the same material, and the same values? */
+/* Do two faces have the same material and the same values? */
 static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
 {
     const cq_input *const in = l->input;
@@ -12108,14 +12104,14 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Does an odd vertex see its parents at a right angle or less? */
+/* Is the angle between the parents, as seen from an odd vertex, at most a right one? */
 static int cqi_is_acute(const cqi_labels *l, cq_index v)
 {
     return cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
                         cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
 }
 
-/* Do few odd vertices? Where many do, the surface is rough; else it has been labelled across a fold. */
+/* Is it so for few odd vertices? If for many, the surface is rough; else these were labelled across a fold. */
 static int cqi_are_few_acute(const cqi_labels *l)
 {
     cq_index v, odd = 0, acute = 0;
@@ -12129,8 +12125,8 @@ static int cqi_are_few_acute(const cqi_labels *l)
     return acute < odd / 64;
 }
 
-/* Before polygons are checked: makes even what must be, and what has been found to be too far, if there is a limit.
- * Returns how many odd vertices are left. */
+/* Before polygons are checked, makes odd vertices even that are locked, across a fold, or too far for a limit. Returns
+ * how many odd ones are left. */
 static cq_index cqi_refuse(cqi_labels *l)
 {
     const int few = cqi_are_few_acute(l), refused = (few ? CQI_ACUTE : 0) | (l->limit ? CQI_TOO_FAR : 0);
@@ -12434,7 +12430,7 @@ static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
         l->uses[l->index[g]]--;
         l->uses[l->index[cq_prev(h)]]++;
         l->uses[l->index[cq_prev(g)]]++;
-        cqi_flip_index(m, l->index, h);
+        (void)cqi_flip_index(m, l->index, h);
     }
     cqi_flip(m, h);
 }
@@ -12463,8 +12459,8 @@ static int cqi_is_extra(const cqi_labels *l, cq_index h)
            (cqi_is_odd(l, m->origin[cq_prev(h)]) || cqi_is_odd(l, m->origin[cq_prev(m->twin[h])]));
 }
 
-/* Before v goes along h to its first parent: its corners get that one's wedges, and `wedge` becomes v's on the left of
- * the way from there to the other parent; its `uses` that on the right. */
+/* Before v is collapsed along h into its first parent: its corners get the parent's wedges. *wedge becomes v's wedge on
+ * the left of the way from the first parent to the other one; `uses` of that, the one on the right. */
 static void cqi_undo_index(const cqi_labels *l, const cq_mesh *m, cq_index h, cq_index *wedge)
 {
     const cq_index t = m->twin[h], left = cq_next(m->twin[cq_next(t)]), right = m->twin[cq_prev(h)];
@@ -12753,7 +12749,7 @@ static void cqi_measure_regular(cqi_plan *p, const cq_shape *s)
     }
 }
 
-/* Regular levels need that the input's face numbers can be found in the end, see cqi_match_face. */
+/* May there be regular levels? Decoded faces must be found by their vertices in the end, see cqi_match_face. */
 static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 {
     return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
@@ -12942,7 +12938,7 @@ static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size
     return CQ_OK;
 }
 
-/* The decoded face of an input face, by its decoded vertices: that on the left of its first edge. */
+/* The decoded face of an input face, by two of its decoded vertices: the one to the left of the edge from a to b. */
 static cq_index cqi_match_face(const cq_mesh *decoded, cq_index a, cq_index b)
 {
     const cq_index h = cqi_find_edge(decoded, a, b);
@@ -12950,7 +12946,7 @@ static cq_index cqi_match_face(const cq_mesh *decoded, cq_index a, cq_index b)
 }
 
 #ifndef CQ_NO_WEDGES
-/* The decoded vertex of a row of the input, which is of the mesh. */
+/* The decoded vertex of a row of the input that is not aside. */
 static cq_index cqi_vertex_of_row(const cqi_plan *p, const cq_decoder *d, cq_index row)
 {
     const cq_index t = p->target[row];
@@ -12976,7 +12972,8 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
         if (p->num_regular && corner)
             in->face_map[face] = cqi_match_face(&d->mesh, p->decoded[corner[0]], p->decoded[corner[1]]);
         else if (p->num_regular)
-            in->face_map[face] = cqi_match_face(&d->mesh, cqi_vertex_of_row(p, d, row[turned]), cqi_vertex_of_row(p, d, row[!turned]));
+            in->face_map[face] = cqi_match_face(&d->mesh, cqi_vertex_of_row(p, d, row[turned]),
+                                                cqi_vertex_of_row(p, d, row[!turned]));
     }
 #else
     (void)in, (void)p, (void)coded, (void)d;
@@ -12987,9 +12984,10 @@ static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
 {
     const cqi_plan *p = &e->plan;
     cq_index v, f;
-    for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++)
-        in->face_map[f] =
-            cqi_match_face(&e->replay.mesh, p->decoded[in->indices[3 * (size_t)f]], p->decoded[in->indices[3 * (size_t)f + 1]]);
+    for (f = 0; p->num_regular && in->face_map && f < in->shape.num_faces; f++) {
+        const cq_index *const corner = in->indices + 3 * (size_t)f;
+        in->face_map[f] = cqi_match_face(&e->replay.mesh, p->decoded[corner[0]], p->decoded[corner[1]]);
+    }
     for (v = 0; in->map && v < in->shape.num_vertices; v++) in->map[v] = p->decoded[v];
     for (f = 0; !p->num_regular && in->face_map && f < in->shape.num_faces; f++)
         in->face_map[f] = (cq_index)(p->face_decoded[f] / 3);
@@ -13216,15 +13214,15 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* What n vertices take without regular levels, in 1/16 bit, if m of them took `mean` each: that is guessed to be 3.5 bits
- * less for each time that there are twice as many, if there are positions. */
+/* A guess of what each of n vertices takes without regular levels, in 1/16 bit, if m of them take `mean` each: with
+ * positions, 3.5 bits less for each doubling of their number. */
 static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
 {
     return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
 }
 
-/* The same without the other plan: at least one, and more as long as their vertices take less than without, by what
- * those of the mesh before all of them took. */
+/* The same without the other plan: at least one, and more as long as their vertices take less than they would without,
+ * which is guessed from what vertices take before all regular levels. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     uint32_t rest = num_vertices, live = num_vertices, k;

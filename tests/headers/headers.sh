@@ -4,7 +4,7 @@
 #
 #   - both compilers, oldest and newest standards, both widths: included twice, before and behind the implementation, in
 #     two units, or private; those between are compiled without making code
-#   - decoders without any of their parts
+#   - decoders without any of their parts, encoders without some
 #   - the two examples at the top of the header
 #   - files that disagree about the width of indices or about regular levels do not link; libraries of both widths do
 #   - a switch that changes the size of a public structure changes all names for the linker
@@ -126,6 +126,11 @@ for reports in "" -DCQ_NO_REPORTS; do
             done
         done
     done
+done
+
+for parts in -DCQ_NO_WEDGES "-DCQ_NO_WEDGES -DCQ_NO_REPORTS -DCQ_NO_QUANTISER"; do
+    # shellcheck disable=SC2086 # words
+    syntax gcc -x c -std=c99 "${warnings[@]}" -I"$include" $parts
 done
 
 examples >example.c
