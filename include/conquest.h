@@ -3260,6 +3260,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
+#ifndef CQ_NO_REGULAR
 /* Takes the next free face of the material of face f, and counts it; or CQ_NONE. */
 static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
 {
@@ -3279,6 +3280,7 @@ static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
     }
     return f;
 }
+#endif
 
 /* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
