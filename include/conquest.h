@@ -8930,7 +8930,7 @@ static void cqi_start(cq_decoder *d)
 #endif
     d->input.step_bytes = cqi_step_bytes(&d->shape);
     if (d->shape.regular && d->seams)
-        d->input.step_bytes = CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1);
+        d->input.step_bytes = CQI_BUFFER_BYTES;
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     memset(&d->now.base, 0, sizeof d->now.base);
