@@ -3260,6 +3260,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
     return 1;
 }
 
+#ifndef CQ_NO_REGULAR
 /* Takes the next free face of the material of face f, and counts it; or CQ_NONE. */
 static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
 {
@@ -3279,6 +3280,7 @@ static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
     }
     return f;
 }
+#endif
 
 /* Makes these the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
@@ -8928,7 +8930,7 @@ static void cqi_start(cq_decoder *d)
 #endif
     d->input.step_bytes = cqi_step_bytes(&d->shape);
     if (d->shape.regular && d->seams)
-        d->input.step_bytes = CQI_STEP_BYTES(CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS + 1);
+        d->input.step_bytes = CQI_BUFFER_BYTES;
     if (d->seams && d->input.step_bytes < CQI_ROW_STEP_BYTES) d->input.step_bytes = CQI_ROW_STEP_BYTES;
     d->base.draft = d->mesh;
     memset(&d->now.base, 0, sizeof d->now.base);
