@@ -10363,6 +10363,7 @@ typedef struct cqi_preparer {
     cq_index *place;                   /* and the number of its values of the channels per mesh vertex */
     cq_index *source;                  /* of each face that stays: its number in the input */
     cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
+    cq_index *row;                     /* [3 * num_faces] that of each corner, in the order of the turned faces */
     cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
     cq_index num_fans, num_wedges, num_aside;
     cq_index num_glued;                /* pairs */
@@ -10460,18 +10461,10 @@ static void cqi_find_places(cqi_preparer *p)
  *
  * Edges are compared by a key of each end, see CQI_BY_ROW; sorting brings halfedges of the same edge together. */
 
-static cq_index cqi_row_of_corner(const cqi_preparer *p, cq_index h)
-{
-    const size_t face = p->source[h / 3];
-    const cq_index corner = (cq_index)(h % 3 && p->state[face] & CQI_FACE_TURNED ? 3 - h % 3 : h % 3);
-    return p->in->indices[3 * face + corner];
-}
-
 static cq_index cqi_key(const cqi_preparer *p, int by, cq_index h)
 {
     if (by == CQI_BY_FAN) return p->fan[h];
-    h = cqi_row_of_corner(p, h);
-    return by == CQI_BY_ROW ? h : by == CQI_BY_VALUES ? p->same[h] : p->place[h];
+    return by == CQI_BY_ROW ? p->row[h] : by == CQI_BY_VALUES ? p->same[p->row[h]] : p->place[p->row[h]];
 }
 
 static cq_index cqi_edge_key(const cqi_preparer *p, int by, cq_index h, int larger)
@@ -10588,8 +10581,11 @@ static void cqi_put_faces_aside(cqi_preparer *p)
         p->state[p->twin[f]] = CQI_FACE_ASIDE;
         p->counts.repeated_faces++;
     }
-    for (f = 0; f < p->in->shape.num_faces; f++)
-        if (!p->state[f]) p->source[p->num_faces++] = f;
+    for (f = 0; f < p->in->shape.num_faces; f++) {
+        if (p->state[f]) continue;
+        memcpy(p->row + 3 * (size_t)p->num_faces, p->in->indices + 3 * (size_t)f, 3 * sizeof(cq_index));
+        p->source[p->num_faces++] = f;
+    }
 }
 
 /* -- Faces that are turned over --
@@ -10647,7 +10643,7 @@ static int cqi_find_sheets(cqi_preparer *p)
 
 static void cqi_turn_faces(cqi_preparer *p)
 {
-    cq_index *const parent = p->fan, *const balance = p->count, f, turned, root;
+    cq_index *const parent = p->fan, *const balance = p->count, f, turned, root, row;
     if (p->in->shape.num_channels == CQ_MAX_CHANNELS) return;
     for (f = 0; f < p->num_faces; f++) parent[f] = (cq_index)(2 * f);
     if (!cqi_find_sheets(p)) return;
@@ -10663,6 +10659,9 @@ static void cqi_turn_faces(cqi_preparer *p)
         if (!turned) continue;
         p->state[p->source[f]] |= CQI_FACE_TURNED;
         p->counts.turned_faces++;
+        row = p->row[3 * f + 1];
+        p->row[3 * f + 1] = p->row[3 * f + 2];
+        p->row[3 * f + 2] = row;
     }
 }
 
@@ -10694,7 +10693,7 @@ static void cqi_glue_pairs(cqi_preparer *p, int by)
 
 static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_index to)
 {
-    return cqi_offset(p->positions, cqi_row_of_corner(p, from), cqi_row_of_corner(p, to));
+    return cqi_offset(p->positions, p->row[from], p->row[to]);
 }
 
 /* Normal of a face, with length 2^14. Offsets have 25 bits, products of two 50. */
@@ -10935,7 +10934,7 @@ static void cqi_find_locks(cqi_preparer *p)
             cqi_lock(p, *other);
             cqi_lock(p, p->fan[h]);
         }
-        if (p->in->locked && p->in->locked[cqi_row_of_corner(p, h)]) cqi_lock(p, p->fan[h]);
+        if (p->in->locked && p->in->locked[p->row[h]]) cqi_lock(p, p->fan[h]);
     }
 }
 
@@ -11012,7 +11011,7 @@ static void cqi_find_targets(cqi_preparer *p)
 static uint64_t cqi_preparing_bytes(const cq_shape *s)
 {
     const uint64_t v = s->num_vertices, f = s->num_faces;
-    return CQI_ROUND(4 * f) + (2 * v + 13 * f + (v > 3 * f ? v : 3 * f)) * sizeof(cq_index) + 8 * 4;
+    return CQI_ROUND(4 * f) + (2 * v + 16 * f + (v > 3 * f ? v : 3 * f)) * sizeof(cq_index) + 9 * 4;
 }
 
 static uint64_t cqi_prepared_bytes(const cq_shape *s)
@@ -11034,6 +11033,7 @@ static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
     p->fan = (cq_index *)cqi_take(arena, 3 * f, sizeof(cq_index));
     p->place = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->count = (cq_index *)cqi_take(arena, v > 3 * f ? v : 3 * f, sizeof(cq_index));
+    p->row = (cq_index *)cqi_take(arena, 3 * f, sizeof(cq_index));
 }
 
 /* Is there a channel of positions, exact ones included? */
