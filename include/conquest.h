@@ -12128,7 +12128,7 @@ static int cqi_are_few_acute(const cqi_labels *l)
 }
 
 /* Before polygons are checked, makes odd vertices even that are locked, across a fold, or too far for a limit. Returns
- * how many odd ones are left. */
+ * how many are left. */
 static cq_index cqi_refuse(cqi_labels *l)
 {
     const int few = cqi_are_few_acute(l), refused = (few ? CQI_ACUTE : 0) | (l->limit ? CQI_TOO_FAR : 0);
@@ -12423,7 +12423,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
  *
  * Polygons are flipped back to coarse faces, then odd vertices collapsed into a parent. */
 
-/* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
+/* Flips an edge back, with the wedges of its corners. */
 static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
 {
     const cq_index g = m->twin[h];
@@ -12437,6 +12437,7 @@ static void cqi_undo_flip(const cqi_labels *l, cq_mesh *m, cq_index h)
     cqi_flip(m, h);
 }
 
+/* Adds what a polygon knows to the labels of the odd vertices on its sides, and flips it back to coarse faces. */
 static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
 {
     cq_index at[CQI_POLYGON_FACES + 2];
@@ -13244,9 +13245,9 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     return k;
 }
 
-/* With regular levels if there are any, or without should a plan of them be wrong; then without, to compare, unless that is not in question: into what is left of
- * the output, so that it only moves if it is chosen. If some of the levels do not pay, or there was no room, once
- * more. */
+/* Encodes with regular levels if there are any, or without should a plan of them be wrong. Then without, to compare,
+ * unless that is not in question: into what is left of the output, so that it only moves if it is chosen. If some of
+ * the levels do not pay, or if there was no room, once more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
