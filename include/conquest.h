@@ -7088,10 +7088,10 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 
 /* -- Regular levels: records --
  *
- * A new vertex on the edge a -> b has for each of its two faces that is real a face slot that its insertion will fill.
- * That holds its record of this face, as origin[] and twin[]: the opposite vertex, counted down from CQ_NONE, so that
- * the slot is no face; the new vertices on the next and the previous edge; the new vertex straight on from the edge's
- * start, if there is one; and those on edges of the faces beyond that start or end where this edge does. */
+ * For each real face of its edge a -> b, a new vertex has a face slot that its insertion will fill. That holds its
+ * record of this face, as origin[] and twin[]: the opposite vertex, counted down from CQ_NONE, so that the slot is no
+ * face; the new vertices on the next and the previous edge; the new vertex straight on from the edge's start, if there
+ * is one; and those on edges of the faces beyond that start or end where this edge does. */
 
 static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
 {
@@ -11195,8 +11195,8 @@ typedef struct cqi_labels {
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
-    int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; unless they
-                                    are less than the other, and there are strips */
+    int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; but if they
+                                    find less than `strips`, strips are tried */
     int found;                   /* what they have found */
     cq_index *parent[2];         /* of each odd vertex */
     cq_index *since;             /* when an odd vertex got its label; of an even one, how many have it as a parent */
@@ -13094,7 +13094,7 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     if (memory_size < cq_encoder_bytes(&in->shape)) return CQ_ERROR_MEMORY;
     faces = cqi_keep_prepared(&p, &e->plan, s, arena);
     result = cq_mesh_build(&e->plan.mesh, s, faces, arena->next, arena->left, NULL);
-    arena->left += 3 * (size_t)p.num_faces * sizeof(cq_index); /* the faces are no more needed */
+    arena->left += 3 * (size_t)p.num_faces * sizeof(cq_index); /* the faces are no longer needed */
     CQ_ASSERT(result == CQ_OK && s->num_boundary_loops == p.num_loops && s->num_boundary_edges == p.num_open);
     return result;
 }
