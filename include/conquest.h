@@ -1119,8 +1119,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * mesh.num_faces + k, face k aside.
  *
  * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
- * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about as near to the surface. To find out, the mesh may be
- * encoded once more, or twice.
+ * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
+ * as near to the surface. To find out, the mesh may be encoded once more, or twice.
  *
  * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
