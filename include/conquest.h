@@ -1118,9 +1118,9 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * in->map[v] (one of them, if it was copied), input face f is decoded face in->face_map[f]; or if that is
  * mesh.num_faces + k, face k aside.
  *
- * Where there are no seams and nothing is locked, the finest levels are regular if that makes the stream
- * smaller; with CQ_BALANCED only if coarser meshes stay about as near to the surface. To find out, the mesh may be
- * encoded once more, or twice.
+ * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
+ * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
+ * as near to the surface. To find out, the mesh may be encoded once more, or twice.
  *
  * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,

@@ -88,6 +88,7 @@ static void add_channel(cq_input *in, cq_kind kind, uint32_t components, uint32_
 static void begin(cq_input *in)
 {
     memset(in, 0, sizeof *in);
+    in->conquest_only = 1;          /* the torus has regular levels, which predict attributes from less */
     if (!torus.position[0]) make_torus();
     in->indices = torus.index;
     in->conquest_only = 1;
