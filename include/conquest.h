@@ -12127,6 +12127,14 @@ static int cqi_are_few_acute(const cqi_labels *l)
     return acute < odd / 64;
 }
 
+/* Marks odd vertices that are too far from the surface for l->limit. */
+static void cqi_mark_far(cqi_labels *l)
+{
+    cq_index v;
+    for (v = 0; l->limit && v < l->mesh->num_vertices; v++)
+        if (cqi_is_odd(l, v) && cqi_is_too_far(l, v, l->parent[0][v], l->parent[1][v])) l->label[v] |= CQI_TOO_FAR;
+}
+
 /* Before polygons are checked, makes odd vertices even that are locked, across a fold, or too far for a limit. Returns
  * how many are left. */
 static cq_index cqi_refuse(cqi_labels *l)
@@ -12352,7 +12360,10 @@ static int cqi_finish_waves(cqi_labels *l)
 static cq_index cqi_label_with(cqi_labels *l, int number, int32_t limit)
 {
     l->limit = limit;
-    if (number != l->ready) cqi_try_waves(l, number);
+    if (number != l->ready) {
+        cqi_try_waves(l, number);
+        cqi_mark_far(l);
+    }
     l->ready = CQI_NO_LABELS;
     if (!cqi_finish_waves(l)) return 0;
     cqi_fill_all(l);
