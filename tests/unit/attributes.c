@@ -91,6 +91,7 @@ static void begin(cq_input *in)
     in->conquest_only = 1;          /* the torus has regular levels, which predict attributes from less */
     if (!torus.position[0]) make_torus();
     in->indices = torus.index;
+    in->conquest_only = 1;
     in->shape.num_vertices = ROWS;
     in->shape.num_faces = FACES;
     add_channel(in, CQ_POSITION, 3, 14, CQ_AVERAGE, torus.position);

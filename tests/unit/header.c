@@ -346,7 +346,7 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
     }
 }
 
-TEST(regular_levels_have_any_channels_but_no_rows) {
+TEST(regular_levels_have_any_channels_and_rows) {
     static const struct { uint32_t kind, merge, components, bits; } channels[] = {
         { CQ_POSITION, CQ_AVERAGE, 3, 12 },
         { CQ_POSITION, CQ_COPY, 3, 12 },
@@ -364,10 +364,28 @@ TEST(regular_levels_have_any_channels_but_no_rows) {
                 put(&h, REGULAR + EXTENDED * rows + count, 1);
                 for (n = 0; n < count; ++n)
                     put_channel(&h, channels[k].kind | channels[k].merge << 4, channels[k].components, channels[k].bits);
-                if (rows) put(&h, 5, 4);
+                if (rows) put(&h, 5, 4), put(&h, 0, 1); /* five rows, nothing aside, no metadata, no materials */
                 put_end(&h, 10);
-                CHECK_EQ(peek(&h, &shape), rows ? CQ_ERROR_UNSUPPORTED : CQ_OK);
+                CHECK_EQ(peek(&h, &shape), CQ_OK);
+                CHECK_EQ(shape.num_rows, rows ? 5 : 0);
+                CHECK_EQ(shape.regular, 1);
             }
+}
+
+/* An insertion may have the values of two rows in a step. */
+TEST(regular_levels_with_rows_have_as_many_components_as_a_step_may) {
+    uint32_t colors;
+    for (colors = 1; colors <= CQ_MAX_CHANNELS; ++colors) {
+        header h;
+        cq_shape shape;
+        uint32_t n;
+        put_start(&h, 4, 0, 0, 1);
+        put(&h, REGULAR + EXTENDED + colors, 1);
+        for (n = 0; n < colors; ++n) put_channel(&h, CQ_COLOR, 4, 8);
+        put(&h, 5, 4), put(&h, 0, 1);
+        put_end(&h, 10);
+        CHECK_EQ(peek(&h, &shape), 8 * colors <= CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS ? CQ_OK : CQ_ERROR_UNSUPPORTED);
+    }
 }
 
 /* A stream of nothing but rows aside and a mesh of so many vertices. */
@@ -531,7 +549,8 @@ int main(int argc, char **argv) {
     RUN(exactly_the_channels_of_the_specification_are_supported);
     RUN(channels_that_do_not_exist_are_not_supported);
     RUN(more_channels_than_there_may_be_are_not_supported);
-    RUN(regular_levels_have_any_channels_but_no_rows);
+    RUN(regular_levels_have_any_channels_and_rows);
+    RUN(regular_levels_with_rows_have_as_many_components_as_a_step_may);
     RUN(rows_aside_without_values_take_no_time);
     RUN(rows_and_rows_aside_are_no_more_than_can_be_numbered);
 #if CQ_INDEX_BITS == 16
