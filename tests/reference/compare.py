@@ -271,7 +271,7 @@ def compare_edges_of_the_format():
             ("one material", b"CQ\0\0\0\0\x80\0\0\0\0\1", "corrupt"),
             ("1025 materials", b"CQ\0\0\0\0\x80\0\0\0\0\x81\x08", "corrupt"),
             ("regular levels of an empty mesh", frame(0, 0, 0, 0, b"\x40", b""), "done"),
-            ("regular levels with rows", b"CQ\0\4\0\2\xc0\5\0\0\0\0", "unsupported"),
+            ("rows of too many components", b"CQ\0\4\0\2\xc9" + 9 * b"\x44\4\x08" + b"\5\0\0\0\0", "unsupported"),
             ("version 1", b"CQ\1", "version"),
             ("other magic", b"CR", "format")):
         tally.require(f"{name}: is {tally.check(name, data).kind}", decoder.Decoder(data).kind == kind)
