@@ -62,7 +62,7 @@ make_stream() {
 # random: 1000 vertices. torus: of ref_data, for the display.
 make_streams() {
     make_stream disc ref_data/disc.off --conquest-only && make_stream grid ref_data/grid.off --conquest-only &&
-        build/meshgen disc 6 3 >"$out/small.off" && make_stream small "$out/small.off" --conquest-only &&
+        build/meshgen disc 5 3 >"$out/small.off" && make_stream small "$out/small.off" --conquest-only &&
         build/meshgen random 1000 1 >"$out/random.off" && make_stream random "$out/random.off" --conquest-only &&
         make_stream torus ref_data/torus_12x8.off --conquest-only && "$cqm" decode "$out/torus.cqm" "$out/torus.off" &&
         make_stream regular ref_data/grid.off && "$cqm" info "$out/regular.cqm" | grep -q regular
