@@ -478,8 +478,10 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
     sample_free(&s);
 }
 
-/* Which is what it needs, but for blocks that end in the middle of a word. */
+/* Which is what it needs, but for blocks that end in the middle of a word; or what the preparation had, where that takes
+ * more. */
 TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
+    int samples = 0, exact = 0;
     FOR_EACH_SAMPLE(s, c) {
         const size_t size = cq_encoder_bytes(&c.shape);
         void *memory = exact_alloc(size);
@@ -488,9 +490,14 @@ TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
         cq_input in = s.input;
         CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_OUTPUT);
         CHECK(e->replay.memory + e->replay.memory_size == (const uint8_t *)memory + size);
-        CHECK(e->replay.memory_size - cq_decoder_bytes(&c.shape) <= 40);
+        if (size != CQI_ENCODER_BYTES + cqi_preparing_bytes(&c.shape)) {
+            CHECK(e->replay.memory_size - cq_decoder_bytes(&c.shape) <= 40);
+            exact++;
+        }
+        samples++;
         exact_free(memory);
     }
+    CHECK(exact > 0 && exact + 1 >= samples);
 }
 
 TEST(misaligned_encoder_memory_is_an_error) {
