@@ -176,6 +176,7 @@ void compare(const std::string &path)
 {
     std::vector<double> exact;
     const Mesh mesh = load(name_of(path), path, &exact);
+    if (mesh.faces() == 0) throw std::invalid_argument(path + ": no faces");
     if (!is_new(mesh)) throw std::invalid_argument(path + ": the same mesh as in another file");
     const Bits ours = measure_ours(mesh), draco = measure_draco(mesh);
     const Angles a = angles(mesh, exact);
