@@ -336,15 +336,6 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     return d->result;
 }
 
-/* With seams a split takes three steps, each corner and row of the base two, and each channel of a row one; what is aside
- * takes one for each channel of a row, each face and each byte. */
-static inline uint64_t most_calls_for_rows(const cq_shape *s) {
-    uint64_t n = s->num_aside_rows * (s->num_channels + (uint64_t)1) + s->num_aside_faces + s->metadata_bytes + 2;
-    if (s->num_rows) n += 3 * (uint64_t)s->num_vertices + 6 * (uint64_t)s->num_faces + 2 * (uint64_t)s->num_boundary_edges;
-    if (s->num_rows) n += s->num_rows * (s->num_channels + (uint64_t)2);
-    return n;
-}
-
 /* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a
  * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. */
 static inline uint64_t most_calls(const cq_decoder *d) {

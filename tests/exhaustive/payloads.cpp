@@ -98,9 +98,7 @@ std::string name(const cq_shape &s) {
 // Patches and splits of all levels, their ends: each level adds a vertex. One of patches has a patch for three faces at
 // most, a regular one passes over its faces a few times.
 uint64_t most_calls(const cq_shape &s) {
-    uint64_t calls = 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8);
-    if (s.num_rows) calls += 3 * s.num_vertices + 6 * s.num_faces + 2 * s.num_boundary_edges;   // corners of splits, of the base
-    return calls + (s.num_rows + s.num_aside_rows) * (s.num_channels + 2) + s.num_aside_faces + s.metadata_bytes + 2;
+    return 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8) + most_calls_for_rows(&s);
 }
 
 bool is_final(cq_result result, bool complete) {

@@ -276,4 +276,13 @@ static inline int rows_are_valid(const cq_decoder *d) {
     return h == 3 * (uint32_t)d->mesh.num_faces && n == d->num_rows;
 }
 
+/* With seams a split takes three steps, each corner and row of the base two, and each channel of a row one; what is aside
+ * takes one for each channel of a row, each face and each byte. */
+static inline uint64_t most_calls_for_rows(const cq_shape *s) {
+    uint64_t n = s->num_aside_rows * (s->num_channels + (uint64_t)1) + s->num_aside_faces + s->metadata_bytes + 2;
+    if (s->num_rows) n += 3 * (uint64_t)s->num_vertices + 6 * (uint64_t)s->num_faces + 2 * (uint64_t)s->num_boundary_edges;
+    if (s->num_rows) n += s->num_rows * (s->num_channels + (uint64_t)2);
+    return n;
+}
+
 #endif
