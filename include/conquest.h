@@ -1244,6 +1244,10 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_MANY 128       /* with as many patches, memory does not stay in the nearest cache */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
+
+/* Half of an octahedral pair's range: numbers are 0 .. 2 half, and half stands for 0, see the quantiser. */
+static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
+
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
 /* Sums and differences modulo 2^32: exact values may overflow, all others are far too small. */
@@ -4794,7 +4798,7 @@ static cqi_vector64 cqi_wide_cross(cqi_vector a, cqi_vector b)
     return n;
 }
 
-static int32_t cqi_half_of(const cq_channel *c) { return (int32_t)(((uint32_t)1 << (c->bits - 1)) - 1); }
+static int32_t cqi_half_of(const cq_channel *c) { return cqi_octahedral_half(c->bits); }
 
 /* The first channel of octahedral normals, if it comes before channel k; or -1. */
 static int cqi_normals_before(const cq_decoder *d, uint32_t k)
@@ -6835,17 +6839,6 @@ static cqi_vector cqi_normal_of(cqi_vector b, const cqi_vector *c, const cqi_vec
     return sum;
 }
 
-/* Is the origin of h next to a virtual vertex? */
-static int cqi_is_at_boundary(const cq_mesh *m, cq_index h)
-{
-    cq_index s = h;
-    do {
-        if (cq_is_virtual(m, cq_target(m, s))) return 1;
-        s = cq_clockwise(m, s);
-    } while (s != h);
-    return 0;
-}
-
 /* The halfedge that goes straight on from the origin of h, seen from its target; along a boundary, if h is on it. An
  * odd valence has two, this one and the next one clockwise: then *two is set. CQ_NONE: there is none. */
 static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
@@ -6858,7 +6851,7 @@ static cq_index cqi_straight(const cq_mesh *m, cq_index h, int *two)
         const cq_index right = cq_clockwise(m, h), left = cq_counterclockwise(m, h);
         if (cq_is_virtual(m, cq_target(m, right))) return cq_clockwise(m, right);
         if (cq_is_virtual(m, cq_target(m, left))) return cq_counterclockwise(m, left);
-        if (cqi_is_at_boundary(m, h)) return CQ_NONE;
+        if (cqi_on_boundary(m, m->origin[h])) return CQ_NONE;
     }
     for (k = 0; k < n / 2; k++) end = cq_clockwise(m, end);
     *two = n & 1;
@@ -11539,19 +11532,14 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
  * `any_valence`; or along a boundary. CQ_NONE: there is none. */
 static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
 {
-    const cq_index back = m->twin[h], valence = m->valence[m->origin[back]];
-    const cq_index right = cq_clockwise(m, back), left = cq_counterclockwise(m, back);
-    const cq_index end = m->num_virtual ? valence : (cq_index)(valence / 2 + 1); /* of those that are looked at */
-    cq_index s = right, k, opposite = CQ_NONE;
-    if (valence > CQ_MAX_VALENCE) return CQ_NONE;
-    if (!m->num_virtual && !any_valence && valence != 6) return CQ_NONE;
-    if (cq_is_virtual(m, cq_target(m, right))) return cq_target(m, cq_clockwise(m, right));
-    if (cq_is_virtual(m, cq_target(m, left))) return cq_target(m, cq_counterclockwise(m, left));
-    for (k = 1; k < end; k++, s = cq_clockwise(m, s)) {
-        if (cq_is_virtual(m, cq_target(m, s))) return CQ_NONE;
-        if (2 * k == valence) opposite = cq_target(m, s);
-    }
-    return valence == 6 || any_valence ? opposite : CQ_NONE;
+    const cq_index back = m->twin[h], v = m->origin[back];
+    const int only_boundary = !any_valence && m->valence[v] != 6;
+    cq_index ahead;
+    int two;
+    if (only_boundary && !m->num_virtual) return CQ_NONE;
+    ahead = cqi_straight(m, back, &two);
+    if (ahead == CQ_NONE || two || (only_boundary && !cqi_on_boundary(m, v))) return CQ_NONE;
+    return cq_target(m, ahead);
 }
 
 static void cqi_make_odd(cqi_labels *l, cq_index v, cq_index a, cq_index b)
@@ -13529,8 +13517,6 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
  * The bound: each number is off by at most half a unit, a point of the octahedron therefore by sqrt(6) times that. Seen
  * from the centre, which is at least 1 / sqrt(3) away from it, that is an angle of sqrt(18) / 2 = 2.1213 times
  * 1 / half. */
-
-static int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
 
 static void cqi_fold(double *x, double *y)
 {
