@@ -655,8 +655,6 @@ typedef struct cqi_fan {
     int expected[3];                             /* class of the residuals, in half bits, by what the fan looks like */
     int num_rivals;
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete, */
-    int16_t rival_x[CQI_RIVALS], rival_y[CQI_RIVALS]; /* their x and y again */
-    int16_t vote[CQI_RIVALS];                    /* how many agree with each, twice if closely */
     int32_t radius;                              /* two agree if they are no further apart */
     int votes;                                   /* for the rival with the most */
     cqi_vector agreed;                           /* mean of those that agree with that one */
@@ -4167,8 +4165,6 @@ static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
     if (f->num_rivals == CQI_RIVALS || cqi_abs(a.x) >= limit || cqi_abs(a.y) >= limit) return;
-    f->rival_x[f->num_rivals] = (int16_t)a.x;
-    f->rival_y[f->num_rivals] = (int16_t)a.y;
     f->rival[f->num_rivals++] = a;
 }
 
@@ -4201,16 +4197,22 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
+/* Places of the rivals along the surface, and how many agree with each, twice if closely. Places behind the last rival are
+ * zero. */
+typedef struct {
+    int16_t x[CQI_RIVALS], y[CQI_RIVALS], of[CQI_RIVALS];
+} cqi_votes;
+
 /* Rival `from` and each of the first `count` vote for each other. Returns the votes for `from`. */
-static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
+static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
 {
-    const int16_t x = f->rival_x[from], y = f->rival_y[from], half = (int16_t)(radius / 2);
+    const int16_t x = v->x[from], y = v->y[from], half = (int16_t)(radius / 2);
     int k, all = 0;
     for (k = 0; k < count; k++) {
-        const int16_t dx = (int16_t)(f->rival_x[k] - x), dy = (int16_t)(f->rival_y[k] - y);
+        const int16_t dx = (int16_t)(v->x[k] - x), dy = (int16_t)(v->y[k] - y);
         const int16_t ax = (int16_t)(dx < 0 ? -dx : dx), ay = (int16_t)(dy < 0 ? -dy : dy);
         const int16_t apart = ax > ay ? ax : ay, vote = (int16_t)((apart < radius) + (apart < half));
-        f->vote[k] = (int16_t)(f->vote[k] + vote);
+        v->of[k] = (int16_t)(v->of[k] + vote);
         all += vote;
     }
     return all;
@@ -4218,16 +4220,20 @@ static int cqi_add_votes(cqi_fan *f, int from, int count, int16_t radius)
 
 /* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
  * themselves, which is subtracted, and for places behind the last one, where nobody looks. */
-static void cqi_count_votes(cqi_fan *f, int16_t radius)
+static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
-    memset(f->vote, 0, sizeof f->vote);
+    memset(v, 0, sizeof *v);
+    for (k = 0; k < f->num_rivals; k++) {
+        v->x[k] = (int16_t)f->rival[k].x;
+        v->y[k] = (int16_t)f->rival[k].y;
+    }
     for (k = 0; k < f->num_rivals; k++) {
 #if CQI_VECTORS
-        cqi_add_votes(f, k, CQI_RIVALS, radius);
-        f->vote[k] = (int16_t)(f->vote[k] - (radius > 0) - (radius > 1));
+        cqi_add_votes(v, k, CQI_RIVALS, radius);
+        v->of[k] = (int16_t)(v->of[k] - (radius > 0) - (radius > 1));
 #else
-        f->vote[k] = (int16_t)cqi_add_votes(f, k, k, radius);
+        v->of[k] = (int16_t)cqi_add_votes(v, k, k, radius);
 #endif
     }
 }
@@ -4238,16 +4244,17 @@ static void cqi_vote(cqi_fan *f, int shift)
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
     int k, best = 0, n = 0;
     cqi_vector sum = { 0, 0, 0 };
-    cqi_count_votes(f, (int16_t)radius);
+    cqi_votes votes;
+    cqi_count_votes(f, (int16_t)radius, &votes);
     for (k = 1; k < f->num_rivals; k++)
-        if (f->vote[k] > f->vote[best]) best = k;
+        if (votes.of[k] > votes.of[best]) best = k;
     for (k = 0; k < f->num_rivals; k++) {
         if (k != best && cqi_apart(f->rival[k], f->rival[best]) >= radius) continue;
         sum = cqi_plus(sum, f->rival[k]);
         n++;
     }
     f->radius = radius;
-    f->votes = f->vote[best];
+    f->votes = votes.of[best];
     f->agreed = cqi_product_of(sum, cqi_reciprocal[n], 16);
 }
 
