@@ -179,7 +179,7 @@ SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channe
 TESTS = $(CGAL) $(EXHAUSTIVE) $(SCRIPTS) $(PROGRAMS)
 CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
 VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
-    verify/exhaustive-regular verify/exhaustive-seams verify/cgal-splits verify/fuzz-work \
+    verify/exhaustive-regular verify/exhaustive-seams verify/cgal-splits verify/fuzz-work verify/reference \
     batch web-models proof proof-bugs portability-all windows vendor-windows coverage mutation verify/quotes
 LOGS = $(TESTS:%=build/log/%.log)
 

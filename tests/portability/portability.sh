@@ -3,9 +3,9 @@
 #
 #     tests/portability/portability.sh native | all
 #
-# native: gcc and clang, C and C++, -O0 -Os -O3, link-time optimisation for AVX2, -ffast-math, 32 bits, 16-bit indices,
-# unsigned char, short enums, and one big-endian machine. all: the other machines, every combination of compiler, level,
-# link-time optimisation and instruction set; accesses out of bounds in code that cannot run, which LLVM has drawn wrong
+# native: C and C++, -O0 -Os -O3, -ffast-math, 32 bits, 16-bit indices, unsigned char, short enums, by gcc and clang in
+# turn; link-time optimisation for AVX2 by both; and one big-endian machine. all: each by both, the other machines, every
+# combination of compiler, level, link-time optimisation and instruction set; accesses out of bounds in code that cannot run, which LLVM has drawn wrong
 # conclusions from; and the types of memory. Emulated machines run under qemu; its exit status counts. A compiler that
 # is missing is a failure. The last line is `N passed, N failed`.
 set -u
@@ -19,24 +19,31 @@ typed=${CLANG_TYPES:-clang-22} # -fsanitize=type came with clang 20
 passed=0 failed=0
 mkdir -p "$work"
 
-# One a line: name, runner or -, command.
+# Options, each with a name.
+options() {
+    cat <<'END'
+-O0            -std=c99 -O0
+-Os            -std=c99 -Os
+++-O1          -x c++ -std=c++17 -O1
+-O3            -std=c99 -O3
+-16            -std=c99 -O2 -DCQ_INDEX_BITS=16
+-m32           -std=c99 -O2 -m32
+-m32-16        -std=c99 -O2 -m32 -DCQ_INDEX_BITS=16
+-unsigned-char -std=c99 -O2 -funsigned-char -fshort-enums
+-private       -std=c99 -O2 -ftrapv -DNDEBUG
+-fast-math     -std=c99 -O3 -ffast-math -march=native
+END
+    if [ "$1" = all ]; then printf '++%s -x c++ -std=c++17 %s\n' -O0 -O0 -Os -Os -O3 -O3; fi
+}
+
+# One a line: name, runner or -, command. `native` has the compilers take turns.
 natives() {
-    for level in -O0 -Os -O3; do
-        echo "gcc$level - gcc -std=c99 $level"
-        echo "clang$level - $clang -std=c99 $level"
-    done
-    for level in -O1 $([ "$1" = native ] || echo -O0 -Os -O3); do
-        echo "g++$level - g++ -x c++ -std=c++17 $level"
-        echo "clang++$level - ${clang/clang/clang++} -x c++ -std=c++17 $level"
-    done
-    for compiler in gcc "$clang"; do
-        echo "$compiler-16 - $compiler -std=c99 -O2 -DCQ_INDEX_BITS=16"
-        echo "$compiler-m32 - $compiler -std=c99 -O2 -m32"
-        echo "$compiler-m32-16 - $compiler -std=c99 -O2 -m32 -DCQ_INDEX_BITS=16"
-        echo "$compiler-unsigned-char - $compiler -std=c99 -O2 -funsigned-char -fshort-enums"
-        echo "$compiler-private - $compiler -std=c99 -O2 -ftrapv -DNDEBUG"
-        echo "$compiler-fast-math - $compiler -std=c99 -O3 -ffast-math -march=native"
-    done
+    local name flags turn=0
+    while read -r name flags; do
+        turn=$((turn + 1))
+        if [ "$1" = all ] || [ $((turn % 2)) = 0 ]; then echo "gcc$name - gcc $flags"; fi
+        if [ "$1" = all ] || [ $((turn % 2)) = 1 ]; then echo "$clang$name - $clang $flags"; fi
+    done < <(options "$1")
     cell "$clang" -O3 -flto x86-64-v3
     cell "$clang" -O3 -flto=thin native
     cell gcc -O3 -flto native

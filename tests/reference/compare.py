@@ -5,9 +5,9 @@ CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
     meshes     of ref_data, with positions (also of 24 bits), without, with odd channels: whole, stopped at some
-               numbers of vertices, and cut at some places; those of build/meshes with up to 3000 vertices (--all:
+               numbers of vertices, and cut at some places; those of build/meshes with up to 1500 vertices (--all:
                20 000)
-    corrupt    400 streams (--all: 10 000) with bits flipped, counts changed, payloads made up, with and without
+    corrupt    400 streams (--all: 14 000) with bits flipped, counts changed, payloads made up, with and without
                matching check values
     valid      half as many that no encoder writes but that are valid (random_stream.py)
 
@@ -305,7 +305,7 @@ def main():
     options = parser.parse_args()
     small = sorted((ROOT / "ref_data").glob("*.off"))
     jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,)]
-    for path in package_meshes(20000 if options.all else 3000):
+    for path in package_meshes(20000 if options.all else 1500):
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
@@ -317,7 +317,7 @@ def main():
     streams = [encode(path, how) for path in small if path.stat().st_size < 6500
                for how in WAYS + (2, 3, 1002, 1003, 1004)]
     per_job = 25
-    for k in range((10000 if options.all else 400) // per_job):
+    for k in range((14000 if options.all else 400) // per_job):
         jobs.append((compare_corrupt, streams, f"{options.seed}-{k}", per_job))
         jobs.append((compare_valid, f"{options.seed}-{k}", per_job // 2))
     passed = failed = 0

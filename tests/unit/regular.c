@@ -553,7 +553,7 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
     uint64_t random = 5;
     int which, way;
     for (which = 0; which < SHAPES; ++which)
-        for (way = 0; way < WAYS; ++way) {
+        for (way = which % 2; way < WAYS; way += 2) {
             sample s;
             coded c;
             decoding d;
@@ -601,7 +601,7 @@ TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
         REQUIRE_EQ(shape_code(&s, &c, which, 1 + which % (WAYS - 1)), CQ_OK);
         decoding_begin(&whole, c.bytes, c.size);
         REQUIRE_EQ(decoding_run(&whole, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
-        for (size = 40; size < c.size; size += which < 3 ? 1 : 7) {
+        for (size = 40; size < c.size; size += which == 0 ? 1 : 23) {
             decoding d;
             uint32_t v, k;
             decoding_begin(&d, c.bytes, size);

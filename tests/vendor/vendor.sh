@@ -118,7 +118,7 @@ microsoft() { # target flags...
     shift
     for unit in $own; do
         rm -f "$work/unit.obj"
-        "$clang" --driver-mode=cl --target="$target" "$@" /W4 /WX /O2 /clang:-ffreestanding -I"$root/include" \
+        "$clang" --driver-mode=cl --target="$target" "$@" /W4 /WX /Od /clang:-ffreestanding -I"$root/include" \
             -I"$work/stubs" /c "$unit" "/Fo$work/unit.obj" && [ -s "$work/unit.obj" ] || return 1
     done
 }
