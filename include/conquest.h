@@ -4239,7 +4239,7 @@ static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 }
 
 /* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. */
-static void cqi_vote(cqi_fan *f, int shift)
+static CQI_APART void cqi_vote(cqi_fan *f, int shift)
 {
     const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
     int k, best = 0, n = 0;
