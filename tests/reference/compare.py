@@ -122,6 +122,25 @@ def many_patches():
     return path
 
 
+def compare_power_of_two():
+    """A fit (9.13) with the numerator -2^30, which has one bit less than 2^30."""
+    lines = ["v 10 2 7", "v 0 11 9", "v 10 5 9", "v 11 10 8", "v 0 7 3", "vt 1792659 1", "vt 3215121 3",
+             "vt 16777215 16777215", "vt 0 0", "vt 13294855 2"]
+    for a, b in (1, 2), (2, 3), (3, 1):
+        lines += [f"f {a}/{a} {b}/{b} 4/4", f"f {b}/{b} {a}/{a} 5/5"]
+    FAILED.mkdir(parents=True, exist_ok=True)
+    path = FAILED / "power_of_two.obj"
+    path.write_text("\n".join(lines) + "\n")
+    data = encode(path, "grid 0,0,0,1 --bits texcoords=24")
+    found, plain = [], decoder.Attributes.gradient
+    decoder.Attributes.gradient = staticmethod(lambda *sums: found.append(plain(*sums)) or found[-1])
+    tally = Tally()
+    tally.check(path.name, data)
+    decoder.Attributes.gradient = staticmethod(plain)
+    tally.require(f"{path.name}: a numerator is -2^30", any(gx == -(1 << 30) for gx, _, _ in found))
+    return tally
+
+
 def compare_cuts(path, how):
     """Every prefix, and the stream with bytes behind it."""
     tally = Tally()
@@ -304,7 +323,8 @@ def main():
     parser.add_argument("folder", type=pathlib.Path)
     options = parser.parse_args()
     small = sorted((ROOT / "ref_data").glob("*.off"))
-    jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,)]
+    jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,),
+            (compare_power_of_two,)]
     for path in package_meshes(20000 if options.all else 1500):
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:

@@ -417,9 +417,9 @@ class Base:
         """Returns its first halfedge."""
         virtual = any(map(self.is_virtual, corners))
         triangles, limit = (self.virtual, self.header.edges) if virtual else (self.real, self.header.faces)
-        if len(triangles) == limit:
-            self.decoder.reject("corrupt")
         triangle, number, materials = list(corners), len(triangles), self.decoder.materials
+        if len(triangles) == limit and (virtual or not materials):  # 18: else no material has a number left
+            self.decoder.reject("corrupt")
         if materials and not virtual:
             behind = [] if self.gate is None or self.gate // 3 not in self.numbered else \
                 [materials.of[id(self.numbered[self.gate // 3])]]
@@ -1173,17 +1173,18 @@ class Attributes:
         xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
         ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
         r = (xx + yy) // 64 + 1
-        xx, yy = xx + r, yy + r
-        gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
-        n = 0
-        while abs(gx) >> n >= 1 << 30 or abs(gy) >> n >= 1 << 30:
-            n += 1
-        det = xx * yy - xy * xy >> n
+        hx, hy, det = self.gradient(xx + r, yy + r, xy, ux, uy)
         if not det:
             return 0, spread
-        hx, hy, limit = gx >> n, gy >> n, max(abs(u) for _, _, u in d)
+        limit = max(abs(u) for _, _, u in d)
         off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
         return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
+
+    @staticmethod
+    def gradient(xx, yy, xy, ux, uy):
+        gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
+        n = (((~gx if gx < 0 else gx) | (~gy if gy < 0 else gy)) >> 30).bit_length()
+        return gx >> n, gy >> n, xx * yy - xy * xy >> n
 
     # 9.14
     def is_pair(self, channel):
