@@ -555,7 +555,7 @@ typedef struct cq_report {
  *                                 203.1; 61 exact components, each 0.9 over its 144, and 3 of the position, each 5.1
  *                                 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 171 raw bits, and 64 more for each other
+ * Of regular levels, an insertion has three residuals, and the weights are 195 raw bits, and 72 more for each other
  * channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
@@ -838,7 +838,7 @@ typedef struct cqi_base_sizes {
 } cqi_base_sizes;
 
 /* A regular level in progress: see there. */
-enum { CQI_FIXED = 3, CQI_FINE = 7, CQI_FINE_OF_ROW = 4, CQI_MOST = 8 }; /* features of both predictions; normals have
+enum { CQI_FIXED = 3, CQI_FINE = 8, CQI_FINE_OF_ROW = 4, CQI_MOST = 9 }; /* features of both predictions; normals have
                                                                             one more */
 typedef struct cqi_regular {
     cq_index vertices, faces;              /* of the mesh before the level: with materials, all slots, and */
@@ -2597,8 +2597,11 @@ typedef struct cqi_plan {
     int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* as many of them are allowed */
-    int surely_regular;                 /* 1: so regular that encoding without them need not be tried */
+    uint32_t most_regular;              /* as many of them are allowed; */
+    uint32_t rejected;                  /* with the most, one that does not pay ends the encoding; 0: none has */
+    int is_near;                        /* 1: the mesh before them is near enough to the exact one, */
+    int is_smooth;                      /* the exact one has no sharp edges, */
+    int surely_regular;                 /* and it is so regular that encoding without them need not be tried */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
@@ -2757,21 +2760,6 @@ static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
     return &p->note[p->mesh.origin[p->to_input[decoded]]];
 }
 
-/* What a note knows of the coarse face that a spoke of its vertex runs into, if the spoke does not end at a parent:
- * next to it counter-clockwise, parent a comes first on the left of a -> b, b on the right. */
-static int cqi_plan_face_side(const cqi_plan *p, const cq_mesh *m, const cqi_collapse *c, cq_index spoke)
-{
-    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
-    while (cq_target(m, spoke) != a && cq_target(m, spoke) != b) spoke = cq_counterclockwise(m, spoke);
-    return cq_target(m, spoke) == a ? c->p : c->q;
-}
-
-/* Is a new vertex the hub of the coarse face that its spoke runs into? That face has two or three marks. */
-static int cqi_plan_hub(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
-{
-    return cqi_plan_face_side(p, m, cqi_plan_odd(p, m->origin[spoke]), spoke) & CQI_SIDE_HUB;
-}
-
 /* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
  * mark: then the spoke lies between those to the two parents. */
 static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
@@ -2783,7 +2771,7 @@ static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
     return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Does the note of halfedge `marked` say that the next or previous side of its face is dissolved? */
+/* Does the note of halfedge `marked` say this of its face? See CQI_SIDE_HUB; of what is dissolved, or of the hub. */
 static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
 {
     const cq_index k = p->mesh.twin[marked];
@@ -3118,7 +3106,7 @@ static void cqi_model_omit(cqi_model *m);                     /* takes out the p
 /* What the next step does. */
 enum {
     CQI_HEADER, CQI_MATERIALS, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
-    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
+    CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_RECORDS, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
@@ -6429,6 +6417,7 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
  *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
  *                  which is not part of the mesh yet
+ *     patterns     for each face with two or three new vertices: how are its triangles?
  *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
  *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
  *                  each with its final position; then flips, which make the wanted triangles of the face; and flips of
@@ -6446,15 +6435,21 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *
  * The level keeps its notes in memory of vertices and faces that are still to come. Of new vertex v, out[v] is its
  * coarse edge (the smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, bits 4 and 5 of mark[v] are its
- * side in the other face, and the slots of the faces that its insertion makes hold its record, see cqi_write_record.
+ * side in the other face, and the slots of the faces that its insertion makes hold its record, see there.
  * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse: halfedges in it are of the
  * coarse mesh. */
 
 /* -- Regular levels: bits of the coarse faces --
  *
- * For each halfedge one bit: its edge is marked. Then for each face two bits: 0, or 1 + a side. If that side is not
- * marked, its edge is dissolved, and flipped in the turn of this face. If it is, the two bits only say that the face
- * has a dissolved edge. That makes 5/8 byte per face, where the queue has at least 2/3: for F = 3k + i,
+ * For each halfedge one bit: its edge is marked. Then for each face two bits, by the number of its marks:
+ *
+ *     none     0, or 1 + the side whose edge is dissolved, and flipped in the turn of this face
+ *     one      the same; or 1 + the marked side, if the face has a dissolved edge that is flipped in the other one's turn
+ *     two      1 if the third side is dissolved and flipped in this turn; 2 if of the two marked sides, the one before
+ *              the third side is the hub's, see cqi_code_pattern
+ *     three    the side of the hub, or 3
+ *
+ * That makes 5/8 byte per face, where the queue has at least 2/3: for F = 3k + i,
  * (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 <= 2 (k + 1). */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
@@ -6468,33 +6463,55 @@ static void cqi_set_mark(cq_decoder *d, cq_index h)
     *byte = (uint8_t)(*byte | 1 << (h & 7));
 }
 
-static uint8_t *cqi_side_byte(const cq_decoder *d, cq_index f)
+static uint8_t *cqi_face_byte(const cq_decoder *d, cq_index f)
 {
     return (uint8_t *)d->walk.queue + (3 * d->regular.faces + 7) / 8 + (f >> 2);
 }
 
-static int cqi_dissolved_side(const cq_decoder *d, cq_index f) { return *cqi_side_byte(d, f) >> 2 * (f & 3) & 3; }
+static int cqi_face_bits(const cq_decoder *d, cq_index f) { return *cqi_face_byte(d, f) >> 2 * (f & 3) & 3; }
 
-static void cqi_set_dissolved_side(const cq_decoder *d, cq_index f, int side)
+static void cqi_add_face_bits(const cq_decoder *d, cq_index f, int bits)
 {
-    uint8_t *byte = cqi_side_byte(d, f);
-    *byte = (uint8_t)(*byte | side << 2 * (f & 3));
+    uint8_t *byte = cqi_face_byte(d, f);
+    *byte = (uint8_t)(*byte | bits << 2 * (f & 3));
 }
 
-static void cqi_clear_dissolved_side(const cq_decoder *d, cq_index f)
+static void cqi_clear_face_bits(const cq_decoder *d, cq_index f)
 {
-    uint8_t *byte = cqi_side_byte(d, f);
+    uint8_t *byte = cqi_face_byte(d, f);
     *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
 }
 
-/* The marked sides of a face, as bits. */
+/* The marked sides of a face, as bits. The byte behind them all is one of the faces. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f)
 {
-    return cqi_has_mark(d, (cq_index)(3 * f)) | cqi_has_mark(d, (cq_index)(3 * f + 1)) << 1 |
-           cqi_has_mark(d, (cq_index)(3 * f + 2)) << 2;
+    const uint8_t *const byte = (const uint8_t *)d->walk.queue + (3 * f >> 3);
+    return (byte[0] | byte[1] << 8) >> (3 * f & 7) & 7;
 }
 
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
+static const uint8_t cqi_odd_side[8] = { 3, 0, 1, 2, 2, 1, 0, 3 }; /* the only marked or unmarked one; 3: there is none */
+
+/* All five bits of a face: its marks, then the other two. */
+static int cqi_state_of(const cq_decoder *d, cq_index f) { return cqi_marks_of(d, f) | cqi_face_bits(d, f) << 3; }
+
+/* 1 + the side whose edge is dissolved; or of a face with one mark that; 0: none. */
+static int cqi_dissolved_side(const cq_decoder *d, cq_index f)
+{
+    static const uint8_t side[32] = { 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 3, 1, 2, 1, 0,
+                                      2, 2, 2, 0, 2, 0, 0, 0, 3, 3, 3, 3, 3, 2, 1, 0 };
+    return side[cqi_state_of(d, f)];
+}
+
+/* The side of the hub of a face with marks; 3: it has none. */
+static int cqi_hub_of(int state)
+{
+    static const uint8_t side[32] = { 3, 0, 1, 0, 2, 2, 1, 0, 3, 0, 1, 0, 2, 2, 1, 1,
+                                      3, 0, 1, 1, 2, 0, 2, 2, 3, 0, 1, 1, 2, 0, 2, 3 };
+    return side[state];
+}
+
+static int cqi_hub_side(const cq_decoder *d, cq_index f) { return cqi_hub_of(cqi_state_of(d, f)); }
 
 /* -- Regular levels: marks -- */
 
@@ -6759,7 +6776,6 @@ static cq_result cqi_step_table(cq_decoder *d)
     }
     if (r->at < r->count) return CQ_OK;
     r->at = cqi_has_expected(d) ? 0 : r->count;
-    cqi_rewind_slots(d);
     d->phase = CQI_EXPECT;
     return CQ_OK;
 }
@@ -7086,30 +7102,131 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
     cqi_look_at_positions(d);
 }
 
+/* -- Regular levels: what is known of the refined mesh -- */
+
+/* The vertex that will be opposite to the unmarked edge of h, once its face has its new vertices. */
+static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
+{
+    const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
+    return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
+}
+
+/* Is the edge of h dissolved? The later one of its faces has noted that. */
+static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
+{
+    const cq_index g = d->mesh.twin[h] > h ? d->mesh.twin[h] : h;
+    return cqi_is_real_face(&d->mesh, g) && !cqi_has_mark(d, g) &&
+           cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
+}
+
+#define CQI_UNEVEN 1 /* bit of mark[v] of an old vertex: there are other edges around it in the refined mesh */
+
+static void cqi_note_uneven(cq_decoder *d, cq_index v)
+{
+    if (v < d->regular.vertices) d->mesh.mark[v] |= CQI_UNEVEN;
+}
+
+/* Edges of the refined mesh around the origin of h, counter-clockwise: bit 0, that which begins on h, unless its edge is
+ * dissolved; and bit 1, one into the face of h, to a hub opposite to the origin, or if there is no mark, beyond the edge
+ * there if that is dissolved. */
+static int cqi_spokes_of(const cq_decoder *d, cq_index h)
+{
+    const cq_index f = (cq_index)(h / 3), opposite = cq_next(h);
+    const int state = cqi_state_of(d, f), on = state >> (h - 3 * f) & 1 || !cqi_is_dissolved(d, h);
+    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, opposite);
+    return on + 2 * (cqi_hub_of(state) == (int)(opposite - 3 * f));
+}
+
+static cq_index cqi_spoke_end(const cq_decoder *d, cq_index h, int inside)
+{
+    const cq_index v = cqi_vertex_on(d, inside ? cq_next(h) : h);
+    if (v != CQ_NONE) return v;
+    return inside ? cqi_expected_tip(d, d->mesh.twin[cq_next(h)]) : cq_target(&d->mesh, h);
+}
+
+/* What will lie straight on from the origin of coarse halfedge h: one vertex twice, or two; or CQ_NONE twice. */
+static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
+{
+    const cq_mesh *m = &d->mesh;
+    uint8_t spokes[CQ_MAX_VALENCE];
+    cq_index s = h;
+    int n = 0, k = 0, i = 0, two;
+    ahead[0] = ahead[1] = CQ_NONE;
+    if (m->valence[m->origin[h]] > CQ_MAX_VALENCE) return;
+    if (!(m->mark[m->origin[h]] & CQI_UNEVEN) || cqi_on_boundary(m, m->origin[h])) {
+        s = cqi_straight(m, h, &two);
+        if (s == CQ_NONE) return;
+        ahead[0] = ahead[1] = cqi_spoke_end(d, s, 0);
+        if (two) ahead[0] = cqi_spoke_end(d, cq_clockwise(m, s), 0);
+        return;
+    }
+    do {
+        spokes[i] = (uint8_t)cqi_spokes_of(d, s);
+        n += cqi_ones[spokes[i++]];
+        s = cq_counterclockwise(m, s);
+    } while (s != h);
+    if (n < 3) return;
+    for (i = 0; k + cqi_ones[spokes[i]] <= n / 2; s = cq_counterclockwise(m, s)) k += cqi_ones[spokes[i++]];
+    for (; k <= (n + 1) / 2; s = cq_counterclockwise(m, s), i++)
+        for (two = 0; two < 2; two++) {
+            if (!(spokes[i] >> two & 1)) continue;
+            if (k == n / 2) ahead[0] = ahead[1] = cqi_spoke_end(d, s, two);
+            else if (k == (n + 1) / 2) ahead[1] = cqi_spoke_end(d, s, two);
+            k++;
+        }
+}
+
 /* -- Regular levels: records --
  *
  * For each real face of its edge a -> b, a new vertex has a face slot that its insertion will fill. That holds its
- * record of this face, as origin[] and twin[]: the opposite vertex, counted down from CQ_NONE, so that the slot is no
- * face; the new vertices on the next and the previous edge; the new vertex straight on from the edge's start, if there
- * is one; and those on edges of the faces beyond that start or end where this edge does. */
+ * record of this face, as origin[] and twin[]: the opposite vertex; the new vertices on the next and the previous edge;
+ * what lies straight on from the edge's start, the second one if there are two; and the new vertices on edges of the
+ * faces beyond, where those begin or end where this edge does.
+ *
+ * The opposite vertex is doubled, with 1 added if the vertex is the hub of this face, and counted down from CQ_NONE: so the
+ * slot is no face, as 2 V < CQ_NONE - V. If a fan around another vertex separates the new vertex from that on the next or the
+ * previous edge, this one takes the place of that beyond. Around a vertex of valence 5, the last one of those beyond is also
+ * the first one of two that lie straight on: then the second one is counted down from CQI_JOINED. If the next or the previous
+ * edge is dissolved so that it joins the new vertex to one beyond, CQI_JOINED stands for the new one on this edge, which has
+ * none, and the other one is in the place beyond. */
 
-static cq_index cqi_vertex_beyond(const cq_decoder *d, cq_index h, int next)
+#define CQI_JOINED ((cq_index)(CQ_NONE - 1))
+
+/* Beyond the next edge of h or the previous one: what the record says of that. */
+static void cqi_write_beyond(cq_decoder *d, cq_index h, int next, cq_index *beside, cq_index *beyond)
 {
-    const cq_index g = d->mesh.twin[h];
-    return cqi_is_real_face(&d->mesh, g) ? cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g)) : CQ_NONE;
+    const cq_index edge = next ? cq_next(h) : cq_prev(h), g = d->mesh.twin[edge];
+    *beside = cqi_vertex_on(d, edge);
+    *beyond = CQ_NONE;
+    if (!cqi_is_real_face(&d->mesh, g)) return;
+    if (cqi_is_dissolved(d, edge) && cqi_expected_tip(d, edge) == cqi_vertex_on(d, h)) {
+        *beside = CQI_JOINED;
+        *beyond = cqi_expected_tip(d, g);
+    }
+    else *beyond = cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g));
 }
 
-static void cqi_write_side(cq_decoder *d, cq_index s, int end, cq_index f)
+/* Exchanges the vertex on an edge with that beyond, if a fan around another vertex separates it from the one at hand. */
+static void cqi_separate(int by_fan, cq_index *beside, cq_index *beyond)
+{
+    if (!by_fan || *beside >= CQI_JOINED) return;
+    *beyond = *beside;
+    *beside = CQ_NONE;
+}
+
+static void cqi_write_side(cq_decoder *d, cq_index s, int end)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index on = d->regular.two_ahead[end] ? CQ_NONE : d->regular.ahead[end];
-    cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f;
-    origin[0] = (cq_index)(CQ_NONE - m->origin[cq_prev(s)]);
-    origin[1] = cqi_vertex_on(d, cq_next(s));
-    origin[2] = cqi_vertex_on(d, cq_prev(s));
-    twin[0] = on == CQ_NONE ? CQ_NONE : cqi_vertex_on(d, cqi_is_real_face(m, on) ? on : m->twin[on]);
-    twin[1] = cqi_vertex_beyond(d, cq_next(s), 1);
-    twin[2] = cqi_vertex_beyond(d, cq_prev(s), 0);
+    const cq_index f = d->regular.slot[end];
+    const int hub = cqi_hub_side(d, (cq_index)(s / 3));
+    cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f, ahead[2];
+    cqi_find_ahead(d, s, ahead);
+    origin[0] = (cq_index)(CQ_NONE - 2 * m->origin[cq_prev(s)] - (hub == (int)(s % 3)));
+    cqi_write_beyond(d, s, 1, &origin[1], &twin[1]);
+    cqi_write_beyond(d, s, 0, &origin[2], &twin[2]);
+    cqi_separate(hub == (int)(cq_prev(s) % 3), &origin[1], &twin[1]);
+    cqi_separate(hub == (int)(cq_next(s) % 3), &origin[2], &twin[2]);
+    twin[0] = ahead[0] == twin[2] && ahead[1] != CQ_NONE ? (cq_index)(CQI_JOINED - ahead[1]) : ahead[1];
     if (d->seams) cqi_note_rows(d, s, f);
 }
 
@@ -7118,13 +7235,31 @@ static int cqi_write_record(cq_decoder *d, cq_index v)
 {
     const cq_index h = d->mesh.out[v];
     if (!cqi_take_slots(d, h)) return 0;
-    cqi_write_side(d, h, 0, d->regular.slot[0]);
-    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], 1, d->regular.slot[1]);
+    cqi_write_side(d, h, 0);
+    if (d->regular.slot[1] != CQ_NONE) cqi_write_side(d, d->mesh.twin[h], 1);
     return 1;
 }
 
 /* The vertex opposite to a new one, in the record. */
-static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot) { return (cq_index)(CQ_NONE - m->origin[3 * slot]); }
+static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot)
+{
+    return (cq_index)((CQ_NONE - m->origin[3 * slot]) / 2);
+}
+
+/* Is the new vertex the hub of the face? */
+static int cqi_is_hub(const cq_mesh *m, cq_index slot) { return (CQ_NONE - m->origin[3 * slot]) & 1; }
+
+/* What lies straight on, the second one if there are two; and are there? */
+static int cqi_has_two_ahead(const cq_mesh *m, cq_index slot)
+{
+    return m->twin[3 * slot] >= CQ_NONE / 2 && m->twin[3 * slot] != CQ_NONE;
+}
+
+static cq_index cqi_record_ahead(const cq_mesh *m, cq_index slot)
+{
+    const cq_index x = m->twin[3 * slot];
+    return cqi_has_two_ahead(m, slot) ? (cq_index)(CQI_JOINED - x) : x;
+}
 
 /* Adds the offset of w from the place where v is expected. */
 static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
@@ -7144,17 +7279,20 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vecto
     for (i = 0; i < 2 && slot[i] != CQ_NONE; i++) {
         const cq_index *const origin = m->origin + 3 * slot[i], *const twin = m->twin + 3 * slot[i];
         const cq_index opposite = cqi_record_tip(m, slot[i]);
+        const cq_index ahead = cqi_record_ahead(m, slot[i]);
         tip[i] = cqi_from(d, a, opposite);
         for (k = 1; k < 3; k++) {
-            cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
-            cqi_add_offset(d, &feature[twin[k] < v ? 3 : 4], v, twin[k]);
+            const int joined = origin[k] == CQI_JOINED;
+            if (!joined) cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
+            cqi_add_offset(d, &feature[joined ? 7 : twin[k] < v ? 3 : 4], v, twin[k]);
         }
-        cqi_add_offset(d, &feature[origin[1] == CQ_NONE || origin[2] == CQ_NONE ? 6 : 2], v, opposite);
-        cqi_add_offset(d, &feature[5], v, twin[0]);
+        cqi_add_offset(d, &feature[cqi_is_hub(m, slot[i]) ? 7 : 2], v, opposite);
+        cqi_add_offset(d, &feature[5], v, ahead);
+        cqi_add_offset(d, &feature[5], v, cqi_has_two_ahead(m, slot[i]) ? twin[2] : ahead);
     }
     feature[2] = cqi_scale(feature[2], 2);
-    feature[5] = cqi_scale(feature[5], 2);
-    feature[6] = cqi_scale(cqi_plus(feature[6], cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b))), 2);
+    feature[6] = cqi_scale(cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b)), 2);
+    feature[7] = cqi_scale(feature[7], 2);
     if (!t) return;
     cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], slot[1] != CQ_NONE ? &tip[1] : NULL),
                  d->regular.axes);
@@ -7180,11 +7318,11 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq
     int i, k;
     for (i = 0; i < 2 && d->regular.slot[i] != CQ_NONE; i++) {
         const cq_index *const record = m->origin + 3 * d->regular.slot[i];
-        const int alone = record[1] == CQ_NONE && record[2] == CQ_NONE;
+        const int alone = record[1] >= CQI_JOINED && record[2] >= CQI_JOINED;
         const cq_index around[3] = { alone ? cqi_record_tip(m, d->regular.slot[i]) : record[1], record[2], end[i] };
         cq_index before = end[1 - i];
         for (k = 0; k < 3; k++) {
-            if (around[k] == CQ_NONE || !(sides >> i & 1)) continue;
+            if (around[k] >= CQI_JOINED || !(sides >> i & 1)) continue;
             cqi_add_normal(&sum, cqi_offset(at, v, before), cqi_offset(at, v, around[k]));
             before = around[k];
         }
@@ -7521,6 +7659,14 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
+/* The number of rows for a level, at most so many: half as many as vertices, or a quarter of the most if that is more. */
+static uint32_t cqi_num_rows(const cqi_regular *r, uint32_t most)
+{
+    const uint32_t half = r->count / 2, least = most / 4;
+    most = half < least ? least : half < most ? half : most;
+    return r->count < most ? r->count : most;
+}
+
 static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
 {
     const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
@@ -7541,7 +7687,7 @@ static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
 {
     cqi_regular *r = &d->regular;
     uint32_t k;
-    rows = r->count < rows ? r->count : rows;
+    rows = cqi_num_rows(r, rows);
     for (k = 0; k < rows; k++) cqi_fixed_row(d, cqi_sample(r, rows, k), &d->plan->row[k]);
     return cqi_fit_view(d, rows, r->fixed, CQI_FIXED, passes);
 }
@@ -7555,7 +7701,10 @@ static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COM
     for (k = 0; k < 12; k++) {
         const int i = back ? 11 - k : k;
         const cq_index slot = d->regular.slot[i / 6], f = (cq_index)(3 * slot + (cq_index)i % 3);
-        const cq_index w = slot == CQ_NONE || !(i % 6) ? CQ_NONE : i % 6 < 3 ? d->mesh.origin[f] : d->mesh.twin[f];
+        const cq_index w = slot == CQ_NONE || !(i % 6) ? CQ_NONE
+                           : i % 6 == 3                ? cqi_record_ahead(&d->mesh, slot)
+                           : i % 6 < 3                 ? d->mesh.origin[f]
+                                                       : d->mesh.twin[f];
         cq_value *to, old[CQ_MAX_COMPONENTS];
         if (w < d->regular.vertices || w >= v) continue;
         to = d->channel[d->regular.view] + stride * (size_t)w;
@@ -7596,7 +7745,7 @@ static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
     cq_index v = r->vertices;
     uint32_t k, c;
     cqi_rewind_slots(d);
-    rows = r->count < rows ? r->count : rows;
+    rows = cqi_num_rows(r, rows);
     for (k = 0; k < rows; k++) {
         const cq_index sample = cqi_sample(r, rows, k), first = cqi_first_row(d, sample);
         cqi_vector feature[CQI_MOST];
@@ -7629,7 +7778,7 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     if (cqi_has_row_values(d, r->view)) return cqi_fit_rows(d, passes, rows);
 #endif
     cqi_rewind_slots(d);
-    rows = r->count < rows ? r->count : rows;
+    rows = cqi_num_rows(r, rows);
     for (k = 0; k < rows; k++) {
         const cq_index sample = cqi_sample(r, rows, k);
         const int other = (int)r->view != d->located;
@@ -7696,7 +7845,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
     cqi_look_at_positions(d);
 }
 
-/* For the next new vertex: the place where it is expected, and its record. */
+/* For the next new vertex: the place where it is expected. */
 static cq_result cqi_step_expect(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -7714,7 +7863,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
     if (d->located >= 0) cqi_expect(d, v);
     cqi_expect_others(d, v);
     r->at++;
-    return cqi_write_record(d, v) ? CQ_OK : CQ_ERROR_CORRUPT;
+    return CQ_OK;
 }
 
 /* -- Regular levels: dissolved edges -- */
@@ -7724,13 +7873,6 @@ static int cqi_shape_class(const cq_decoder *d, cq_index a, cq_index b, cq_index
 {
     if (d->located < 0) return 4;
     return cqi_ratio_class(cqi_distance(d, x, y), cqi_distance(d, a, b), -4, 0, 4);
-}
-
-/* The vertex that will be opposite to the unmarked edge of h, once its face has its new vertices. */
-static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
-{
-    const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
-    return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
 }
 
 /* Class of the marks of the two faces of an edge: how many each has, and if both have one, whether these meet. */
@@ -7758,33 +7900,93 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
                       CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
         return;
-    cqi_set_dissolved_side(d, e, 1 + (int)(g % 3));
-    if (marks) cqi_set_dissolved_side(d, f, marks & 1 ? 1 : marks & 2 ? 2 : 3);
+    cqi_note_uneven(d, m->origin[h]);
+    cqi_note_uneven(d, m->origin[g]);
+    cqi_note_uneven(d, cqi_expected_tip(d, h));
+    cqi_note_uneven(d, cqi_expected_tip(d, g));
+    cqi_add_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
+    if (cqi_ones[marks] == 1) cqi_add_face_bits(d, f, 1 + cqi_odd_side[marks]);
 }
 
-/* Which of the edges that a face shares with later ones are dissolved. */
+/* Around which of three new vertices the fan is: asked in the order of their distances from the opposite corners. */
+static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
+{
+    int order[3] = { 0, 1, 2 }, k, j;
+    for (k = 1; k < 3; k++) {
+        for (j = k; j && length[order[j - 1]] > length[k]; j--) order[j] = order[j - 1];
+        order[j] = k;
+    }
+    if (cqi_code_bit(d, CQI_SHORTEST, fan == order[0])) return order[0];
+    return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
+}
+
+/* How a face with two or three marks is cut: its triangles are a fan around a new vertex, its hub; or one of three marks
+ * has a triangle in the middle. */
+static void cqi_code_pattern(cq_decoder *d, cq_index f)
+{
+    const cq_mesh *m = &d->mesh;
+    const cq_index *const corner = m->origin + 3 * f;
+    const int odd = cqi_odd_side[cqi_marks_of(d, f)];
+    cq_index v[3];
+    uint32_t length[3] = { 0, 0, 0 };
+    int k, hub = 3, bits;
+    for (k = 0; k < 3; k++) {
+        v[k] = cqi_vertex_on(d, (cq_index)(3 * f + (cq_index)k));
+        if (CQI_ENCODING(d) && cqi_plan_mark_says(d->plan, m, (cq_index)(3 * f + (cq_index)k), CQI_SIDE_HUB)) hub = k;
+        if (d->located >= 0 && odd == 3) length[k] = cqi_distance(d, v[k], corner[(k + 2) % 3]);
+    }
+    if (odd == 3) {
+        d->regular.central = cqi_code_bit(d, CQI_CENTRAL + d->regular.central, hub == 3);
+        bits = d->regular.central ? 3 : cqi_code_fan(d, length, hub);
+    }
+    else {
+        const int a = (odd + 1) % 3, b = (odd + 2) % 3, later = v[a] < v[b]; /* b is inserted after a */
+        const int first = later ? a : b, other = later ? b : a;
+        const int shape = cqi_shape_class(d, v[first], corner[(first + 2) % 3], v[other], corner[(other + 2) % 3]);
+        bits = 2 * (cqi_code_bit(d, CQI_TWO + shape, hub == other) == later);
+    }
+    cqi_add_face_bits(d, f, bits);
+}
+
+/* The pattern of a face; and which of the edges that it shares with later ones are dissolved. */
 static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     cq_index h;
+    int marks;
     r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-        cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
-        if (cqi_starved(d)) return CQ_TRUNCATED;
+        r->at = cqi_has_expected(d) ? 0 : r->count;
         cqi_rewind_slots(d);
-        r->at = 0;
-        r->own = r->vertices;
-        d->mesh.flipped_before = d->mesh.flipped_to;
-        d->mesh.flipped_from = r->vertices;
-        d->mesh.flipped_to = (cq_index)(r->vertices + r->count);
-        d->phase = CQI_SWEEP;
+        d->phase = CQI_RECORDS;
         return CQ_OK;
     }
+    marks = cqi_marks_of(d, r->at);
     h = (cq_index)(3 * r->at++);
+    if (cqi_ones[marks] > 1) cqi_code_pattern(d, (cq_index)(h / 3));
+    if (marks && cqi_hub_side(d, (cq_index)(h / 3)) < 3)
+        cqi_note_uneven(d, d->mesh.origin[h + (cq_index)(cqi_hub_side(d, (cq_index)(h / 3)) + 2) % 3]);
     for (; h < 3 * r->at; h++)
         if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
+}
+
+/* The record of the next new vertex; after the last one, the weights of the fine prediction. */
+static cq_result cqi_step_records(cq_decoder *d)
+{
+    cqi_regular *r = &d->regular;
+    if (r->at < r->count) return cqi_write_record(d, (cq_index)(r->vertices + r->at++)) ? CQ_OK : CQ_ERROR_CORRUPT;
+    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
+    if (cqi_starved(d)) return CQ_TRUNCATED;
+    cqi_rewind_slots(d);
+    r->at = 0;
+    r->own = r->vertices;
+    d->mesh.flipped_before = d->mesh.flipped_to;
+    d->mesh.flipped_from = r->vertices;
+    d->mesh.flipped_to = (cq_index)(r->vertices + r->count);
+    d->phase = CQI_SWEEP;
+    return CQ_OK;
 }
 
 /* -- Regular levels: residuals -- */
@@ -7808,7 +8010,7 @@ static int cqi_expected_size(const cq_decoder *d, cq_index v)
                 sum += 2 * cqi_size_of(m, origin[k]);
                 weight += 2;
             }
-            if (twin[k] < v) {
+            if (twin[k] >= d->regular.vertices && twin[k] < v) {
                 sum += cqi_size_of(m, twin[k]);
                 weight++;
             }
@@ -8086,13 +8288,6 @@ static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
     return CQ_OK;
 }
 
-static int cqi_shape_of(const cq_decoder *d, cq_index h)
-{
-    const cq_mesh *m = &d->mesh;
-    const cq_index g = m->twin[h];
-    return cqi_shape_class(d, m->origin[h], m->origin[g], m->origin[cq_prev(h)], m->origin[cq_prev(g)]);
-}
-
 /* The side of the face at hand that a new vertex is on. */
 static int cqi_side_here(const cq_decoder *d, cq_index v)
 {
@@ -8119,51 +8314,16 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
 }
 
-/* A face with two new vertices: is the hub's edge to the opposite corner flipped, which makes the other one the hub? */
-static cq_result cqi_code_diagonal(cq_decoder *d, cq_index hub)
+/* Makes the pattern of a face out of the fan around the vertex that was inserted first, of which `spoke` goes to the
+ * opposite corner. */
+static cq_result cqi_make_pattern(cq_decoder *d, cq_index f, cq_index spoke, int marks)
 {
-    const int flip = CQI_ENCODING(d) && !cqi_plan_hub(d->plan, &d->mesh, hub);
-    return cqi_code_bit(d, CQI_TWO + cqi_shape_of(d, hub), flip) ? cqi_flip_checked(d, hub) : CQ_OK;
-}
-
-/* Around which of three new vertices the fan is: asked in the order of their distances from the opposite corners. */
-static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
-{
-    int order[3] = { 0, 1, 2 }, k, j;
-    for (k = 1; k < 3; k++) {
-        for (j = k; j && length[order[j - 1]] > length[k]; j--) order[j] = order[j - 1];
-        order[j] = k;
-    }
-    if (cqi_code_bit(d, CQI_SHORTEST, fan == order[0])) return order[0];
-    return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
-}
-
-/* A face with three new vertices: a triangle in the middle, or a fan around one of them. */
-static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
-{
-    cq_mesh *m = &d->mesh;
-    const cq_index right = cq_clockwise(m, hub), left = cq_counterclockwise(m, hub); /* to the next side, to the one
-                                                                                        before */
-    uint32_t length[3] = { 0, 0, 0 };
+    const int first = cqi_side_here(d, d->mesh.origin[spoke]), hub = cqi_hub_side(d, f);
     cq_result result;
-    int fan = 0, central = 0;
-    if (CQI_ENCODING(d)) {
-        fan = cqi_plan_hub(d->plan, m, m->twin[right]) ? 1 : cqi_plan_hub(d->plan, m, m->twin[left]) ? 2 : 0;
-        central = !fan && !cqi_plan_hub(d->plan, m, hub);
-    }
-    d->regular.central = central = cqi_code_bit(d, CQI_CENTRAL + d->regular.central, central);
-    if (!central) {
-        if (d->located >= 0) {
-            length[0] = cqi_distance(d, m->origin[hub], cq_target(m, hub));
-            length[1] = cqi_distance(d, cq_target(m, right), cq_target(m, cq_counterclockwise(m, left)));
-            length[2] = cqi_distance(d, cq_target(m, left), cq_target(m, cq_clockwise(m, right)));
-        }
-        fan = cqi_code_fan(d, length, fan);
-        if (!fan) return CQ_OK;
-    }
-    result = cqi_flip_checked(d, hub);
-    if (result != CQ_OK || central) return result;
-    return cqi_flip_checked(d, fan == 1 ? cq_next(hub) : cq_prev(hub));
+    if (hub == first) return CQ_OK;
+    result = cqi_flip_checked(d, spoke);
+    if (result != CQ_OK || marks != 7 || hub == 3) return result;
+    return cqi_flip_checked(d, hub == (first + 1) % 3 ? cq_next(spoke) : cq_prev(spoke));
 }
 
 /* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
@@ -8176,16 +8336,16 @@ static cq_result cqi_code_middle(cq_decoder *d, cq_index hub)
  * cleared, as each face is asked for only once, when this side is dissolved. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
-    static const uint8_t only[8] = { 3, 0, 1, 3, 2, 3, 3, 3 }; /* the marked side, if there is one; or 3 */
     const cq_mesh *m = &d->mesh;
     const cq_index side[3] = { h, m->twin[cq_next(h)], m->twin[cq_prev(h)] };
     int k;
     if (m->origin[cq_prev(h)] < d->regular.vertices) return CQ_NONE;
     for (k = 0; k < 3; k++) {
         const cq_index f = (cq_index)(side[k] / 3);
-        const int marked = f < d->regular.faces ? only[cqi_marks_of(d, f)] : 3, at = (int)(side[k] % 3);
-        if (marked == 3 || marked == at || !cqi_dissolved_side(d, f)) continue;
-        cqi_clear_dissolved_side(d, f);
+        const int marks = f < d->regular.faces ? cqi_marks_of(d, f) : 0;
+        const int marked = cqi_odd_side[marks], at = (int)(side[k] % 3);
+        if (cqi_ones[marks] != 1 || marked == at || !cqi_face_bits(d, f)) continue;
+        cqi_clear_face_bits(d, f);
         return k ? side[k] : m->twin[3 * f + (cq_index)(3 - marked - at)];
     }
     return CQ_NONE;
@@ -8231,12 +8391,37 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     cq_result result = CQ_OK;
     if (side && !(marks >> (side - 1) & 1))
         d->regular.dissolved = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
-    if (cqi_ones[marks] > 1) {
-        const cq_index hub = cqi_find_hub(d, f, marks);
-        result = cqi_ones[marks] == 2 ? cqi_code_diagonal(d, hub) : cqi_code_middle(d, hub);
-    }
+    if (cqi_ones[marks] > 1) result = cqi_make_pattern(d, f, cqi_find_hub(d, f, marks), marks);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
+}
+
+/* A guess of what each of n vertices takes without regular levels, in 1/16 bit, if m of them take `mean` each: with
+ * positions, 3.5 bits less for each doubling of their number. */
+static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
+{
+    return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
+}
+
+/* The same for the vertices before regular level k - 1, 1 for all, by what those take that are before all regular levels.
+ * `bytes` are those of the stream so far, in which the finest levels may not be yet. */
+static int64_t cqi_guess_from(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
+{
+    uint32_t rest = num_vertices, n = num_vertices, j;
+    for (j = 1; j <= p->num_regular; j++) {
+        rest -= p->count_of[j];
+        bytes -= p->bytes_of[j];
+        n -= j < k ? p->count_of[j] : 0;
+    }
+    rest += !rest;
+    return cqi_guess_size(n, rest, (int64_t)((uint64_t)bytes * 128 / rest), located);
+}
+
+/* Do the vertices of level k take less than they would without? */
+static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_vertices, int located)
+{
+    return (int64_t)((uint64_t)p->bytes_of[k] * 128) < cqi_guess_from(p, bytes, num_vertices, k, located) -
+                                                           cqi_guess_from(p, bytes, num_vertices, k + 1, located);
 }
 
 /* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
@@ -8254,7 +8439,15 @@ static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 static cq_result cqi_end_regular(cq_decoder *d)
 {
     d->mesh.is_partial = 0;
-    if (CQI_ENCODING(d)) cqi_plan_level(d->plan, &d->mesh, 1);
+    if (CQI_ENCODING(d)) {
+        cqi_plan *const p = d->plan;
+        cqi_plan_level(p, &d->mesh, 1);
+        if (p->level > 1 && p->most_regular == CQI_MAX_REGULAR &&
+            !cqi_pays(p, p->level, p->range.count, d->shape.num_vertices, d->shape.num_channels > 0)) {
+            p->rejected = p->level;
+            return CQ_ERROR_CORRUPT;
+        }
+    }
     if (CQI_REPORTING(d)) {
         cq_level *level = cqi_level_report(d);
         d->report->num_levels = d->level;
@@ -8281,15 +8474,19 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     return result;
 }
 
-/* Clears the bits of the coarse faces. */
+/* Clears the bits of the coarse faces and vertices. */
 static cq_result cqi_step_wipe(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     uint8_t *const bits = (uint8_t *)d->walk.queue;
     const cq_index n = (cq_index)((3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
     int k;
-    for (k = 0; k < CQI_AT_ONCE && r->at < n; k++) bits[r->at++] = 0;
-    if (r->at < n) return CQ_OK;
+    for (k = 0; k < CQI_AT_ONCE && (r->at < n || r->at < r->vertices); k++) {
+        if (r->at < n) bits[r->at] = 0;
+        if (r->at < r->vertices) d->mesh.mark[r->at] &= (uint8_t)~CQI_UNEVEN;
+        r->at++;
+    }
+    if (r->at < n || r->at < r->vertices) return CQ_OK;
     r->at = 0;
     d->phase = CQI_MARKS;
     return CQ_OK;
@@ -8881,6 +9078,7 @@ static cq_result cqi_step(cq_decoder *d)
     case CQI_TABLE: return cqi_step_table(d);
     case CQI_EXPECT: return cqi_step_expect(d);
     case CQI_DISSOLVES: return cqi_step_dissolves(d);
+    case CQI_RECORDS: return cqi_step_records(d);
     case CQI_SWEEP: return cqi_step_sweep(d);
 #endif
     default: return cqi_step_patch(d);
@@ -11195,6 +11393,7 @@ typedef struct cqi_labels {
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
     int32_t limit;               /* of an odd vertex from its parents' edge, or 0 */
+    int is_sharp;                /* there are sharp edges */
     int least, strips;           /* per mille of odd vertices that waves must find, else there is no level; but if they
                                     find less than `strips`, strips are tried */
     int found;                   /* what they have found */
@@ -12418,7 +12617,8 @@ static cq_index cqi_find_labels(cqi_labels *l)
     if (number == CQI_NO_LABELS) return 0;
     if (number != l->ready) cqi_try_waves(l, number);
     l->ready = number;
-    if (l->step && l->positions && cqi_has_sharp_edges(l)) {
+    l->is_sharp = l->step && l->positions && cqi_has_sharp_edges(l);
+    if (l->is_sharp) {
         n = cqi_label_with(l, number, CQI_LIMIT * l->step);
         if (n > cqi_count_live(l->mesh) / 3) return n;
     }
@@ -12769,13 +12969,12 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* And if the mesh before that level is not too far from the exact one: 3/2 of what the span of n vertices divided by
- * the root of n is, in 1/4096 of the span. */
-static int cqi_is_surely_regular(const cqi_plan *p, const cqi_labels *l, cq_index live)
+/* Is a mesh of so many vertices large, and that before the first level not too far from it: 3/2 of what the span of n
+ * vertices divided by the root of n is, in 1/4096 of the span? */
+static int cqi_is_near_before(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
-    return l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit && error < 4096 &&
-           error * error * live < (uint64_t)6144 * 6144;
+    return live >= CQI_SMALL && error < 4096 && error * error * live < (uint64_t)6144 * 6144;
 }
 
 /* Are the first labels good enough? A mesh with copied rows, which take time, is not prepared again to compare. */
@@ -12820,7 +13019,11 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         p->num_notes = (cq_index)(p->num_notes + n);
         p->level = p->num_regular;
         if (p->measured) cqi_measure_regular(p, &in->shape);
-        if (p->num_regular == 1) p->surely_regular = cqi_is_surely_regular(p, &l, live);
+        if (p->num_regular == 1) {
+            p->is_near = cqi_is_near_before(p, &l, live);
+            p->is_smooth = !l.is_sharp;
+            p->surely_regular = p->is_near && l.found >= CQI_SURELY && !l.limit;
+        }
         live = (cq_index)(live - n);
     }
 }
@@ -13223,35 +13426,20 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* A guess of what each of n vertices takes without regular levels, in 1/16 bit, if m of them take `mean` each: with
- * positions, 3.5 bits less for each doubling of their number. */
-static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
-{
-    return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
-}
-
-/* The same without the other plan: at least one, and more as long as their vertices take less than they would without,
- * which is guessed from what vertices take before all regular levels. */
+/* How many regular levels there should be without the other plan: one, and more as long as they pay. 0: that is in
+ * question, as the stream is not much smaller than one without any, or the mesh before the first one is far from the
+ * exact one. The guess is better for smooth meshes. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
-    uint32_t rest = num_vertices, live = num_vertices, k;
-    int64_t mean;
-    for (k = 1; k <= p->num_regular; k++) {
-        rest -= p->count_of[k];
-        bytes -= p->bytes_of[k];
-    }
-    rest += !rest;
-    mean = (int64_t)((uint64_t)bytes * 128 / rest);
-    for (k = 1; k < p->num_regular; k++) {
-        live -= p->count_of[k];
-        if ((int64_t)((uint64_t)p->bytes_of[k + 1] * 128) >
-            cqi_guess_size(live, rest, mean, located) - cqi_guess_size(live - p->count_of[k + 1], rest, mean, located))
-            break;
-    }
+    const int64_t size = (int64_t)((uint64_t)bytes * 128), all = cqi_guess_from(p, bytes, num_vertices, 1, located);
+    uint32_t k = 1;
+    if (!p->surely_regular && (!p->is_near || 32 * size > (p->is_smooth ? 31 : 29) * all)) return 0;
+    while (k < p->num_regular && cqi_pays(p, k + 1, bytes, num_vertices, located)) k++;
     return k;
 }
 
-/* Encodes with regular levels if there are any, or without should a plan of them be wrong. Then without, to compare,
+/* Encodes with regular levels if there are any: without the coarsest ones if one does not pay, and without any should
+ * a plan of them be wrong. Then without, to compare,
  * unless that is not in question: into what is left of the output, so that it only moves if it is chosen. If some of
  * the levels do not pay, or if there was no room, once more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -13264,8 +13452,11 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     uint32_t best;
     cq_result result =
         cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    plain = *in;
+    plain.progress = NULL;
     if (result == CQ_ERROR_CORRUPT)
-        result = cqi_encode_pass(in, memory, memory_size, 0, out, out_size, stream_size, place, report);
+        result = cqi_encode_pass(&plain, memory, memory_size, e->plan.rejected ? e->plan.rejected - 1 : 0, out, out_size,
+                                 stream_size, place, report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
     cqi_write_all_maps(in, e);
 #ifdef CQ_TRAINING
@@ -13273,12 +13464,9 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
 #endif
     plan = e->plan;
     if (!plan.num_regular) return result;
-    plain = *in;
-    plain.progress = NULL;
     room = result == CQ_OK ? out_size - *stream_size : 0;
-    if (plan.surely_regular) {
-        best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
-    } else {
+    best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
+    if (!best) {
         cqi_encode_pass(&plain, memory, memory_size, 0, room ? out + *stream_size : NULL, room, &without, NULL,
                         report ? &e->report : NULL);
         best = cqi_choose_regular(&plan, &e->plan, *stream_size, without, in);

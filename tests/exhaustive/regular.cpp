@@ -162,7 +162,10 @@ public:
         for (Triangle f : c.table.triangles())
             table.put(number[size_t(f[0])], number[size_t(f[1])], number[size_t(f[2])]);
         read_marks();
-        read_dissolves();
+        for (size_t f = 0; f < c.faces.size(); ++f) {
+            read_pattern(f);
+            read_dissolves(f);
+        }
         for (size_t f = 0; f < c.faces.size() && !failed; ++f) sweep(f);
     }
 
@@ -171,24 +174,27 @@ private:
     int old, reals;
     std::map<Edge, int> on;                          // new vertices, by both directed edges
     std::map<size_t, std::vector<Edge>> inserted;    // by the face that inserts
+    std::map<size_t, int> flipped;                   // of a face with two marks: the diagonal
+    std::map<size_t, size_t> fan;                    // of one with three, if it has a fan: the side of its hub
+    std::set<size_t> used;                           // faces that have a dissolved edge
     std::map<size_t, Edge> dissolved;                // by the later of the two faces
 
     template <typename Visit>
-    void for_each_edge(Visit visit) {
-        for (size_t f = 0; f < coarse.faces.size(); ++f)
-            for (size_t k = 0; k < 3; ++k) {
-                int a = coarse.faces[f][k], b = coarse.faces[f][(k + 1) % 3], other = coarse.face_of(b, a);
-                if (other < 0 || size_t(other) > f) visit(f, other, a, b);
-            }
+    void for_each_edge(size_t f, Visit visit) {
+        for (size_t k = 0; k < 3; ++k) {
+            int a = coarse.faces[f][k], b = coarse.faces[f][(k + 1) % 3], other = coarse.face_of(b, a);
+            if (other < 0 || size_t(other) > f) visit(other, a, b);
+        }
     }
 
     void read_marks() {
         int next = old;
-        for_each_edge([&](size_t f, int, int a, int b) {
-            if (!answers.mark()) return;
-            on[{a, b}] = on[{b, a}] = next++;
-            inserted[f].push_back({a, b});
-        });
+        for (size_t f = 0; f < coarse.faces.size(); ++f)
+            for_each_edge(f, [&](int, int a, int b) {
+                if (!answers.mark()) return;
+                on[{a, b}] = on[{b, a}] = next++;
+                inserted[f].push_back({a, b});
+            });
     }
 
     std::vector<int> marked_of(size_t f) const {
@@ -199,9 +205,16 @@ private:
         return list;
     }
 
-    void read_dissolves() {
-        std::set<size_t> used;
-        for_each_edge([&](size_t f, int other, int a, int b) {
+    // Without positions, a fan is asked for around the sides in their order.
+    void read_pattern(size_t f) {
+        const size_t marks = marked_of(f).size();
+        if (marks == 2) flipped[f] = answers.flip();
+        if (marks < 3 || answers.flip()) return;
+        fan[f] = answers.flip() ? 0 : answers.flip() ? 1 : 2;
+    }
+
+    void read_dissolves(size_t f) {
+        for_each_edge(f, [&](int other, int a, int b) {
             if (other < 0 || on.count({a, b}) || used.count(f) || used.count(size_t(other))) return;
             if (marked_of(f).empty() && marked_of(size_t(other)).empty()) return;
             if (!answers.dissolve()) return;
@@ -242,20 +255,24 @@ private:
 
     void patterns(size_t f, int hub, size_t marks) {
         int o = -1;
-        for (size_t k = 0; k < 3; ++k) {
-            auto side = on.find({coarse.faces[f][k], coarse.faces[f][(k + 1) % 3]});
-            if (side != on.end() && side->second == hub) o = coarse.faces[f][(k + 2) % 3];
-        }
+        for (size_t k = 0; k < 3; ++k)
+            if (on_side(f, k) == hub) o = coarse.faces[f][(k + 2) % 3];
         if (marks == 2) {
-            if (answers.flip()) flip(hub, o);
+            if (flipped[f]) flip(hub, o);
             return;
         }
         int m1 = table.apex(o, hub), m2 = table.apex(hub, o);
-        if (answers.flip()) return flip(hub, o);
-        if (answers.flip()) return;
-        int fan = answers.flip() ? 1 : 2;
+        if (!fan.count(f)) return flip(hub, o);
+        int wanted = on_side(f, fan[f]);
+        if (wanted == hub) return;
         flip(hub, o);
-        flip(hub, fan == 1 ? m2 : m1);
+        flip(hub, wanted == m1 ? m2 : m1);
+    }
+
+    // The new vertex on a side, or -1.
+    int on_side(size_t f, size_t k) const {
+        auto side = on.find({coarse.faces[f][k], coarse.faces[f][(k + 1) % 3]});
+        return side == on.end() ? -1 : side->second;
     }
 
     // In a face with one mark: from its new vertex to the opposite corner; else none.

@@ -2140,6 +2140,7 @@ class RegularLevel:
         self.marked = set()             # halfedges
         self.on = {}                    # the new vertex of an edge, by both directions
         self.edges = []                 # halfedges of the new vertices
+        self.pattern = {}               # of a face: the side of its hub, 3: none
         self.dissolved = {}             # of a face: 1 + side
         self.central = 2
         self.length = self.size = 0
@@ -2219,7 +2220,9 @@ class RegularLevel:
             self.decoder.end_step()
             self.expect()
         self.read_dissolves()
-        self.fine = self.all_weights(7)
+        if self.located or self.expected_channels:
+            self.take_room()
+        self.fine = self.all_weights(8)
         self.decoder.end_step()
         self.sweep()
 
@@ -2234,7 +2237,7 @@ class RegularLevel:
         return self.is_pair(channel) and channel.kind == 2 and self.located
 
     def num_fine(self, channel):
-        return (4 if channel.of_row else 7) + self.has_normals(channel)
+        return (4 if channel.of_row else 8) + self.has_normals(channel)
 
     def weights(self, n):
         self.axes = self.coder.raw(2)
@@ -2420,7 +2423,6 @@ class RegularLevel:
         return [first, second, third], None if self.view else self.tilt(b, tips), b
 
     def expect(self):
-        taken = []                      # materials of the triangles to come
         for n, h in enumerate(self.edges):
             self.expected[self.old + n] = [0] * len(self.decoder.header.numbers())
             if self.located:
@@ -2431,14 +2433,6 @@ class RegularLevel:
             self.view = None
             if self.rows:
                 self.expect_rows(self.old + n, h)
-            for s in filter(lambda s: s is not None, (h, self.twin(h))):
-                materials = self.decoder.materials
-                m = materials.of[id(self.real[s // 3])] if materials else 0
-                taken.append(m)
-                if materials and materials.next[m] + taken.count(m) > materials.end[m]:
-                    raise End("corrupt")
-            if len(taken) > self.decoder.header.faces - len(self.faces):
-                raise End("corrupt")
 
     def expect_other(self, v, h, k, channel):  # 17.9
         a, b = self.ends(h)
@@ -2478,11 +2472,38 @@ class RegularLevel:
 
     def read_dissolves(self):
         for f in range(len(self.faces)):
+            if sum(self.marks_of(f)) > 1:
+                self.pattern[f] = self.read_pattern(f)
             for h in range(3 * f, 3 * f + 3):
                 twin = self.twin(h)
                 if twin is not None and twin > h:
                     self.read_dissolve(h, twin)
             self.decoder.end_step()
+
+    def sides(self, f):
+        """New vertices of a face, and the side of that which is inserted first."""
+        on = [self.new_on(h) for h in range(3 * f, 3 * f + 3)]
+        return on, on.index(min(v for v in on if v is not None))
+
+    def opposite_corner(self, f, side):
+        return self.faces[f][(side + 2) % 3]
+
+    def read_pattern(self, f):
+        """The side of the hub, or 3: none."""
+        on, first = self.sides(f)
+        if None in on:
+            other = next(k for k in range(3) if on[k] is not None and k != first)
+            shape = self.shape(on[first], self.opposite_corner(f, first), on[other], self.opposite_corner(f, other))
+            return other if self.coder.bit("TWO", shape) else first
+        self.central = self.coder.bit("CENTRAL", self.central)
+        if self.central:
+            return 3
+        lengths = [self.distance(v, self.opposite_corner(f, k)) if self.located else 0 for k, v in enumerate(on)]
+        order = sorted(range(3), key=lambda k: lengths[k])
+        return order[0] if self.coder.bit("SHORTEST") else order[1] if self.coder.bit("SHORTER") else order[2]
+
+    def hub_side(self, f):
+        return self.pattern.get(f, self.sides(f)[1])
 
     def read_dissolve(self, h, g):
         f, e = h // 3, g // 3
@@ -2504,38 +2525,93 @@ class RegularLevel:
         if of_h:
             self.dissolved[f] = 1 + self.marks_of(f).index(True)
 
+    def take_room(self):
+        taken = []                      # materials of the triangles to come
+        materials = self.decoder.materials
+        for h in self.edges:
+            for s in filter(lambda s: s is not None, (h, self.twin(h))):
+                m = materials.of[id(self.real[s // 3])] if materials else 0
+                taken.append(m)
+                if materials and materials.next[m] + taken.count(m) > materials.end[m]:
+                    raise End("corrupt")
+            if len(taken) > self.decoder.header.faces - len(self.faces):
+                raise End("corrupt")
+
     # 17.6
+    def is_dissolved(self, h):
+        twin = self.twin(h)
+        if twin is None:
+            return False
+        later = max(h, twin)
+        return later not in self.marked and self.dissolved.get(later // 3) == 1 + later % 3
+
+    def spokes(self, s):
+        """What the start of s will be joined to, counter-clockwise from what is on s on; None at a boundary."""
+        found, h = [], s
+        while not found or h != s:
+            if not self.is_dissolved(h):
+                a, b = self.ends(h)
+                found.append(self.on.get((a, b), b))
+            opposite = self.following(h)
+            marks = self.marks_of(h // 3)
+            if opposite in self.marked and self.hub_side(h // 3) == opposite % 3:
+                found.append(self.new_on(opposite))
+            elif not any(marks) and self.is_dissolved(opposite):
+                found.append(self.expected_tip(self.twin(opposite)))
+            h = self.twin(self.previous(h))
+            if h is None:
+                return None
+        return found
+
+    def ahead(self, s):
+        """What will be straight on from the start of s: one vertex, two, or none."""
+        a, b = self.ends(s)
+        if self.valence[a] > 24:
+            return []
+        found = self.spokes(s)
+        if found is None:
+            return [self.on.get((a, w), w) for w in self.straight(a, b)]
+        return found[len(found) // 2:(len(found) + 1) // 2 + 1] if len(found) > 2 else []
+
     def around(self, h):
-        """For each real side: new vertices next, previous; apex; straight on; beyond."""
-        a, b = self.ends(h)
-        for s, start, end in (h, a, b), (self.twin(h), b, a):
-            if s is None:
-                continue
-            on = self.straight(start, end)
-            beyond = []
+        """For each real side: new vertices next, previous; apex, is h's vertex the hub; straight on; beyond; which of
+        these are joined."""
+        v = self.new_on(h)
+        for s in filter(lambda s: s is not None, (h, self.twin(h))):
+            beyond, joined = [], []
             for side, turned in (self.following(s), self.following), (self.previous(s), self.previous):
                 g = self.twin(side)
-                beyond.append(None if g is None else self.new_on(turned(g)))
-            yield ([self.new_on(self.following(s)), self.new_on(self.previous(s))], self.front[start, end],
-                   self.on.get((start, on[0])) if len(on) == 1 else None, beyond)
+                joined.append(self.is_dissolved(side) and self.expected_tip(side) == v)
+                beyond.append(None if g is None else self.expected_tip(g) if joined[-1] else self.new_on(turned(g)))
+            beside = [self.new_on(self.following(s)), self.new_on(self.previous(s))]
+            hub = self.hub_side(s // 3)
+            for k, hub_between in enumerate((self.previous(s), self.following(s))):
+                if hub == hub_between % 3 and beside[k] is not None:
+                    beyond[k], beside[k] = beside[k], None
+            ahead = self.ahead(s)
+            if len(ahead) == 2 and ahead[0] != beyond[1]:
+                ahead = ahead[1:]
+            yield beside, (self.front[self.ends(s)], hub == s % 3), ahead, beyond, joined
 
     def fine_features(self, v, h):
         a, b = self.ends(h)
-        features = [[0, 0, 0] for _ in range(7)]
+        features = [[0, 0, 0] for _ in range(8)]
 
         def add(k, w):
             if w is not None:
                 features[k] = plus(features[k], self.offset(v, w))
 
-        for beside, tip, on, beyond in self.around(h):
-            for w, u in zip(beside, beyond):
+        for beside, (tip, is_hub), ahead, beyond, joined in self.around(h):
+            for w, u, is_joined in zip(beside, beyond, joined):
                 add(0 if w is not None and w < v else 1, w)
-                add(3 if u is not None and u < v else 4, u)
-            add(6 if None in beside else 2, tip)
-            add(5, on)
+                add(7 if is_joined else 3 if u is not None and u < v else 4, u)
+            add(7 if is_hub else 2, tip)
+            for w in ahead:
+                for _ in range(3 - len(ahead)):
+                    add(5, w)
         for w in a, b:
             add(6, w)
-        for k in 2, 5, 6:
+        for k in 2, 6, 7:
             features[k] = [2 * x for x in features[k]]
         return features
 
@@ -2544,13 +2620,13 @@ class RegularLevel:
         sides = list(self.around(h))
         features = self.fine_features(v, h)
         total_size, weight = 0, 1
-        for beside, _, _, beyond in sides:
+        for beside, _, _, beyond, _ in sides:
             for factor, w in (2, beside[0]), (2, beside[1]), (1, beyond[0]), (1, beyond[1]):
-                if w is not None and w < v:
+                if w is not None and self.old <= w < v:
                     total_size += factor * self.classes[w]
                     weight += factor
         expected = (64 * total_size + self.size) // (16 * weight)
-        tips = [self.offset(a, tip) for _, tip, _, _ in sides]
+        tips = [self.offset(a, tip) for _, (tip, _), _, _, _ in sides]
         tilt = self.tilt(self.offset(a, b), (tips + [None])[:2])
         sums = tilt.weighted(features, self.fine)
         x = self.coordinate("NEW_ALONG", expected, sums[0])
@@ -2581,7 +2657,7 @@ class RegularLevel:
         ends = self.ends(h)
         first = self.position.first
         sum_of_normals = [0, 0, 0]
-        for i, ((beside, tip, _, _), (start, end)) in enumerate(zip(self.around(h), (ends, ends[::-1]))):
+        for i, ((beside, (tip, _), _, _, _), (start, end)) in enumerate(zip(self.around(h), (ends, ends[::-1]))):
             if i not in sides:
                 continue
             ring = [w for w in beside if w is not None] or [tip]
@@ -2715,43 +2791,26 @@ class RegularLevel:
         self.flip_rows(a, b)
         self.mesh.flip(a, b)
 
-    def shape_of(self, a, b):
-        return self.shape(a, b, self.mesh.front[a, b], self.mesh.front[b, a]) if self.located else 4
-
     def flip_face(self, f):
         marks, side = self.marks_of(f), self.dissolved.get(f, 0)
         if sum(marks) > 1:
-            (self.diagonal if sum(marks) == 2 else self.middle)(*self.hub(f))
+            self.make_pattern(f)
         if side and not marks[side - 1]:
             self.decoder.end_step()
             self.dissolve(3 * f + side - 1)
         self.decoder.end_step()
 
-    def hub(self, f):
-        """The hub, and the corner opposite to its side."""
-        sides = [self.new_on(h) for h in range(3 * f, 3 * f + 3)]
-        hub = min(v for v in sides if v is not None)
-        return hub, self.faces[f][(sides.index(hub) + 2) % 3]
-
-    def diagonal(self, hub, corner):
-        if self.coder.bit("TWO", self.shape_of(hub, corner)):
-            self.flip(hub, corner)
-
-    def middle(self, hub, corner):
+    def make_pattern(self, f):
+        """Out of the fan around the vertex that was inserted first."""
         front = self.mesh.front
+        on, first = self.sides(f)
+        hub, corner = on[first], self.opposite_corner(f, first)
+        if self.pattern[f] == first:
+            return
         right, left = front[corner, hub], front[hub, corner]
-        self.central = self.coder.bit("CENTRAL", self.central)
-        fan = 0
-        if not self.central:
-            lengths = [self.distance(hub, corner), self.distance(right, front[hub, left]),
-                       self.distance(left, front[right, hub])] if self.located else [0, 0, 0]
-            order = sorted(range(3), key=lambda k: lengths[k])
-            fan = order[0] if self.coder.bit("SHORTEST") else order[1] if self.coder.bit("SHORTER") else order[2]
-            if fan == 0:
-                return
         self.flip(hub, corner)
-        if not self.central:
-            self.flip(hub, left if fan == 1 else right)
+        if None not in on and self.pattern[f] < 3:
+            self.flip(hub, left if self.pattern[f] == (first + 1) % 3 else right)
 
     def second(self, h, beyond):
         """The edge inside of the face of h, which is dissolved, if that is flipped too."""
