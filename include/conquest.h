@@ -7433,6 +7433,7 @@ static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_
     int i, j;
     for (i = 0; i < n; i++) {
         const int32_t z = share * x[i];
+        if (!z) continue;
         for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
         fit->b[i] += (int64_t)z * y;
     }
