@@ -5336,8 +5336,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
         if (!cqi_code_position(d, k, p, q, input, d->channel[k] + 3 * (size_t)b)) return 0;
         cqi_charge_channel(d, k);
     }
-    if (CQI_HAS_ATTRIBUTES) cqi_locate_fan_of_b(d, p);
-    for (k = 0; k < d->shape.num_channels && CQI_HAS_ATTRIBUTES; k++) {
+    if (!CQI_HAS_ATTRIBUTES || d->shape.num_channels == (uint32_t)(d->located >= 0)) return 1;
+    cqi_locate_fan_of_b(d, p);
+    for (k = 0; k < d->shape.num_channels; k++) {
         const int of = cqi_class(&d->shape, k);
         if ((int)k == d->located) continue;
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
