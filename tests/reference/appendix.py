@@ -30,7 +30,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("PASSED", "PASSED", "7.4"), ("GROW", "KIND_GROW", "5.4"), ("TURN", "KIND_TURN", "5.4"),
               ("CLOSE", "KIND_CLOSE", "5.4"), ("FLAG", "FLAG", "7.4"), ("BASE", "OF_BASE", "6.1"),
               ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
-              ("AGREED", "AGREED", "6.1"), ("AGREED_2", None, "6.1"), ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"),
+              ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"), ("AGREED", "AGREED", "6.1"),
               ("SMALL", "SIGN_SMALL", "6.1"), ("MARK", "MARK", "17.2"), ("DISSOLVED", "DISSOLVED", "17.5"),
               ("SECOND_FLIP", "SECOND_FLIP", "17.8"), ("TWO", "TWO", "17.5"),
               ("CENTRAL", "CENTRAL", "17.5"), ("SHORTEST", "SHORTEST", "17.5"), ("SHORTER", "SHORTER", "17.5"),
@@ -38,8 +38,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("COPY", "FACE", "6.3"), ("JOINT", "OTHER_JOINT", "9.10"), ("TWO_ROWS", "TWO_ROWS", "17.10"), ("REST", "REST", "9.9"),
               ("FOLDS_BACK", "FOLDS_BACK", "9.14"), ("COMMON", "COMMON_PAIR", "9.14"), ("AHEAD", "AHEAD", "9.15"),
               ("BACK", "BACK", "9.15"), ("SIGN_BIT", "SIDE_IS_BIT", "9.15"), ("SAME_SIDE", "SAME_SIDE", "9.15")]
-WEIGHT_TABLES = ["END_LENGTH", "END_KIND", "INNER_LENGTH", "INNER_KIND", "STEPS", "GAP", "END_OPPOSITE",
-                 "INNER_OPPOSITE", "RULE"]
+WEIGHT_TABLES = ["END", "BETWEEN", "STEPS", "GAP", "RULE"]
 
 
 def number(text, names):
@@ -82,27 +81,22 @@ def block(values):
 
 def bit_tables(enum):
     """Name, first model, number of models, use."""
-    starts = [enum[f"CQI_{c}"] if c else None for _, c, _ in BIT_TABLES] + [enum["CQI_MODELS"]]
-    for k, start in enumerate(starts):
-        if start is None:  # the second of two tables of residuals
-            starts[k] = starts[k - 1] + enum["CQI_RESIDUAL_MODELS"]
+    starts = [enum[f"CQI_{c}"] for _, c, _ in BIT_TABLES] + [enum["CQI_MODELS"]]
     return [(name, starts[k], starts[k + 1] - starts[k], use) for k, (name, _, use) in enumerate(BIT_TABLES)]
 
 
 def appendix():
     header = HEADER.read_text(encoding="utf-8")
     enum = enum_values(header)
-    bits, bare, located, linear, yes, gain, logistic, reciprocal, inverse, root = (
+    bits, bare, located, linear, yes, gain, logistic = (
         table(header, name) for name in ("prior_bit", "prior_bare", "prior_located", "prior_linear", "prior_yes",
-                                         "prior_gain", "logistic", "reciprocal", "inverse", "inverse_root"))
+                                         "prior_gain", "logistic"))
     bits += table(header, "prior_regular")
     assert len(bits) == enum["CQI_PRIORS"] == enum["CQI_PLAIN"]
     assert len(bare) == len(located) == enum["CQI_WEIGHTS"]
     assert len(yes) == len(gain) == enum["CQI_QUESTIONS"]
     assert len(linear) == 2 * enum["CQI_FAN_CLASSES"] * enum["CQI_FEATURES"]
-    assert root == [min(round(65536 / math.sqrt((k + 0.5) / 32)), 65535) for k in range(32, 128)]
     assert logistic == [round(65536 / (1 + math.exp((63.5 - k) / 8))) for k in range(24, 104)]
-    assert reciprocal == [0, 65535] + [round(65536 / k) for k in range(2, len(reciprocal))]
     text = "### A.1 Bit models\n\nA bit model begins with 256 · n + 128. The tables, one behind the other:\n\n"
     text += "| table | first | size | used in |\n| --- | --- | --- | --- |\n"
     for row in bit_tables(enum):
@@ -112,14 +106,11 @@ def appendix():
     text += "\n### A.2 Weights without a position channel\n\n"
     text += "A weight begins with n / 16 nat, that is 256 · n. Tables as in 8.2. Their n:\n\n" + block(bare)
     text += "\n### A.3 Weights with a position channel\n\nAs in A.2:\n\n" + block(located)
-    text += "\n### A.4 Weights of the linear prediction\n\nA weight of 9.5 begins with 1024 · n. First along[0][0 .. 3], "
-    text += "... along[7][0 .. 3], then above. Their n:\n\n" + block(linear)
+    text += "\n### A.4 Weights of the linear prediction\n\nA weight of 9.5 begins with 128 · n. First along[0][0 .. 2], "
+    text += "... along[7][0 .. 2], then above. Their n:\n\n" + block(linear)
     text += "\n### A.5 Questions\n\nyes[i] of 9.6 begins with 256 · n + 128. First HIT, then SAME. Their n:\n\n"
     text += block(yes) + "\ngain[i] begins with 16 · n. Their n:\n\n" + block(gain)
     text += "\n### A.6 logistic\n\n65536 / (1 + exp((39.5 - k) / 8)), rounded, for k = 0 .. 79:\n\n" + block(logistic)
-    text += "\n### A.7 Reciprocals\n\nreciprocal[n], 65536 / n rounded, for n = 0 .. 25:\n\n" + block(reciprocal)
-    text += "\ninverse[k], 2^14 / (1 + (k + 1/2) / 64) rounded, for k = 0 .. 63:\n\n" + block(inverse)
-    text += "\n### A.8 inverse root\n\n2^16 / sqrt((k + 32.5) / 32), rounded, for k = 0 .. 95:\n\n" + block(root)
     return text
 
 
@@ -198,8 +189,8 @@ def check():
                        ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),
                        ("CQI_RIVALS", "the first %d with"),
                        ("questions", "The first %d questions are named HIT[0 .. %d], the other %d"),
-                       ("CQI_LESS", "half(mean(3 · spread x, S)) - 2 · h - %d"),
-                       ("CQI_LESS_ABOVE", "half(rough) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),
+                       ("CQI_LESS", "half(3 · spread x) - 2 · h - %d"),
+                       ("CQI_LESS_ABOVE", "half(extent) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),
                        ("far", "clamp(Bx - Mx, -%d, %d)"), ("CQ_MAX_CHANNELS", "0 .. %d"),
                        ("CQI_NAT", "units of 1/%d nat")]:
         value = enum.get(name)

@@ -30,8 +30,7 @@ class Tables:
         text = SPEC.read_text(encoding="utf-8")
         appendix = text[text.index("## Appendix A."):]
         lists = [[int(n) for n in re.findall(r"-?\d+", block)] for block in re.findall(r"```\n(.*?)```", appendix, re.S)]
-        self.bits, self.bare, self.located, linear, self.yes, self.gain, self.logistic, self.reciprocal, self.inverse, \
-            self.inverse_root = lists
+        self.bits, self.bare, self.located, linear, self.yes, self.gain, self.logistic = lists
         rows = re.findall(r"^\| ([A-Z_2]+) \| (\d+) \| (\d+) \| ", appendix, re.M)
         self.first = {name: int(first) for name, first, _ in rows}
         sizes = {name: int(size) for name, _, size in rows}
@@ -39,15 +38,14 @@ class Tables:
         self.bits += self.bits[self.first["FIRST"]:self.first["SECOND"]]
         self.bits += (sum(sizes.values()) - len(self.bits)) * [240]
         # A.4: along and above, by class
-        rows = [linear[k:k + 4] for k in range(0, 64, 4)]
+        rows = [linear[k:k + 3] for k in range(0, 48, 3)]
         self.linear = rows[:8], rows[8:]
 
 
 TABLES = Tables()
 
 # 8.2
-END_LENGTH, END_KIND, INNER_LENGTH, INNER_KIND, STEPS, GAP, END_OPPOSITE, INNER_OPPOSITE, RULE = \
-    0, 32, 96, 112, 144, 384, 640, 656, 672
+END, BETWEEN, STEPS, GAP, RULE = 0, 48, 80, 320, 576
 
 
 # -- 1.2 Numbers -------------------------------------------------------------------------------------------------------
@@ -66,9 +64,8 @@ def log8(a):
     return 8 * n + (a << 3 >> n) % 8
 
 
-def div(a, b):
-    n = b.bit_length() - 1
-    return a * TABLES.inverse[(b << 6 >> n) % 64] >> 14 + n
+def fold(a):
+    return a if a >= 0 else -1 - a
 
 
 def norm(v):
@@ -642,12 +639,13 @@ def cross(a, b):
     return [a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)]
 
 
-def mean(x, n):  # 9.2
-    return x * TABLES.reciprocal[n] >> 16
+def part(vector, n):
+    return [quotient(x, n) for x in vector]
 
 
-def mean_of(vector, n):
-    return [mean(x, n) for x in vector]
+def wrapped(weight):
+    """8.7, 9.8."""
+    return (weight + (1 << 15)) % (1 << 16) - (1 << 15)
 
 
 # -- 8. The pair -------------------------------------------------------------------------------------------------------
@@ -659,8 +657,8 @@ class Ring:
         """position: gives that of a vertex, None of a virtual one; None without a position channel."""
         self.centre, self.x, self.states = centre, ring, states
         self.size = len(ring)
-        self.val = [min(v, 31) for v in valences]
-        self.kind = [4 * (0 if v < 4 else v - 3 if v < 10 else 7) + state for v, state in zip(self.val, states)]
+        self.val = [min(v, 9) for v in valences]
+        self.kind = [4 * (v - 2) + state for v, state in zip(self.val, states)]
         self.length = self.opposite = [0] * self.size
         if position:
             self.locate(position)
@@ -671,7 +669,7 @@ class Ring:
         origin = position(self.centre)
         self.real = [position(x) is not None for x in self.x]
         offsets = [minus(position(x), origin) if real else [0, 0, 0] for x, real in zip(self.x, self.real)]
-        self.h = min(14 - max(abs(c) for o in offsets for c in o).bit_length(), 4)
+        self.h = min(14 - max(fold(c) for o in offsets for c in o).bit_length(), 4)
         self.s = [[scaled(c, self.h) for c in o] for o in offsets]
         self.sq = [dot(s, s) for s in self.s]
 
@@ -687,15 +685,13 @@ class Ring:
         for k in range(self.size):
             following = (k + 1) % self.size
             a, b, ab = self.sq[k], self.sq[following], dot(self.s[k], self.s[following])
-            square = a * b - ab * ab | 1 << 12
-            n = square.bit_length() - 1 & ~1
-            root = TABLES.inverse_root[(square >> n - 5) - 32]
-            here[k] = (b - ab) * root >> n // 2 + 12
-            there[following] = (a - ab) * root >> n // 2 + 12
-        self.opposite = [clamp(a + b + 26 >> 2, 0, 15) for a, b in zip(here, there)]
+            inverse = (1 << 16) // ((a + b - ab >> 14) + 1)
+            here[k] = (b - ab >> 14) * inverse
+            there[following] = (a - ab >> 14) * inverse
+        self.opposite = [clamp((a + b >> 12) + 1, 0, 15) for a, b in zip(here, there)]
 
     def alternatives(self, order):  # 8.4
-        best, result = 31, [0] * self.size
+        best, result = 9, [0] * self.size
         for k in order:
             result[k] = best
             if self.states[k] == 0:
@@ -707,19 +703,17 @@ class Ring:
         """Pairs (p, q) in their order, and the numbers of the weights of each."""
         low, high = self.alternatives(range(self.size)), self.alternatives(range(self.size - 1, -1, -1))
 
-        def end(k, which):
-            return [END_LENGTH + 16 * which + self.length[k], END_KIND + 32 * which + self.kind[k],
-                    END_OPPOSITE + self.opposite[k]]
-
         pairs = [(p, q) for q in range(1, self.size) for p in range(q)]
         result = []
         for p, q in pairs:
-            numbers = end(p, 0) + end(q, 1)
+            numbers = []
+            for k in p, q:
+                numbers += [END + self.opposite[k], END + 16 + self.kind[k]]
             for k in range(p + 1, q):
-                numbers += [INNER_LENGTH + self.length[k], INNER_KIND + self.kind[k], INNER_OPPOSITE + self.opposite[k]]
+                numbers += [BETWEEN + self.opposite[k], BETWEEN + 16 + self.length[k]]
             numbers.append(STEPS + 24 * clamp(self.size - 3, 0, 9) + q - p)
             if ruled:
-                numbers += [RULE + low[p] + 24 - (q - p), RULE + 56 + high[q] + 24 - (q - p)]
+                numbers += [RULE + low[p] + 24 - (q - p), RULE + 34 + high[q] + 24 - (q - p)]
             result.append(numbers)
         return pairs, result
 
@@ -727,7 +721,7 @@ class Ring:
 class Pairs:
     """The weights of 8.2."""
 
-    TRIES, NAT = 16, 4096
+    TRIES = 16
 
     def __init__(self, located):
         self.located = located
@@ -738,7 +732,7 @@ class Pairs:
         scores = [sum(self.weight[w] for w in numbers) for numbers in features]
         untried = set(range(len(pairs)))
         for rank in range(min(self.TRIES, len(pairs))):
-            k = max(untried, key=lambda pair: (scores[pair], -pair))
+            k = max(untried, key=lambda pair: (scores[pair], pairs[pair][1], -pair))
             untried.remove(k)
             following = max((scores[pair] for pair in untried), default=None)
             if self.is_it(coder, pairs[k], rank, scores[k], following, features[k]):
@@ -750,8 +744,7 @@ class Pairs:
         of_gap = GAP + 32 * min(rank, 7) + gap
         bit, error = self.decision(coder, pair, score + self.weight[of_gap])
         for w in [of_gap] + features if error else []:  # 8.7
-            if -8 * self.NAT < self.weight[w] + error < 8 * self.NAT:
-                self.weight[w] += error
+            self.weight[w] = wrapped(self.weight[w] + error)
         return bit
 
     def decision(self, coder, pair, score):  # 8.5
@@ -774,7 +767,7 @@ class Questions:
         self.worth = {Questions.HIT: 4096, Questions.SAME: 4096}
 
     def is_used(self, which, vertices):
-        return vertices % 16 == 0 or self.worth[which] > 24
+        return vertices % 32 == 0 or self.worth[which] > 24
 
     def ask(self, coder, i):
         if self.gain[i] < 0:
@@ -820,14 +813,14 @@ class Fan:
 
 def follow(weights, k, product):
     """9.8 and 9.9."""
-    weights[k] = clamp(weights[k] + 200 * sign(product), -(1 << 18), 1 << 18)
+    weights[k] = wrapped(weights[k] + 25 * sign(product))
 
 
 class Linear:
     """9.5."""
 
     def __init__(self):
-        self.along, self.above = ([[1024 * n for n in row] for row in rows] for rows in TABLES.linear)
+        self.along, self.above = ([[128 * n for n in row] for row in rows] for rows in TABLES.linear)
 
 
 class Place:
@@ -845,7 +838,7 @@ class Place:
         ring, fan = self.ring, self.fan
         y = [shifted(ring.s[k], 4) for k in range(fan.p, fan.q + 1) if ring.real[k]]
         normal = total(cross(a, b) for a, b in zip(y, y[1:]))
-        t = 1 + ((abs(normal[0]) | abs(normal[1]) | abs(normal[2])) >> 20).bit_length()
+        t = 1 + ((fold(normal[0]) | fold(normal[1]) | fold(normal[2])) >> 20).bit_length()
         n = shifted(normal, t)
         z = max(range(3), key=lambda k: abs(n[k]))
         self.axes = [(z + 1) % 3, (z + 2) % 3, z]
@@ -863,7 +856,7 @@ class Place:
         self.at = [self.offset(v) for v in fan.v]
         self.out = {k: self.offset(fan.w[k]) for k in fan.known}
         fan.known = [k for k in fan.known if all(-32768 <= c < 32768 for c in self.out[k])]
-        self.mean = mean_of(total(self.at), fan.size)
+        self.mean = part(total(self.at), fan.size)
 
     def following(self, k):
         return self.at[(k + 1) % self.fan.size]
@@ -871,26 +864,21 @@ class Place:
     def find_features(self):  # 9.4
         fan, size, at = self.fan, self.fan.size, self.at
         d = [minus(a, self.mean) for a in at]
-        spread = [sum(abs(x[c]) for x in d) for c in range(3)]
-        self.extent = mean(sum(spread), size)
-        rough = sum(abs(self.height(x)) for x in d)
-        self.expected = [half(mean(3 * spread[c], size)) - 2 * self.h - 4 for c in range(2)]
-        self.expected.append(half(rough) - 2 * self.h - 2)
+        spread = part([sum(abs(x[c]) for x in d) for c in range(3)], size)
+        self.extent = sum(spread)
+        self.expected = [half(3 * spread[c]) - 2 * self.h - 4 for c in range(2)]
+        self.expected.append(half(self.extent) - 2 * self.h - 5)
         outer = total(minus(minus([2 * c for c in self.out[k]], at[k]), self.following(k)) for k in fan.known)
-        n = len(fan.known)
-        f0 = [c * TABLES.reciprocal[n] >> 17 for c in outer]
+        f0 = part(outer, 2 * len(fan.known) or 1)
         f1 = [-c for c in self.mean]
         f2 = [0, 0, 0] if fan.at_boundary else minus(shifted(plus(at[1], at[-1]), 1), self.mean)
-        weights = [div(64 * self.extent, sum(map(abs, x)) + 5 * self.extent // 16 + 1) for x in d]
-        scale = div(1 << 24, sum(weights) + 1)
-        f3 = [sum(w * x[c] for w, x in zip(weights, d)) * scale >> 24 for c in range(3)]
-        self.f = [f0, f1, f2, f3]
+        self.f = [f0, f1, f2]
 
     def predict(self):  # 9.5
         linear, group = self.decoder.linear, self.fan.group
         self.along, self.above = linear.along[group], linear.above[group]
-        self.linear = [self.mean[c] + (sum(w * f[c] for w, f in zip(self.along, self.f)) >> 16) for c in range(2)]
-        self.rise = sum(w * self.height(f) for w, f in zip(self.above, self.f)) >> 16
+        self.linear = [self.mean[c] + (sum(w * f[c] for w, f in zip(self.along, self.f)) >> 13) for c in range(2)]
+        self.rise = sum(w * self.height(f) for w, f in zip(self.above, self.f)) >> 13
 
     # 9.6
     def rivals(self):
@@ -921,7 +909,7 @@ class Place:
         votes = [sum(agree(a, b) for j, b in enumerate(rivals) if j != k) for k, a in enumerate(rivals)]
         best = votes.index(max(votes))
         near = [r for k, r in enumerate(rivals) if k == best or self.apart(r, rivals[best]) < self.radius]
-        self.agreed = mean_of(total(near), len(near))
+        self.agreed = part(total(near), len(near))
         self.group = next((k for k, most in enumerate((0, 1, 2, 4, 7, 11, 17)) if votes[best] <= most), 7)
         x = self.apart(self.agreed, self.linear)
         far = sum(x >= self.radius << i for i in range(5))
@@ -973,29 +961,22 @@ class Place:
         least = (3 << self.h) // 4 if self.h > 0 else 1
         return 32 * (half(abs(x) + least) - 2 * self.h)
 
-    def require(self, *values):
-        if not all(-(1 << 25) <= value < 1 << 25 for value in values):
-            self.decoder.reject("corrupt")
-
     def coordinates(self, hit):
         h = self.h
         if hit:
             e = half(self.radius) - 2 * h
-            kind = "AGREED_2" if self.group == 7 else "AGREED"
-            x, size_x = self.coordinate(kind, e, self.agreed[0])
-            y, size_y = self.coordinate(kind, quotient(e + size_x + 1, 2), self.agreed[1])
+            x, size_x = self.coordinate("AGREED", e, self.agreed[0])
+            y, size_y = self.coordinate("AGREED", quotient(e + size_x + 1, 2), self.agreed[1])
         else:
             x, size_x = self.component(0, 0, "FIRST", self.expected[0], self.linear[0])
-            y, size_y = self.component(1, 1, "SECOND", quotient(3 * self.expected[1] + size_x, 4), self.linear[1])
-        self.require(x, y)
+            y, size_y = self.component(1, 1, "SECOND", self.expected[1], self.linear[1])
         self.b = [scaled(x, h), scaled(y, h)]
         u, v = (clamp(b - m, -65536, 65536) for b, m in zip(self.b, self.mean))
         self.plane = self.mean[2] - self.height([u, v, 0])
         predicted = self.plane + (self.height(minus(self.agreed, self.mean)) if hit else self.rise)
         kind = "AGREED_NORMAL" if hit else "NORMAL"
-        e = quotient(self.expected[2] + 3 * max(size_x, size_y), 4)
+        e = quotient(self.expected[2] + max(size_x, size_y), 2)
         z, _ = self.component(2 + hit, 2, kind, e, predicted)
-        self.require(z)
         self.b.append(scaled(z, h))
         return x, y, z
 
@@ -1008,9 +989,9 @@ class Place:
             follow(self.along, k, dot(errors, f))
             follow(self.above, k, above * self.height(f))
         if question is not None:
-            saved = sum(self.price(self.b[c] - self.linear[c]) - self.price(self.b[c] - self.agreed[c])
-                        for c in range(2))
-            answer = int(self.apart(self.b, self.agreed) < 3 * self.radius // 2)
+            off = self.apart(self.b, self.agreed)
+            saved = 2 * (self.price(self.apart(self.b, self.linear)) - self.price(off))
+            answer = int(off < 3 * self.radius // 2)
             questions.count(Questions.HIT, questions.learn(question, answer, saved))
         if self.same:
             questions.count(Questions.SAME, self.same_gain)
@@ -1040,7 +1021,7 @@ class Attributes:
     def __init__(self, decoder):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
         located = self.header.position is not None
-        self.weights = [[65536] if located else decoder.linear.along[5][:3] for _ in self.header.channels]
+        self.weights = [[8192] if located else decoder.linear.along[5][:] for _ in self.header.channels]
         self.skin = [0, 0]
         self.trust = [0, 0]
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in self.SETS]
@@ -1138,18 +1119,18 @@ class Attributes:
 
         a = near(fan.v[0])
         t = [near(v) - a for v in fan.v]
-        m = mean(sum(t), fan.size)
+        m = quotient(sum(t), fan.size)
         s = o = sum(abs(x - m) for x in t)
         if self.header.position:
             fit, o = self.fit(fan, t, m, s)
             g = [fit]
         else:
             outer = sum(2 * (near(fan.w[n]) - a) - t[n] - t[(n + 1) % fan.size] >> 2 for n in fan.known)
-            g = [outer * TABLES.reciprocal[len(fan.known)] >> 15, -m,
+            g = [2 * quotient(outer, len(fan.known) or 1), -m,
                  0 if fan.at_boundary else (t[1] + t[-1] >> 1) - m]
         e = (half(s // fan.size) + half(o // fan.size)) // 2 + (16 if channel.exact else 0)
         weights = self.weights[k]
-        prediction = (a + m + sum(x * w >> 16 for x, w in zip(g, weights))) * channel.unit()
+        prediction = (a + m + sum(x * w >> 13 for x, w in zip(g, weights))) * channel.unit()
         residual = self.residual(self.FITTED, e, channel.most_bits)
         for n, feature in enumerate(g):
             follow(weights, n, residual * feature)

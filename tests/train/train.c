@@ -19,10 +19,10 @@ static int train_rate, train_learn, train_linear; /* 0: as usual */
 enum { PASSES = 8, MEAN_PASSES = 3 }; /* passes; the last of them make the mean */
 
 /* Adaptation in each pass over all meshes: of bits (higher is slower), of weights by 2^-learn of the error, of linear
- * predictions in 1/65536. */
+ * predictions in 1/8192. */
 static const int rates[PASSES] = { 5, 5, 6, 7, 7, 8, 8, 8 };
 static const int learns[PASSES] = { 6, 7, 7, 8, 8, 9, 9, 10 };
-static const int linears[PASSES] = { 800, 400, 400, 200, 200, 100, 100, 50 };
+static const int linears[PASSES] = { 100, 50, 50, 25, 25, 12, 12, 6 };
 
 /* -- The model, carried from mesh to mesh -- */
 
@@ -90,7 +90,7 @@ static void take_mean(void)
     int k;
     for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)(sums.bit[k] / sums.count);
     for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(sums.weight[k] / sums.count);
-    for (k = 0; k < LINEARS; k++) model.linear[k] = (int32_t)(sums.linear[k] / sums.count);
+    for (k = 0; k < LINEARS; k++) model.linear[k] = (int16_t)(sums.linear[k] / sums.count);
     for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = (cq_bit_model)(sums.yes[k] / sums.count);
     for (k = 0; k < CQI_QUESTIONS; k++) model.gain[k] = (int16_t)(sums.gain[k] / sums.count);
 }
@@ -175,7 +175,7 @@ static void train(struct sample *samples, int n, enum kind kind)
 
 /* -- The tables: as bytes -- */
 
-enum { WEIGHT_UNIT = CQI_NAT / 16, LINEAR_UNIT = 1024, GAIN_UNIT = 16 };
+enum { WEIGHT_UNIT = CQI_NAT / 16, LINEAR_UNIT = 128, GAIN_UNIT = 16 };
 
 static int in_units(int x, int unit)
 {
@@ -201,7 +201,7 @@ static void print_weights(const char *name, const char *size, const int16_t *wei
     printf("\n};\n");
 }
 
-static void print_linears(const char *name, const char *size, const int32_t *weights, int count, int unit)
+static void print_linears(const char *name, const char *size, const int16_t *weights, int count, int unit)
 {
     int k;
     printf("static const int8_t %s[%s] = {", name, size);
@@ -229,7 +229,7 @@ static void round_model(void)
     int k;
     for (k = 0; k < CQI_MODELS; k++) model.bit[k] = (cq_bit_model)((model.bit[k] & 0xff00) + 128);
     for (k = 0; k < CQI_WEIGHTS; k++) model.weight[k] = (int16_t)(in_units(model.weight[k], WEIGHT_UNIT) * WEIGHT_UNIT);
-    for (k = 0; k < LINEARS; k++) model.linear[k] = in_units(model.linear[k], LINEAR_UNIT) * LINEAR_UNIT;
+    for (k = 0; k < LINEARS; k++) model.linear[k] = (int16_t)(in_units(model.linear[k], LINEAR_UNIT) * LINEAR_UNIT);
     for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = (cq_bit_model)((model.yes[k] & 0xff00) + 128);
     for (k = 0; k < CQI_QUESTIONS; k++) model.gain[k] = (int16_t)(in_units(model.gain[k], GAIN_UNIT) * GAIN_UNIT);
 }
@@ -247,13 +247,12 @@ struct part {
 
 static const struct part parts[] = {
     { "nothing", NO_TABLE, 0, 0 },
-    { "lengths of the common neighbours' spokes", WEIGHT, CQI_END_LENGTH, CQI_END_KIND },
-    { "their valences and states", WEIGHT, CQI_END_KIND, CQI_INNER_LENGTH },
-    { "lengths of the spokes that go to B", WEIGHT, CQI_INNER_LENGTH, CQI_INNER_KIND },
-    { "valences and states of what goes to B", WEIGHT, CQI_INNER_KIND, CQI_STEPS },
+    { "angles opposite to the common neighbours' spokes", WEIGHT, CQI_END, CQI_END + CQI_ANGLES },
+    { "their valences and states", WEIGHT, CQI_END + CQI_ANGLES, CQI_BETWEEN },
+    { "angles opposite to the spokes that go to B", WEIGHT, CQI_BETWEEN, CQI_BETWEEN + CQI_ANGLES },
+    { "lengths of these", WEIGHT, CQI_BETWEEN + CQI_ANGLES, CQI_STEPS },
     { "valences of A and B", WEIGHT, CQI_STEPS, CQI_GAP },
-    { "gaps between scores", WEIGHT, CQI_GAP, CQI_END_OPPOSITE },
-    { "opposite angles", WEIGHT, CQI_END_OPPOSITE, CQI_RULE },
+    { "gaps between scores", WEIGHT, CQI_GAP, CQI_RULE },
     { "the encoder's rule: would it have chosen this B?", WEIGHT, CQI_RULE, CQI_WEIGHTS },
     { "all of these", WEIGHT, 0, CQI_WEIGHTS },
     { "predictions that compete", QUESTION, CQI_HIT, CQI_SAME },
@@ -261,7 +260,6 @@ static const struct part parts[] = {
     { "linear prediction: what is beyond the ring's edges", FEATURE, 0, 1 },
     { "linear prediction: A", FEATURE, 1, 2 },
     { "linear prediction: the common neighbours", FEATURE, 2, 3 },
-    { "linear prediction: the nearest neighbours", FEATURE, 3, 4 },
     { "linear prediction: all but the mean", FEATURE, 0, CQI_FEATURES }
 };
 
