@@ -7097,32 +7097,29 @@ static cq_index cqi_spoke_end(const cq_decoder *d, cq_index h, int inside)
 static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
 {
     const cq_mesh *m = &d->mesh;
-    uint8_t spokes[CQ_MAX_VALENCE];
+    const cq_index v = m->origin[h];
+    uint8_t edge[2 * CQ_MAX_VALENCE]; /* around v: twice the number of a halfedge, and 1 if it is inside of its face */
     cq_index s = h;
-    int n = 0, k = 0, i = 0, two;
+    int n = 0, i = 0, k;
     ahead[0] = ahead[1] = CQ_NONE;
-    if (m->valence[m->origin[h]] > CQ_MAX_VALENCE) return;
-    if (!(m->mark[m->origin[h]] & CQI_UNEVEN) || cqi_on_boundary(m, m->origin[h])) {
-        s = cqi_straight(m, h, &two);
-        if (s == CQ_NONE) return;
-        ahead[0] = ahead[1] = cqi_spoke_end(d, s, 0);
-        if (two) ahead[0] = cqi_spoke_end(d, cq_clockwise(m, s), 0);
+    if (m->valence[v] > CQ_MAX_VALENCE) return;
+    if (cqi_on_boundary(m, v)) {
+        s = cqi_straight(m, h, &k);
+        if (s != CQ_NONE) ahead[0] = ahead[1] = cqi_spoke_end(d, s, 0);
         return;
     }
     do {
-        spokes[i] = (uint8_t)cqi_spokes_of(d, s);
-        n += cqi_ones[spokes[i++]];
+        const int spokes = m->mark[v] & CQI_UNEVEN ? cqi_spokes_of(d, s) : 1;
+        if (spokes & 1) edge[n++] = (uint8_t)(2 * i);
+        if (spokes & 2) edge[n++] = (uint8_t)(2 * i + 1);
+        i++;
         s = cq_counterclockwise(m, s);
     } while (s != h);
-    if (n < 3) return;
-    for (i = 0; k + cqi_ones[spokes[i]] <= n / 2; s = cq_counterclockwise(m, s)) k += cqi_ones[spokes[i++]];
-    for (; k <= (n + 1) / 2; s = cq_counterclockwise(m, s), i++)
-        for (two = 0; two < 2; two++) {
-            if (!(spokes[i] >> two & 1)) continue;
-            if (k == n / 2) ahead[0] = ahead[1] = cqi_spoke_end(d, s, two);
-            else if (k == (n + 1) / 2) ahead[1] = cqi_spoke_end(d, s, two);
-            k++;
-        }
+    for (k = 0; k < 2 && n > 2; k++) {
+        s = h;
+        for (i = edge[(n + k) / 2]; i > 1; i -= 2) s = cq_counterclockwise(m, s);
+        ahead[k] = cqi_spoke_end(d, s, i);
+    }
 }
 
 /* -- Regular levels: records --
@@ -7141,40 +7138,34 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
 
 #define CQI_JOINED ((cq_index)(CQ_NONE - 1))
 
-/* Beyond the next edge of h or the previous one: what the record says of that. */
-static void cqi_write_beyond(cq_decoder *d, cq_index h, int next, cq_index *beside, cq_index *beyond)
+/* What the record says of the next edge of h or the previous one, and beyond it; by_fan: a fan around the new vertex of
+ * the other one separates them. */
+static void cqi_write_beyond(const cq_decoder *d, cq_index h, cq_index edge, int by_fan, cq_index *beside, cq_index *beyond)
 {
-    const cq_index edge = next ? cq_next(h) : cq_prev(h), g = d->mesh.twin[edge];
-    *beside = cqi_vertex_on(d, edge);
+    const cq_index g = d->mesh.twin[edge], v = cqi_vertex_on(d, edge);
+    *beside = v;
     *beyond = CQ_NONE;
-    if (!cqi_is_real_face(&d->mesh, g)) return;
-    if (cqi_is_dissolved(d, edge) && cqi_expected_tip(d, edge) == cqi_vertex_on(d, h)) {
+    if (by_fan && v != CQ_NONE) {
+        *beside = CQ_NONE;
+        *beyond = v;
+    }
+    else if (cqi_is_dissolved(d, edge) && cqi_expected_tip(d, edge) == cqi_vertex_on(d, h)) {
         *beside = CQI_JOINED;
         *beyond = cqi_expected_tip(d, g);
     }
-    else *beyond = cqi_vertex_on(d, next ? cq_next(g) : cq_prev(g));
-}
-
-/* Exchanges the vertex on an edge with that beyond, if a fan around another vertex separates it from the one at hand. */
-static void cqi_separate(int by_fan, cq_index *beside, cq_index *beyond)
-{
-    if (!by_fan || *beside >= CQI_JOINED) return;
-    *beyond = *beside;
-    *beside = CQ_NONE;
+    else if (cqi_is_real_face(&d->mesh, g)) *beyond = cqi_vertex_on(d, edge == cq_next(h) ? cq_next(g) : cq_prev(g));
 }
 
 static void cqi_write_side(cq_decoder *d, cq_index s, int end)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index f = d->regular.slot[end];
-    const int hub = cqi_hub_side(d, (cq_index)(s / 3));
+    const cq_index f = d->regular.slot[end], t = (cq_index)(s / 3), next = cq_next(s), prev = cq_prev(s);
+    const cq_index hub = (cq_index)(3 * t + (cq_index)cqi_hub_side(d, t));
     cq_index *const origin = m->origin + 3 * f, *const twin = m->twin + 3 * f, ahead[2];
     cqi_find_ahead(d, s, ahead);
-    origin[0] = (cq_index)(CQ_NONE - 2 * m->origin[cq_prev(s)] - (hub == (int)(s % 3)));
-    cqi_write_beyond(d, s, 1, &origin[1], &twin[1]);
-    cqi_write_beyond(d, s, 0, &origin[2], &twin[2]);
-    cqi_separate(hub == (int)(cq_prev(s) % 3), &origin[1], &twin[1]);
-    cqi_separate(hub == (int)(cq_next(s) % 3), &origin[2], &twin[2]);
+    origin[0] = (cq_index)(CQ_NONE - 2 * m->origin[prev] - (hub == s));
+    cqi_write_beyond(d, s, next, hub == prev, &origin[1], &twin[1]);
+    cqi_write_beyond(d, s, prev, hub == next, &origin[2], &twin[2]);
     twin[0] = ahead[0] == twin[2] && ahead[1] != CQ_NONE ? (cq_index)(CQI_JOINED - ahead[1]) : ahead[1];
     if (d->seams) cqi_note_rows(d, s, f);
 }
@@ -7843,17 +7834,20 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     const cq_mesh *m = &d->mesh;
     const cq_index g = m->twin[h], f = (cq_index)(h / 3), e = (cq_index)(g / 3);
     const int marks = cqi_marks_of(d, f);
+    cq_index tip[2];
     int shape;
     if (!cqi_is_real_face(m, g) || cqi_has_mark(d, h) || !(marks | cqi_marks_of(d, e))) return;
     if (cqi_dissolved_side(d, f) || cqi_dissolved_side(d, e)) return;
-    shape = cqi_shape_class(d, m->origin[h], m->origin[g], cqi_expected_tip(d, h), cqi_expected_tip(d, g));
+    tip[0] = cqi_expected_tip(d, h);
+    tip[1] = cqi_expected_tip(d, g);
+    shape = cqi_shape_class(d, m->origin[h], m->origin[g], tip[0], tip[1]);
     if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
                       CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
         return;
     cqi_note_uneven(d, m->origin[h]);
     cqi_note_uneven(d, m->origin[g]);
-    cqi_note_uneven(d, cqi_expected_tip(d, h));
-    cqi_note_uneven(d, cqi_expected_tip(d, g));
+    cqi_note_uneven(d, tip[0]);
+    cqi_note_uneven(d, tip[1]);
     cqi_add_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
     if (cqi_ones[marks] == 1) cqi_add_face_bits(d, f, 1 + cqi_odd_side[marks]);
 }
@@ -13015,7 +13009,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 #ifdef CQ_TRAINING
     cqi_model_keep(&e->replay.model);
 #endif
-    CQ_ASSERT(result == CQ_DONE);
+    CQ_ASSERT(result == CQ_DONE || e->plan.rejected);
     return result;
 }
 
