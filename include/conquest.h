@@ -7068,13 +7068,6 @@ static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
            cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
 }
 
-#define CQI_UNEVEN 1 /* bit of mark[v] of an old vertex: there are other edges around it in the refined mesh */
-
-static void cqi_note_uneven(cq_decoder *d, cq_index v)
-{
-    if (v < d->regular.vertices) d->mesh.mark[v] |= CQI_UNEVEN;
-}
-
 /* Edges of the refined mesh around the origin of h, counter-clockwise: bit 0, that which begins on h, unless its edge is
  * dissolved; and bit 1, one into the face of h, to a hub opposite to the origin, or if there is no mark, beyond the edge
  * there if that is dissolved. */
@@ -7109,7 +7102,7 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
         return;
     }
     do {
-        const int spokes = m->mark[v] & CQI_UNEVEN ? cqi_spokes_of(d, s) : 1;
+        const int spokes = cqi_spokes_of(d, s);
         if (spokes & 1) edge[n++] = (uint8_t)(2 * i);
         if (spokes & 2) edge[n++] = (uint8_t)(2 * i + 1);
         i++;
@@ -7834,20 +7827,13 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     const cq_mesh *m = &d->mesh;
     const cq_index g = m->twin[h], f = (cq_index)(h / 3), e = (cq_index)(g / 3);
     const int marks = cqi_marks_of(d, f);
-    cq_index tip[2];
     int shape;
     if (!cqi_is_real_face(m, g) || cqi_has_mark(d, h) || !(marks | cqi_marks_of(d, e))) return;
     if (cqi_dissolved_side(d, f) || cqi_dissolved_side(d, e)) return;
-    tip[0] = cqi_expected_tip(d, h);
-    tip[1] = cqi_expected_tip(d, g);
-    shape = cqi_shape_class(d, m->origin[h], m->origin[g], tip[0], tip[1]);
+    shape = cqi_shape_class(d, m->origin[h], m->origin[g], cqi_expected_tip(d, h), cqi_expected_tip(d, g));
     if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
                       CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
         return;
-    cqi_note_uneven(d, m->origin[h]);
-    cqi_note_uneven(d, m->origin[g]);
-    cqi_note_uneven(d, tip[0]);
-    cqi_note_uneven(d, tip[1]);
     cqi_add_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
     if (cqi_ones[marks] == 1) cqi_add_face_bits(d, f, 1 + cqi_odd_side[marks]);
 }
@@ -7897,7 +7883,6 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     cq_index h;
-    int marks;
     r->at = cqi_next_coarse(d, r->at);
     if (r->at == r->faces) {
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
@@ -7906,11 +7891,8 @@ static cq_result cqi_step_dissolves(cq_decoder *d)
         d->phase = CQI_RECORDS;
         return CQ_OK;
     }
-    marks = cqi_marks_of(d, r->at);
+    if (cqi_ones[cqi_marks_of(d, r->at)] > 1) cqi_code_pattern(d, r->at);
     h = (cq_index)(3 * r->at++);
-    if (cqi_ones[marks] > 1) cqi_code_pattern(d, (cq_index)(h / 3));
-    if (marks && cqi_hub_side(d, (cq_index)(h / 3)) < 3)
-        cqi_note_uneven(d, d->mesh.origin[h + (cq_index)(cqi_hub_side(d, (cq_index)(h / 3)) + 2) % 3]);
     for (; h < 3 * r->at; h++)
         if (d->mesh.twin[h] > h) cqi_code_dissolve(d, h);
     return cqi_starved(d) ? CQ_TRUNCATED : CQ_OK;
@@ -8418,19 +8400,15 @@ static cq_result cqi_step_sweep(cq_decoder *d)
     return result;
 }
 
-/* Clears the bits of the coarse faces and vertices. */
+/* Clears the bits of the coarse faces. */
 static cq_result cqi_step_wipe(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     uint8_t *const bits = (uint8_t *)d->walk.queue;
     const cq_index n = (cq_index)((3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
     int k;
-    for (k = 0; k < CQI_AT_ONCE && (r->at < n || r->at < r->vertices); k++) {
-        if (r->at < n) bits[r->at] = 0;
-        if (r->at < r->vertices) d->mesh.mark[r->at] &= (uint8_t)~CQI_UNEVEN;
-        r->at++;
-    }
-    if (r->at < n || r->at < r->vertices) return CQ_OK;
+    for (k = 0; k < CQI_AT_ONCE && r->at < n; k++) bits[r->at++] = 0;
+    if (r->at < n) return CQ_OK;
     r->at = 0;
     d->phase = CQI_MARKS;
     return CQ_OK;
@@ -13007,7 +12985,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
     while ((result = cqi_step(&e->replay)) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
 #ifdef CQ_TRAINING
-    cqi_model_keep(&e->replay.model);
+    if (result == CQ_DONE) cqi_model_keep(&e->replay.model);
 #endif
     CQ_ASSERT(result == CQ_DONE || e->plan.rejected);
     return result;
