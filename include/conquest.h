@@ -7863,7 +7863,7 @@ static void cqi_code_pattern(cq_decoder *d, cq_index f)
     for (k = 0; k < 3; k++) {
         v[k] = cqi_vertex_on(d, (cq_index)(3 * f + (cq_index)k));
         if (CQI_ENCODING(d) && cqi_plan_mark_says(d->plan, m, (cq_index)(3 * f + (cq_index)k), CQI_SIDE_HUB)) hub = k;
-        if (d->located >= 0 && odd == 3) length[k] = cqi_distance(d, v[k], corner[(k + 2) % 3]);
+        if (d->located >= 0 && k != odd) length[k] = cqi_distance(d, v[k], corner[(k + 2) % 3]);
     }
     if (odd == 3) {
         d->regular.central = cqi_code_bit(d, CQI_CENTRAL + d->regular.central, hub == 3);
@@ -7872,7 +7872,7 @@ static void cqi_code_pattern(cq_decoder *d, cq_index f)
     else {
         const int a = (odd + 1) % 3, b = (odd + 2) % 3, later = v[a] < v[b]; /* b is inserted after a */
         const int first = later ? a : b, other = later ? b : a;
-        const int shape = cqi_shape_class(d, v[first], corner[(first + 2) % 3], v[other], corner[(other + 2) % 3]);
+        const int shape = d->located < 0 ? 4 : cqi_ratio_class(length[other], length[first], -4, 0, 4);
         bits = 2 * (cqi_code_bit(d, CQI_TWO + shape, hub == other) == later);
     }
     cqi_add_face_bits(d, f, bits);
