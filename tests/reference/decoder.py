@@ -1357,8 +1357,8 @@ class Rows:
         self.of = {}          # rows of a real triangle's corners, by id
         self.vertex, self.values = [], []
         self.count, self.full = 0, False
-        self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME": [32768] * 3,
-                          "NEW": [32768] * 3} for _ in range(27)]
+        self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME_ROW": [32768] * 3,
+                          "NEW_ROW": [32768] * 3} for _ in range(27)]
         self.equal = [[32768] * 8 for _ in self.header.channels]
         self.attributes = decoder.attributes
         self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
@@ -1422,9 +1422,9 @@ class Rows:
         known, models, coder = self.count - first, self.contexts[0], self.coder
         others = known - (before is not None)
         m = min(known, 3) - 1
-        if before is not None and coder.adaptive("SAME", models["SAME"], m):
+        if before is not None and coder.adaptive("SAME_ROW", models["SAME_ROW"], m):
             return before
-        if others == 0 or coder.adaptive("NEW", models["NEW"], m):
+        if others == 0 or coder.adaptive("NEW_ROW", models["NEW_ROW"], m):
             row = self.add(v)
             if self.full:
                 self.decoder.reject("corrupt")
