@@ -8329,25 +8329,29 @@ static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
     return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
 }
 
-/* The same for the vertices before regular level k - 1, 1 for all, by what those take that are before all regular levels.
- * `bytes` are those of the stream so far, in which the finest levels may not be yet. */
-static int64_t cqi_guess_from(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
+/* The number of vertices after regular level k, 1 being the finest one. */
+static uint32_t cqi_vertices_after(const cqi_plan *p, uint32_t k, uint32_t num_vertices)
 {
-    uint32_t rest = num_vertices, n = num_vertices, j;
-    for (j = 1; j <= p->num_regular; j++) {
-        rest -= p->count_of[j];
-        bytes -= p->bytes_of[j];
-        n -= j < k ? p->count_of[j] : 0;
-    }
-    rest += !rest;
-    return cqi_guess_size(n, rest, (int64_t)((uint64_t)bytes * 128 / rest), located);
+    while (--k) num_vertices -= p->count_of[k];
+    return num_vertices;
 }
 
-/* Do the vertices of level k take less than they would without? */
+/* The same for the vertices after level k, by what those take that are before all regular levels. `bytes` are those of the
+ * stream so far, in which the finest levels may not be yet. */
+static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
+{
+    uint32_t rest = cqi_vertices_after(p, p->num_regular + 1, num_vertices), j;
+    for (j = 1; j <= p->num_regular; j++) bytes -= p->bytes_of[j];
+    rest += !rest;
+    return cqi_guess_size(cqi_vertices_after(p, k, num_vertices), rest, (int64_t)((uint64_t)bytes * 128 / rest), located);
+}
+
+/* Do the vertices of level k take less than they would without, or are there too many to tell from so few before? */
 static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_vertices, int located)
 {
-    return (int64_t)((uint64_t)p->bytes_of[k] * 128) < cqi_guess_from(p, bytes, num_vertices, k, located) -
-                                                           cqi_guess_from(p, bytes, num_vertices, k + 1, located);
+    if (cqi_vertices_after(p, k, num_vertices) / 16 > cqi_vertices_after(p, p->num_regular + 1, num_vertices)) return 1;
+    return (int64_t)((uint64_t)p->bytes_of[k] * 128) < cqi_guess_after(p, bytes, num_vertices, k, located) -
+                                                           cqi_guess_after(p, bytes, num_vertices, k + 1, located);
 }
 
 /* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
@@ -13353,7 +13357,7 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
  * exact one. The guess is better for smooth meshes. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
-    const int64_t size = (int64_t)((uint64_t)bytes * 128), all = cqi_guess_from(p, bytes, num_vertices, 1, located);
+    const int64_t size = (int64_t)((uint64_t)bytes * 128), all = cqi_guess_after(p, bytes, num_vertices, 1, located);
     uint32_t k = 1;
     if (!p->surely_regular && (!p->is_near || 32 * size > (p->is_smooth ? 31 : 29) * all)) return 0;
     while (k < p->num_regular && cqi_pays(p, k + 1, bytes, num_vertices, located)) k++;
