@@ -3594,7 +3594,7 @@ static int32_t cqi_unrough(const cq_channel *c, int32_t x)
 }
 
 /* A number 0 .. 38: up to seven times whether it is larger, each time with a model of its own, then 5 raw bits. */
-static int cqi_code_count(cq_decoder *d, int index, int count)
+static inline int cqi_code_count(cq_decoder *d, int index, int count)
 {
     int k = 0;
     while (k < 7 && cqi_code_bit(d, index + k, count > k)) k++;
@@ -3616,7 +3616,7 @@ static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26
 
 /* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model of its kind, and so
  * has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had none). Others are raw. */
-static int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
+static inline int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
     const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
     uint32_t x = 1, raw = magnitude & (((uint32_t)1 << low) - 1);
