@@ -329,6 +329,248 @@ typedef struct cq_aside {
  * or, while is_partial is set, origin[3f] is no vertex that is there. No face ever changes its number.
  * Without materials all faces form one range. */
 
+/* -- Decoder -------------------------------------------------------------------------------------------------------
+ *
+ * cq_decoder_init, then cq_decode with each piece of the stream. Between calls, the mesh and its values are there to be
+ * drawn. To size the memory: cq_peek and cq_decoder_bytes, or the macros. */
+
+/* A piece of input: cq_decode advances data and shrinks size by what it has used. */
+typedef struct cq_bytes {
+    const uint8_t *data;      /* uint8_t[size]; may be NULL if size is 0 */
+    size_t size;
+} cq_bytes;
+
+/* Reads the header at the start of a stream.
+ *
+ * data           uint8_t[size], the first bytes of the stream: CQ_MAX_HEADER_BYTES are always enough.
+ * shape          out: counts and channels.
+ * header_bytes   out: length of the header; may be NULL.
+ * stream_bytes   out: length of the whole stream; may be NULL.
+ *
+ * Returns CQ_OK, CQ_NEED_INPUT if `size` bytes are not the whole header, CQ_ERROR_ARGUMENT, _FORMAT, _VERSION,
+ * _UNSUPPORTED, _TOO_LARGE, _CORRUPT or _CHECKSUM. Only with CQ_OK do the outputs mean anything. */
+CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
+
+/* Bytes of memory for a decoder, beside sizeof(cq_decoder). v: vertices + boundary loops, f: faces + boundary edges,
+ * c: components of all channels per vertex together. The macros that follow say what comes on top of that. */
+#define CQ_DECODER_BYTES(v, f, c) \
+    (CQ_MESH_BYTES(v, f) + CQI_ROUND(((cqi_size)(f) / 3 + 1) * sizeof(cq_index)) \
+     + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
+
+/* More for each channel CQ_PER_FACE. f: faces. */
+#define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
+
+/* More for m bytes of metadata. */
+#define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
+
+/* More for m materials. a: faces aside. */
+#define CQ_MATERIAL_BYTES(m, a) \
+    ((m) ? CQI_ROUND((cqi_size)(m) * sizeof(cqi_material)) + CQI_ROUND((cqi_size)(a) * sizeof(cq_index)) : 0)
+
+/* More with wedges. f: faces, w: rows, c: components of all channels per row together; these no longer count as
+ * components per vertex. */
+#define CQ_WEDGE_BYTES(f, w, c) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
+     + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
+
+/* More for f faces and r rows aside. c: components of all channels per vertex or row, d: channels CQ_PER_FACE. */
+#define CQ_ASIDE_BYTES(f, r, c, d) \
+    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
+     + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
+
+/* The sum of all of these for a shape; 0 if it is too large for cq_index or size_t. */
+CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
+
+/* Its fields are at the end of this part: the mesh, its index and vertex buffers, how far it is. */
+typedef struct cq_decoder cq_decoder;
+
+/* Prepares a decoder; can also be called again to start over with another stream.
+ *
+ * memory   at least cq_decoder_bytes(shape) bytes for the shape in the header, aligned to 4; contents need not be
+ *          initialised. In use as long as the decoder is. cq_decode looks at it once the header is read, and returns
+ *          CQ_ERROR_MEMORY if it does not do.
+ *
+ * Returns CQ_OK, or CQ_ERROR_ARGUMENT for NULL. */
+CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
+
+/* Decodes until the input or the budget is used up.
+ *
+ * in       the next piece of the stream, of any size; it is advanced past the bytes used, which need not be kept. Bytes
+ *          behind the end of the stream are not used. NULL: no more input will come.
+ * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
+ *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
+ *          budget 1, each call makes at most one split. A step takes bounded time, but for a vertex with more than
+ *          CQ_MAX_VALENCE neighbours: once a level, a step may walk around that.
+ *
+ * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
+ * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
+ * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
+ *
+ * Before the first level begins (level 0), components arrive one after another: those with more levels first, and of
+ * these the largest. A component becomes part of the mesh when it is complete.
+ *
+ * Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
+CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
+
+/* Values of rows first .. first + count - 1 of channel k as a vertex buffer has them, whether the channel is per vertex
+ * or per row: cq_value[count][components]. k < shape.num_channels, first + count <= num_rows. */
+CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
+
+/* The index buffer of faces first .. first + count - 1 with the orientation that they had before cq_encode:
+ * cq_index[3 * count]. Only differs from `index` if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
+CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
+
+/* The faces of material m that are there: *first .. *first + *count - 1. To draw them, draw 3 * *count indices from
+ * index[3 * *first] on. Without materials, material 0 has all faces. m < shape.num_materials, or 0. */
+CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
+
+/* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
+ * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked, and without wedges none is.
+ * Time O(new vertices). */
+CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
+
+/* -- Levels of detail -----------------------------------------------------------------------------------------------
+ *
+ * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
+ * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
+ * vertex buffers. A row that moves is drawn where it is at last; with cq_input.clean none moves. */
+typedef struct cq_lod {
+    cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
+    uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
+    cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
+    cq_index num_faces;     /* out */
+    uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
+    size_t first;           /* out: place of its 3 * num_faces indices in `indices`, material by material */
+    cq_index *of_material;  /* in: NULL, or cq_index[num_materials]. out: faces of each */
+} cq_lod;
+
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: as it only sees the mesh
+ * then, a level may have a vertex more for each step of the budget.
+ *
+ * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
+ * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
+ *
+ * Returns how many are kept. A level for which there is no room is not, nor are those behind it. If the stream has no
+ * errors, a max_error is reached at CQ_DONE. */
+CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
+
+/* -- Encoder -------------------------------------------------------------------------------------------------------
+ *
+ * cq_encode makes a stream of triangles, in one call. */
+
+
+/* How collapses are chosen; without positions, both are CQ_LEAST_CONNECTIVITY. */
+typedef enum cq_goal {
+    CQ_BALANCED = 0,      /* features of the surface last; else by the smallest valence, then the shortest edge */
+    CQ_LEAST_CONNECTIVITY /* by valences alone */
+} cq_goal;
+
+/* What to encode, and how. Zero-initialise, then set what you need. Of `shape`, set num_vertices (rows of the vertex
+ * buffers), num_faces, num_channels and channel[], and for what you have metadata_bytes and num_materials. */
+typedef struct cq_input {
+    cq_shape shape;                        /* in and out: see cq_encode */
+    const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
+    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components]; CQ_PER_FACE:
+                                                 [num_faces] */
+    cq_goal goal;
+    const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
+    const cq_index *materials;             /* cq_index[num_faces], each < shape.num_materials; only if that is >= 2 */
+    const uint8_t *locked;                 /* uint8_t[num_vertices], 1: the row is to be in the base; may be NULL */
+    int clean;                             /* 1: no row ever moves, at the cost of a larger base */
+    int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
+    cq_index *map;                         /* out: cq_index[num_vertices], the decoded row of each row; may be NULL */
+    cq_index *face_map;                    /* out: cq_index[num_faces], the decoded face of each face; may be NULL */
+    void (*progress)(void *user, uint32_t done, uint32_t total);  /* called now and then, done <= total; may be NULL */
+    void *user;                            /* passed to progress */
+} cq_input;
+
+typedef struct cq_report cq_report; /* see "Reports" */
+
+#ifndef CQ_NO_ENCODER
+
+/* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
+CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
+
+/* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
+ * one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A line can be
+ * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
+ * the surface touches itself may become several. Without a channel of positions rows only differ by their numbers.
+ *
+ * in       in->shape.num_boundary_loops, _edges and num_rows are set as found. Start with zeros, which is enough for a
+ *          closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as cq_encoder_bytes(&in->shape) is by then.
+ * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
+ *          second call.
+ * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
+ * place    out: where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.
+ * report   out: where the bits went; may be NULL.
+ *
+ * Returns CQ_OK, CQ_ERROR_ARGUMENT if a channel is not as cq_channel, cq_kind and cq_merge say, CQ_ERROR_MEMORY,
+ * _OUTPUT, _TOO_LARGE, _INDEX, _VALUE or _UNSUPPORTED; if built with CQ_NO_WEDGES also the errors of cq_mesh_build.
+ *
+ * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
+ * in->map[v] (one of them, if it was copied), input face f is decoded face in->face_map[f]; or if that is
+ * mesh.num_faces + k, face k aside.
+ *
+ * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
+ * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
+ * as near to the surface. To find out, the mesh may be encoded once more, or twice.
+ *
+ * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
+CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
+                           size_t *stream_size, cq_place *place, cq_report *report);
+
+#endif /* CQ_NO_ENCODER */
+
+/* -- Quantiser -----------------------------------------------------------------------------------------------------
+ *
+ * Floats to values and back, for callers who have no integers of their own: the only part that uses floating point. It
+ * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
+ *
+ * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
+ * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
+ *
+ * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
+
+#ifndef CQ_NO_QUANTISER
+
+/* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
+ * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
+ * Unless it is longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same values.
+ *
+ * channel  in: components, bits. out: origin, step; the rest stays as it is.
+ * from     float[count][components].
+ * place    out: the first vertex with a NaN or an infinity; may be NULL.
+ *
+ * Returns CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE: without a vertex if no float can hold the step. */
+CQ_API cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_place *place);
+
+/* The same with a given step, a power of two: origins become multiples of it, and `bits` as many as the box needs.
+ * Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
+ * CQ_ERROR_VALUE without a vertex: the box needs more than CQ_MAX_BITS, or an origin is beyond all floats. */
+CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place);
+
+/* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. Returns
+ * CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the
+ * grid; place may be NULL.
+ *
+ * Coordinates come back with an error of at most (1/2 + 2^-26) step plus half the distance of two floats there. On a
+ * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
+CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
+
+/* Values to the nearest floats, cq_value[count][components] to float[count][components]; never NaN or infinite,
+ * whatever the channel says. With CQ_EXACT_BITS this and cq_quantise copy the floats, whatever they are. */
+CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
+
+/* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
+ * back to unit vectors. The axes come back exactly. Any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
+ * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. With up to 22 bits, what has come back
+ * has the same pair again. Results and places as of cq_quantise.
+ * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
+CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
+CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
+
+#endif /* CQ_NO_QUANTISER */
+
 /* -- Mesh ----------------------------------------------------------------------------------------------------------
  *
  * Indexed halfedges. Face f owns halfedges 3f, 3f+1, 3f+2; halfedge h runs from origin[h] to origin[cq_next(h)], with
@@ -446,6 +688,15 @@ CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint
  *          done. */
 CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
+/* -- Mesh: circulators, around the face of a halfedge and around its origin ---------------------------------------- */
+
+static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
+static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
+static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
+static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
+static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
+static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
+
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
  * Byte-wise, with a range of 32 bits and carry propagation (M. Schindler's range coder); usable alone. The encoder
@@ -525,7 +776,7 @@ typedef struct cq_preparation {
     uint32_t locked_vertices;        /* kept in the base because of such cuts, or because the caller asked for it */
 } cq_preparation;
 
-typedef struct cq_report {
+struct cq_report {
     cq_shape shape;
     cq_preparation prepared;         /* by an encoder */
     uint32_t num_components;
@@ -534,11 +785,11 @@ typedef struct cq_report {
     uint64_t header, base, flags, indices, positions, channels, aside;  /* cost; their sum is 65536 * 8 * bytes */
     size_t bytes;                    /* of the stream */
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
-} cq_report;
+};
 
 /* -- Private types: their sizes are public, their contents are not -------------------------------------------------
  *
- * Decoders have these inside, so that a caller can declare one. To read on about the interface, skip to "Decoder". */
+ * Decoders have these inside, so that a caller can declare one. Of the interface, only the fields of cq_decoder follow. */
 
 /* Bytes of input that one step may need: 34, and 18 for each component, but 19 for a weight, and 72 for a pair that is
  * predicted from faces. At most, in bits:
@@ -869,60 +1120,11 @@ typedef struct cqi_regular {
     int fold;                              /* it takes them out of the fold of a pair */
 } cqi_regular;
 
-/* -- Decoder -------------------------------------------------------------------------------------------------------
- *
- * cq_decoder_init, then cq_decode with each piece of the stream. Between calls, the mesh and its values are there to be
- * drawn. To size the memory: cq_peek and cq_decoder_bytes, or the macros. */
+/* -- Decoder: its fields ------------------------------------------------------------------------------------------- */
 
-/* A piece of input: cq_decode advances data and shrinks size by what it has used. */
-typedef struct cq_bytes {
-    const uint8_t *data;      /* uint8_t[size]; may be NULL if size is 0 */
-    size_t size;
-} cq_bytes;
-
-/* Reads the header at the start of a stream.
- *
- * data           uint8_t[size], the first bytes of the stream: CQ_MAX_HEADER_BYTES are always enough.
- * shape          out: counts and channels.
- * header_bytes   out: length of the header; may be NULL.
- * stream_bytes   out: length of the whole stream; may be NULL.
- *
- * Returns CQ_OK, CQ_NEED_INPUT if `size` bytes are not the whole header, CQ_ERROR_ARGUMENT, _FORMAT, _VERSION,
- * _UNSUPPORTED, _TOO_LARGE, _CORRUPT or _CHECKSUM. Only with CQ_OK do the outputs mean anything. */
-CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *header_bytes, size_t *stream_bytes);
-
-/* Bytes of memory for a decoder, beside sizeof(cq_decoder). v: vertices + boundary loops, f: faces + boundary edges,
- * c: components of all channels per vertex together. The macros that follow say what comes on top of that. */
-#define CQ_DECODER_BYTES(v, f, c) \
-    (CQ_MESH_BYTES(v, f) + CQI_ROUND(((cqi_size)(f) / 3 + 1) * sizeof(cq_index)) \
-     + CQI_ROUND((cqi_size)(v) * (cqi_size)(c) * sizeof(cq_value)))
-
-/* More for each channel CQ_PER_FACE. f: faces. */
-#define CQ_FACE_BYTES(f) CQI_ROUND((cqi_size)(f) * sizeof(cq_value))
-
-/* More for m bytes of metadata. */
-#define CQ_METADATA_BYTES(m) ((m) ? CQI_ROUND((cqi_size)(m)) + 256 * sizeof(cq_bit_model) : 0)
-
-/* More for m materials. a: faces aside. */
-#define CQ_MATERIAL_BYTES(m, a) \
-    ((m) ? CQI_ROUND((cqi_size)(m) * sizeof(cqi_material)) + CQI_ROUND((cqi_size)(a) * sizeof(cq_index)) : 0)
-
-/* More with wedges. f: faces, w: rows, c: components of all channels per row together; these no longer count as
- * components per vertex. */
-#define CQ_WEDGE_BYTES(f, w, c) \
-    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
-     + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
-
-/* More for f faces and r rows aside. c: components of all channels per vertex or row, d: channels CQ_PER_FACE. */
-#define CQ_ASIDE_BYTES(f, r, c, d) \
-    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
-     + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
-
-/* The sum of all of these for a shape; 0 if it is too large for cq_index or size_t. */
-CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 /* Public fields, for reading; with cq_report the one exception. They are set once the header is read, and until then 0
  * or NULL. mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
-typedef struct cq_decoder {
+struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
     cq_mesh mesh;                          /* as it is by now */
     cq_index *index;                       /* cq_index[3 * mesh.num_faces], index buffer: mesh.origin, or with wedges
@@ -992,205 +1194,11 @@ typedef struct cq_decoder {
     uint64_t cost;                         /* where the last report entry ended */
     cqi_model model;
     uint8_t buffer[CQI_BUFFER_BYTES];      /* the largest arrays come last, which makes code shorter */
-} cq_decoder;
-
-/* Prepares a decoder; can also be called again to start over with another stream.
- *
- * memory   at least cq_decoder_bytes(shape) bytes for the shape in the header, aligned to 4; contents need not be
- *          initialised. In use as long as the decoder is. cq_decode looks at it once the header is read, and returns
- *          CQ_ERROR_MEMORY if it does not do.
- *
- * Returns CQ_OK, or CQ_ERROR_ARGUMENT for NULL. */
-CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
-
-/* Decodes until the input or the budget is used up.
- *
- * in       the next piece of the stream, of any size; it is advanced past the bytes used, which need not be kept. Bytes
- *          behind the end of the stream are not used. NULL: no more input will come.
- * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
- *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
- *          budget 1, each call makes at most one split. A step takes bounded time, but for a vertex with more than
- *          CQ_MAX_VALENCE neighbours: once a level, a step may walk around that.
- *
- * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
- * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
- * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
- *
- * Before the first level begins (level 0), components arrive one after another: those with more levels first, and of
- * these the largest. A component becomes part of the mesh when it is complete.
- *
- * Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
-CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
-
-/* Values of rows first .. first + count - 1 of channel k as a vertex buffer has them, whether the channel is per vertex
- * or per row: cq_value[count][components]. k < shape.num_channels, first + count <= num_rows. */
-CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
-
-/* The index buffer of faces first .. first + count - 1 with the orientation that they had before cq_encode:
- * cq_index[3 * count]. Only differs from `index` if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
-CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
-
-/* The faces of material m that are there: *first .. *first + *count - 1. To draw them, draw 3 * *count indices from
- * index[3 * *first] on. Without materials, material 0 has all faces. m < shape.num_materials, or 0. */
-CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
-
-/* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
- * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked, and without wedges none is.
- * Time O(new vertices). */
-CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
-
-/* -- Levels of detail -----------------------------------------------------------------------------------------------
- *
- * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
- * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
- * vertex buffers. A row that moves is drawn where it is at last; with cq_input.clean none moves. */
-typedef struct cq_lod {
-    cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
-    uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
-    cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
-    cq_index num_faces;     /* out */
-    uint32_t error;         /* out: of this level; CQ_NO_LIMIT: not known */
-    size_t first;           /* out: place of its 3 * num_faces indices in `indices`, material by material */
-    cq_index *of_material;  /* in: NULL, or cq_index[num_materials]. out: faces of each */
-} cq_lod;
-
-/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: as it only sees the mesh
- * then, a level may have a vertex more for each step of the budget.
- *
- * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
- * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
- *
- * Returns how many are kept. A level for which there is no room is not, nor are those behind it. If the stream has no
- * errors, a max_error is reached at CQ_DONE. */
-CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
-
-/* -- Encoder -------------------------------------------------------------------------------------------------------
- *
- * cq_encode makes a stream of triangles, in one call. */
-
-
-/* How collapses are chosen; without positions, both are CQ_LEAST_CONNECTIVITY. */
-typedef enum cq_goal {
-    CQ_BALANCED = 0,      /* features of the surface last; else by the smallest valence, then the shortest edge */
-    CQ_LEAST_CONNECTIVITY /* by valences alone */
-} cq_goal;
-
-/* What to encode, and how. Zero-initialise, then set what you need. Of `shape`, set num_vertices (rows of the vertex
- * buffers), num_faces, num_channels and channel[], and for what you have metadata_bytes and num_materials. */
-typedef struct cq_input {
-    cq_shape shape;                        /* in and out: see cq_encode */
-    const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
-    const cq_value *values[CQ_MAX_CHANNELS];  /* channel k: cq_value[num_vertices][components]; CQ_PER_FACE:
-                                                 [num_faces] */
-    cq_goal goal;
-    const uint8_t *metadata;               /* uint8_t[shape.metadata_bytes] */
-    const cq_index *materials;             /* cq_index[num_faces], each < shape.num_materials; only if that is >= 2 */
-    const uint8_t *locked;                 /* uint8_t[num_vertices], 1: the row is to be in the base; may be NULL */
-    int clean;                             /* 1: no row ever moves, at the cost of a larger base */
-    int conquest_only;                     /* 1: no regular levels, for decoders that were built with CQ_NO_REGULAR */
-    cq_index *map;                         /* out: cq_index[num_vertices], the decoded row of each row; may be NULL */
-    cq_index *face_map;                    /* out: cq_index[num_faces], the decoded face of each face; may be NULL */
-    void (*progress)(void *user, uint32_t done, uint32_t total);  /* called now and then, done <= total; may be NULL */
-    void *user;                            /* passed to progress */
-} cq_input;
-
-#ifndef CQ_NO_ENCODER
-
-/* Bytes of memory for an encoder of a shape; 0 if it is too large for cq_index or size_t. */
-CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
-
-/* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
- * one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A line can be
- * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
- * the surface touches itself may become several. Without a channel of positions rows only differ by their numbers.
- *
- * in       in->shape.num_boundary_loops, _edges and num_rows are set as found. Start with zeros, which is enough for a
- *          closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as cq_encoder_bytes(&in->shape) is by then.
- * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
- *          second call.
- * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
- * place    out: where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.
- * report   out: where the bits went; may be NULL.
- *
- * Returns CQ_OK, CQ_ERROR_ARGUMENT if a channel is not as cq_channel, cq_kind and cq_merge say, CQ_ERROR_MEMORY,
- * _OUTPUT, _TOO_LARGE, _INDEX, _VALUE or _UNSUPPORTED; if built with CQ_NO_WEDGES also the errors of cq_mesh_build.
- *
- * A decoder has its own order of rows and faces, and a face may start at another corner: input row v is decoded row
- * in->map[v] (one of them, if it was copied), input face f is decoded face in->face_map[f]; or if that is
- * mesh.num_faces + k, face k aside.
- *
- * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
- * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
- * as near to the surface. To find out, the mesh may be encoded once more, or twice.
- *
- * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
-CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
-                           size_t *stream_size, cq_place *place, cq_report *report);
-
-#endif /* CQ_NO_ENCODER */
-
-/* -- Quantiser -----------------------------------------------------------------------------------------------------
- *
- * Floats to values and back, for callers who have no integers of their own: the only part that uses floating point. It
- * calls nothing, not even libm; CQ_NO_QUANTISER leaves it out. double must be IEEE 754 binary64.
- *
- * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
- * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
- *
- * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
-
-#ifndef CQ_NO_QUANTISER
-
-/* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
- * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
- * Unless it is longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same values.
- *
- * channel  in: components, bits. out: origin, step; the rest stays as it is.
- * from     float[count][components].
- * place    out: the first vertex with a NaN or an infinity; may be NULL.
- *
- * Returns CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE: without a vertex if no float can hold the step. */
-CQ_API cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t count, cq_place *place);
-
-/* The same with a given step, a power of two: origins become multiples of it, and `bits` as many as the box needs.
- * Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
- * CQ_ERROR_VALUE without a vertex: the box needs more than CQ_MAX_BITS, or an origin is beyond all floats. */
-CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place);
-
-/* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. Returns
- * CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the
- * grid; place may be NULL.
- *
- * Coordinates come back with an error of at most (1/2 + 2^-26) step plus half the distance of two floats there. On a
- * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
-CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
-
-/* Values to the nearest floats, cq_value[count][components] to float[count][components]; never NaN or infinite,
- * whatever the channel says. With CQ_EXACT_BITS this and cq_quantise copy the floats, whatever they are. */
-CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t count, float *to);
-
-/* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
- * back to unit vectors. The axes come back exactly. Any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
- * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. With up to 22 bits, what has come back
- * has the same pair again. Results and places as of cq_quantise.
- * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
-CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
-CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
-
-#endif /* CQ_NO_QUANTISER */
+};
 
 #ifdef __cplusplus
 }
 #endif
-
-/* -- Mesh: circulators, around the face of a halfedge and around its origin ---------------------------------------- */
-
-static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
-static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
-static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
-static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
-static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
-static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
 
 #endif /* CQ_CONQUEST_H */
 
@@ -2883,124 +2891,124 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
-    110, 83, 15, 172, 36, 136, 194, 173, 167, 169, 176, 178, 128, 142, 111, 2, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 63, 101, 109, 80, 51, 31, 34, 128, 170, 93, 133,
-    87, 75, 110, 48, 128, 159, 81, 91, 50, 41, 52, 21, 128, 138, 91, 69, 50, 41, 43, 34, 128, 137,
-    90, 67, 22, 55, 48, 26, 128, 117, 45, 56, 36, 26, 24, 15, 128, 128, 165, 73, 118, 141, 148, 148,
-    128, 0, 77, 98, 124, 126, 112, 134, 128, 128, 128, 25, 20, 41, 101, 182, 215, 231, 224, 176, 128, 128,
-    128, 115, 57, 85, 144, 207, 234, 236, 220, 208, 128, 128, 128, 255, 106, 118, 163, 218, 241, 245, 242, 215,
-    128, 128, 128, 128, 255, 168, 189, 229, 245, 245, 247, 243, 109, 101, 112, 104, 121, 112, 105, 97, 90, 94,
-    31, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 140, 154, 116, 128, 189, 231, 250,
-    248, 149, 144, 150, 150, 127, 158, 141, 128, 113, 103, 98, 90, 84, 77, 77, 78, 64, 61, 16, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 101, 92, 154, 196, 203, 169, 166, 128, 128,
+    116, 82, 14, 169, 37, 139, 195, 173, 165, 170, 174, 178, 128, 142, 112, 2, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 62, 102, 108, 80, 51, 31, 34, 128, 169, 96, 132,
+    90, 75, 110, 48, 128, 160, 83, 92, 51, 42, 52, 21, 128, 137, 90, 70, 51, 41, 43, 34, 128, 136,
+    90, 68, 22, 56, 48, 26, 128, 118, 45, 56, 36, 26, 24, 15, 128, 128, 164, 72, 118, 141, 147, 147,
+    128, 0, 77, 97, 123, 126, 112, 134, 128, 128, 128, 25, 20, 40, 102, 182, 215, 231, 221, 176, 128, 128,
+    128, 114, 56, 85, 144, 207, 234, 236, 220, 208, 128, 128, 128, 255, 105, 117, 162, 218, 241, 245, 242, 215,
+    128, 128, 128, 128, 255, 168, 189, 229, 245, 245, 247, 243, 111, 102, 112, 105, 121, 111, 105, 96, 89, 93,
+    32, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 139, 153, 113, 125, 186, 233, 249,
+    248, 149, 144, 150, 149, 125, 153, 137, 128, 113, 103, 98, 89, 84, 77, 77, 77, 64, 59, 9, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 99, 92, 151, 194, 200, 175, 166, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 138, 57, 62, 186, 186, 175, 108, 128, 128, 128, 128, 128, 128, 128, 128,
-    152, 88, 40, 95, 159, 114, 144, 119, 0, 128, 128, 128, 128, 128, 128, 128, 166, 109, 44, 41, 124, 146,
-    142, 99, 0, 128, 128, 128, 128, 128, 128, 128, 96, 72, 29, 96, 160, 58, 126, 128, 104, 0, 128, 128,
-    128, 128, 128, 128, 109, 83, 32, 78, 135, 129, 101, 103, 102, 0, 128, 128, 128, 128, 128, 128, 66, 44,
-    26, 91, 84, 94, 109, 128, 155, 92, 0, 128, 128, 128, 128, 128, 97, 64, 19, 32, 54, 96, 150, 150,
-    133, 87, 0, 128, 128, 128, 128, 128, 63, 38, 18, 47, 51, 128, 137, 145, 157, 126, 82, 0, 128, 128,
-    128, 128, 95, 71, 24, 24, 58, 81, 120, 115, 144, 121, 90, 0, 128, 128, 128, 128, 72, 51, 19, 26,
-    39, 89, 116, 118, 158, 140, 122, 103, 60, 45, 41, 128, 114, 89, 29, 20, 28, 82, 79, 128, 143, 131,
-    120, 101, 51, 41, 43, 128, 115, 108, 100, 90, 82, 80, 77, 79, 75, 60, 25, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 84, 151, 178, 196, 171, 163, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 169, 79, 66, 167, 179, 113, 140, 128, 128, 128, 128, 128, 128, 128, 128, 170, 81, 61,
-    138, 195, 152, 122, 106, 0, 128, 128, 128, 128, 128, 128, 128, 185, 122, 49, 60, 168, 194, 79, 108, 0,
-    128, 128, 128, 128, 128, 128, 128, 106, 62, 42, 130, 178, 88, 139, 151, 111, 0, 128, 128, 128, 128, 128,
-    128, 111, 71, 30, 56, 149, 124, 88, 108, 98, 0, 128, 128, 128, 128, 128, 128, 61, 40, 23, 106, 115,
-    128, 125, 151, 149, 95, 0, 128, 128, 128, 128, 128, 102, 61, 20, 43, 118, 64, 122, 101, 128, 91, 0,
-    128, 128, 128, 128, 128, 61, 37, 15, 43, 63, 140, 141, 106, 157, 120, 86, 0, 128, 128, 128, 128, 93,
-    72, 22, 25, 61, 61, 109, 128, 150, 120, 87, 0, 128, 128, 128, 128, 74, 51, 21, 35, 31, 79, 127,
-    112, 155, 139, 123, 104, 59, 47, 51, 128, 114, 91, 30, 25, 25, 50, 102, 128, 145, 131, 121, 102, 50,
-    43, 38, 128, 92, 84, 82, 82, 84, 85, 87, 85, 64, 66, 52, 105, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 79, 48, 104, 142, 108, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 41, 13, 87, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 110, 37, 27, 24, 72, 128,
-    128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 141, 75, 49, 32, 7, 125, 128, 128, 0, 128, 128, 128,
-    128, 128, 128, 128, 65, 60, 43, 20, 69, 105, 128, 128, 130, 0, 128, 128, 128, 128, 128, 128, 80, 66,
-    38, 29, 27, 70, 128, 126, 126, 0, 128, 128, 128, 128, 128, 128, 47, 55, 36, 26, 51, 103, 122, 126,
-    186, 123, 0, 128, 128, 128, 128, 128, 60, 73, 49, 29, 34, 56, 110, 126, 178, 119, 0, 128, 128, 128,
-    128, 128, 37, 68, 41, 22, 48, 85, 126, 127, 205, 174, 113, 0, 128, 128, 128, 128, 48, 84, 59, 35,
-    25, 88, 137, 146, 198, 160, 101, 0, 128, 128, 128, 128, 46, 92, 57, 43, 43, 16, 110, 128, 205, 181,
-    153, 117, 62, 63, 72, 128, 66, 113, 82, 46, 47, 25, 63, 123, 192, 168, 142, 113, 60, 70, 82, 128,
-    92, 89, 94, 110, 95, 89, 49, 41, 71, 127, 124, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 94, 22, 102, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 27,
-    11, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 161, 54, 37, 32, 128, 127, 128, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 153, 86, 35, 6, 122, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
-    128, 66, 48, 34, 77, 98, 128, 128, 128, 122, 0, 128, 128, 128, 128, 128, 128, 91, 82, 35, 74, 122,
-    139, 119, 114, 123, 0, 128, 128, 128, 128, 128, 128, 56, 87, 139, 204, 195, 106, 29, 112, 182, 115, 0,
-    128, 128, 128, 128, 128, 91, 131, 157, 190, 179, 77, 33, 122, 161, 98, 0, 128, 128, 128, 128, 128, 81,
-    157, 193, 173, 77, 51, 67, 124, 181, 144, 93, 0, 128, 128, 128, 128, 119, 175, 191, 163, 108, 31, 78,
-    118, 164, 138, 98, 0, 128, 128, 128, 128, 101, 158, 153, 84, 53, 67, 105, 131, 163, 150, 136, 115, 60,
-    56, 108, 128, 134, 152, 143, 93, 64, 76, 103, 128, 152, 158, 142, 126, 33, 83, 127, 128, 95, 88, 78,
-    84, 67, 59, 91, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 113, 17, 75, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 72, 13, 28, 128, 128, 128, 128, 0, 128, 128, 128,
-    128, 128, 128, 128, 147, 97, 61, 11, 47, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 69, 87,
-    34, 10, 96, 128, 128, 128, 144, 0, 128, 128, 128, 128, 128, 128, 108, 121, 43, 51, 32, 79, 128, 128,
-    134, 0, 128, 128, 128, 128, 128, 128, 69, 88, 49, 58, 44, 114, 128, 128, 176, 128, 0, 128, 128, 128,
-    128, 128, 79, 104, 43, 51, 92, 80, 128, 128, 181, 130, 0, 128, 128, 128, 128, 128, 47, 64, 41, 16,
-    123, 127, 128, 128, 198, 184, 156, 0, 128, 128, 128, 128, 70, 100, 23, 34, 107, 128, 128, 128, 188, 166,
-    146, 0, 128, 128, 128, 128, 42, 66, 5, 98, 128, 128, 128, 128, 201, 180, 160, 150, 61, 49, 18, 128,
-    68, 87, 7, 105, 118, 128, 128, 128, 186, 183, 163, 165, 42, 44, 75, 128, 168, 149, 124, 92, 148, 133,
+    153, 89, 39, 95, 159, 114, 144, 119, 0, 128, 128, 128, 128, 128, 128, 128, 166, 109, 48, 41, 122, 146,
+    142, 99, 0, 128, 128, 128, 128, 128, 128, 128, 96, 73, 29, 97, 162, 56, 126, 128, 104, 0, 128, 128,
+    128, 128, 128, 128, 109, 84, 32, 75, 138, 121, 110, 106, 101, 0, 128, 128, 128, 128, 128, 128, 66, 44,
+    26, 92, 85, 91, 109, 128, 155, 92, 0, 128, 128, 128, 128, 128, 97, 64, 18, 32, 55, 95, 150, 150,
+    133, 87, 0, 128, 128, 128, 128, 128, 63, 38, 18, 48, 52, 126, 137, 145, 157, 126, 82, 0, 128, 128,
+    128, 128, 95, 71, 24, 24, 59, 80, 120, 115, 144, 121, 90, 0, 128, 128, 128, 128, 71, 50, 18, 25,
+    37, 78, 128, 118, 158, 141, 123, 103, 60, 42, 45, 128, 114, 88, 29, 20, 28, 74, 88, 128, 143, 131,
+    120, 101, 52, 41, 29, 128, 115, 108, 100, 90, 82, 79, 77, 79, 74, 61, 30, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 82, 148, 174, 192, 166, 153, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 169, 80, 64, 167, 179, 113, 140, 128, 128, 128, 128, 128, 128, 128, 128, 171, 81, 60,
+    141, 195, 152, 122, 106, 0, 128, 128, 128, 128, 128, 128, 128, 185, 122, 49, 59, 169, 194, 79, 108, 0,
+    128, 128, 128, 128, 128, 128, 128, 105, 61, 41, 131, 181, 87, 139, 151, 111, 0, 128, 128, 128, 128, 128,
+    128, 111, 70, 30, 57, 146, 124, 88, 108, 98, 0, 128, 128, 128, 128, 128, 128, 60, 40, 22, 105, 113,
+    127, 123, 152, 149, 94, 0, 128, 128, 128, 128, 128, 102, 61, 20, 44, 116, 64, 122, 101, 128, 91, 0,
+    128, 128, 128, 128, 128, 61, 37, 15, 42, 64, 140, 141, 106, 157, 120, 85, 0, 128, 128, 128, 128, 93,
+    73, 22, 25, 62, 61, 109, 128, 150, 120, 87, 0, 128, 128, 128, 128, 74, 51, 20, 35, 30, 83, 127,
+    112, 155, 140, 123, 104, 60, 46, 43, 128, 114, 90, 29, 25, 24, 53, 103, 128, 145, 131, 121, 102, 51,
+    41, 40, 128, 92, 84, 82, 82, 83, 85, 86, 84, 61, 66, 56, 116, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 78, 50, 102, 143, 108, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 42, 13, 90, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 110, 37, 27, 24, 72, 128,
+    128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 141, 74, 49, 32, 7, 125, 128, 128, 0, 128, 128, 128,
+    128, 128, 128, 128, 66, 60, 45, 20, 68, 109, 128, 128, 131, 0, 128, 128, 128, 128, 128, 128, 78, 66,
+    38, 31, 29, 70, 127, 126, 126, 0, 128, 128, 128, 128, 128, 128, 47, 55, 37, 25, 46, 104, 122, 126,
+    187, 124, 0, 128, 128, 128, 128, 128, 60, 73, 48, 29, 34, 57, 109, 126, 178, 118, 0, 128, 128, 128,
+    128, 128, 37, 68, 42, 22, 40, 95, 122, 128, 205, 174, 113, 0, 128, 128, 128, 128, 48, 84, 59, 35,
+    26, 82, 142, 146, 198, 160, 101, 0, 128, 128, 128, 128, 44, 91, 56, 42, 44, 18, 106, 128, 206, 181,
+    153, 118, 62, 61, 72, 128, 65, 112, 81, 46, 47, 26, 63, 123, 192, 168, 142, 114, 59, 70, 79, 128,
+    92, 90, 95, 109, 93, 89, 52, 40, 78, 127, 124, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 94, 22, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 122, 28,
+    10, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 161, 55, 35, 31, 128, 128, 128, 128, 0,
+    128, 128, 128, 128, 128, 128, 128, 152, 86, 36, 7, 122, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
+    128, 66, 48, 33, 78, 98, 128, 128, 128, 122, 0, 128, 128, 128, 128, 128, 128, 91, 82, 35, 75, 125,
+    139, 119, 114, 122, 0, 128, 128, 128, 128, 128, 128, 56, 87, 140, 204, 194, 106, 29, 112, 182, 115, 0,
+    128, 128, 128, 128, 128, 92, 133, 156, 189, 178, 76, 34, 122, 162, 97, 0, 128, 128, 128, 128, 128, 82,
+    157, 191, 174, 77, 51, 67, 124, 181, 144, 93, 0, 128, 128, 128, 128, 120, 175, 190, 163, 106, 31, 76,
+    118, 163, 137, 97, 1, 128, 128, 128, 128, 100, 157, 154, 85, 51, 65, 105, 131, 164, 150, 135, 113, 61,
+    56, 108, 128, 132, 149, 143, 93, 63, 73, 105, 128, 152, 158, 141, 125, 34, 82, 127, 128, 95, 89, 78,
+    85, 67, 57, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 113, 16, 75, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 72, 14, 28, 128, 128, 128, 128, 0, 128, 128, 128,
+    128, 128, 128, 128, 148, 97, 60, 11, 50, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 70, 87,
+    34, 11, 96, 128, 128, 128, 143, 0, 128, 128, 128, 128, 128, 128, 109, 120, 44, 54, 34, 78, 128, 128,
+    134, 0, 128, 128, 128, 128, 128, 128, 70, 89, 51, 61, 40, 117, 128, 128, 176, 128, 0, 128, 128, 128,
+    128, 128, 80, 105, 45, 49, 86, 86, 128, 128, 180, 128, 0, 128, 128, 128, 128, 128, 49, 67, 43, 19,
+    119, 127, 128, 128, 198, 182, 155, 0, 128, 128, 128, 128, 72, 101, 24, 32, 107, 128, 128, 128, 187, 164,
+    146, 0, 128, 128, 128, 128, 42, 64, 5, 96, 128, 128, 128, 128, 200, 180, 161, 152, 63, 46, 18, 128,
+    67, 88, 5, 105, 128, 128, 128, 128, 188, 182, 163, 166, 43, 43, 77, 128, 167, 149, 124, 92, 148, 133,
     123, 105, 141, 132, 125, 117,
 };
 #ifndef CQ_NO_REGULAR
 static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
-    128, 30, 16, 122, 49, 128, 17, 21, 100, 32, 128, 17, 2, 12, 4, 155, 27, 17, 111, 47, 128, 9,
-    6, 51, 25, 128, 28, 14, 81, 38, 128, 174, 121, 236, 240, 128, 75, 36, 183, 173, 128, 168, 71, 229,
-    238, 128, 254, 242, 254, 255, 128, 131, 59, 182, 148, 128, 22, 11, 67, 61, 128, 110, 28, 142, 122, 128,
-    251, 216, 251, 254, 128, 238, 156, 224, 243, 114, 60, 22, 137, 90, 128, 17, 9, 54, 37, 54, 32, 19,
-    106, 95, 128, 237, 168, 248, 253, 128, 194, 104, 201, 222, 183, 145, 61, 174, 193, 209, 187, 59, 18, 128,
-    38, 142, 10, 1, 128, 249, 234, 144, 10, 128, 246, 236, 142, 61, 128, 177, 200, 52, 4, 128, 96, 122,
-    27, 0, 128, 14, 31, 2, 0, 128, 214, 189, 89, 38, 128, 244, 254, 255, 243, 177, 92, 100, 99, 85,
-    90, 116, 84, 84, 86, 153, 94, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    30, 13, 186, 199, 203, 135, 165, 128, 128, 128, 128, 128, 128, 128, 128, 128, 54, 17, 99, 158, 194, 148,
-    160, 128, 128, 128, 128, 128, 128, 128, 128, 128, 77, 45, 65, 127, 161, 149, 92, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 125, 90, 71, 105, 162, 156, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 156, 125,
-    100, 108, 136, 162, 129, 128, 128, 128, 128, 128, 128, 128, 128, 186, 155, 127, 125, 121, 126, 124, 102, 0,
-    128, 128, 128, 128, 128, 128, 128, 201, 185, 157, 143, 125, 105, 142, 144, 0, 128, 128, 128, 128, 128, 128,
-    128, 174, 182, 162, 119, 94, 148, 189, 138, 122, 0, 128, 128, 128, 128, 128, 128, 194, 203, 170, 127, 81,
-    160, 190, 123, 113, 0, 128, 128, 128, 128, 128, 128, 164, 181, 132, 90, 144, 182, 133, 2, 132, 113, 0,
-    128, 128, 128, 128, 128, 177, 191, 147, 115, 149, 175, 133, 9, 130, 119, 0, 128, 128, 128, 128, 128, 147,
-    187, 164, 157, 138, 79, 17, 43, 170, 157, 147, 87, 18, 2, 128, 128, 90, 87, 95, 84, 114, 164, 87,
-    22, 52, 111, 119, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 41, 8, 117,
-    64, 97, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 62, 23, 61, 79, 86, 144, 164, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 103, 54, 50, 113, 138, 157, 120, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 135, 70, 34, 81, 132, 115, 132, 128, 128, 128, 128, 128, 128, 128, 128, 128, 163, 96, 43, 111, 186,
-    182, 151, 128, 128, 128, 128, 128, 128, 128, 128, 177, 127, 69, 99, 147, 146, 167, 130, 0, 128, 128, 128,
-    128, 128, 128, 128, 187, 149, 99, 100, 129, 135, 166, 139, 0, 128, 128, 128, 128, 128, 128, 128, 135, 118,
-    91, 103, 109, 119, 112, 143, 112, 0, 128, 128, 128, 128, 128, 128, 160, 141, 106, 93, 107, 136, 180, 109,
-    105, 0, 128, 128, 128, 128, 128, 128, 108, 109, 90, 112, 195, 201, 137, 37, 143, 112, 0, 128, 128, 128,
-    128, 128, 128, 146, 127, 129, 188, 197, 135, 25, 137, 118, 0, 128, 128, 128, 128, 128, 101, 185, 191, 190,
-    146, 107, 35, 8, 189, 165, 140, 82, 3, 85, 128, 128,
+    128, 30, 16, 123, 49, 128, 16, 20, 100, 31, 128, 18, 2, 12, 4, 155, 27, 17, 111, 46, 128, 9,
+    5, 52, 24, 128, 28, 14, 82, 38, 128, 177, 120, 236, 240, 128, 65, 37, 183, 173, 128, 167, 68, 230,
+    239, 128, 254, 242, 254, 255, 128, 133, 59, 183, 147, 128, 23, 10, 67, 61, 128, 113, 26, 143, 120, 128,
+    251, 216, 252, 254, 128, 240, 154, 224, 243, 103, 60, 21, 140, 89, 128, 15, 8, 55, 37, 59, 32, 17,
+    107, 93, 128, 238, 166, 249, 253, 128, 196, 103, 203, 222, 186, 146, 60, 176, 194, 210, 190, 58, 17, 128,
+    39, 151, 10, 1, 128, 250, 235, 143, 9, 128, 247, 236, 140, 59, 128, 181, 206, 54, 3, 128, 96, 122,
+    34, 0, 128, 14, 33, 2, 0, 128, 217, 191, 91, 36, 128, 244, 254, 255, 245, 166, 92, 98, 99, 83,
+    86, 117, 82, 78, 81, 142, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    29, 11, 174, 189, 192, 101, 132, 128, 128, 128, 128, 128, 128, 128, 128, 128, 53, 16, 96, 153, 188, 138,
+    148, 128, 128, 128, 128, 128, 128, 128, 128, 128, 77, 43, 60, 122, 154, 142, 73, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 124, 87, 66, 100, 155, 144, 91, 128, 128, 128, 128, 128, 128, 128, 128, 128, 154, 122,
+    93, 99, 126, 142, 122, 128, 128, 128, 128, 128, 128, 128, 128, 185, 154, 124, 121, 116, 117, 113, 96, 0,
+    128, 128, 128, 128, 128, 128, 128, 201, 184, 156, 140, 120, 99, 135, 133, 0, 128, 128, 128, 128, 128, 128,
+    128, 173, 181, 160, 116, 89, 144, 197, 145, 122, 0, 128, 128, 128, 128, 128, 128, 192, 202, 167, 124, 76,
+    157, 196, 128, 112, 0, 128, 128, 128, 128, 128, 128, 163, 178, 130, 85, 145, 191, 133, 2, 131, 111, 0,
+    128, 128, 128, 128, 128, 175, 189, 142, 107, 148, 181, 135, 8, 129, 118, 0, 128, 128, 128, 128, 128, 142,
+    182, 159, 156, 143, 81, 16, 29, 169, 157, 144, 81, 17, 10, 128, 128, 89, 85, 95, 81, 112, 178, 75,
+    17, 34, 104, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 41, 8, 117,
+    65, 97, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 62, 23, 61, 79, 86, 144, 164, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 103, 54, 50, 113, 138, 158, 120, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 135, 69, 31, 81, 134, 109, 123, 128, 128, 128, 128, 128, 128, 128, 128, 128, 162, 94, 40, 98, 179,
+    173, 136, 128, 128, 128, 128, 128, 128, 128, 128, 177, 125, 66, 91, 136, 127, 141, 139, 0, 128, 128, 128,
+    128, 128, 128, 128, 188, 148, 97, 95, 118, 123, 148, 138, 0, 128, 128, 128, 128, 128, 128, 128, 135, 118,
+    90, 99, 105, 118, 109, 138, 112, 0, 128, 128, 128, 128, 128, 128, 159, 139, 105, 88, 96, 138, 189, 112,
+    104, 0, 128, 128, 128, 128, 128, 128, 105, 111, 88, 107, 195, 209, 148, 37, 141, 109, 0, 128, 128, 128,
+    128, 128, 125, 148, 124, 126, 189, 202, 135, 15, 134, 115, 0, 128, 128, 128, 128, 128, 101, 179, 187, 189,
+    141, 94, 20, 37, 186, 159, 134, 80, 3, 94, 128, 128,
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
     -11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 8,
-    0, 0, 2, 4, 4, 4, 0, 1, -2, 2, -4, -3, -5, 3, -4, -3, -4, 4, -6, -5, -6, 5,
+    0, 0, 2, 4, 4, 4, 0, 1, -2, 2, -4, -3, -5, 3, -4, -3, -4, 4, -6, -5, -6, 4,
     -5, -4, -5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, 33, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, 32, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 19, 31, 27, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6, 21, 23,
     12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -6,
     11, 16, 14, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, -15, 2, 11, 11, 7, -24, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, -15, 2, 11, 11, 7, -23, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -31, -2, 6, 13, 9, 3, -21, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -35, -6, 4, 8, 10, 7, 6, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -35, -12, 1, 6, 8, 9, 11, -2, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, -38, -24, -6, 0, 2, 5, 11, -1, -1, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -26, -12, -5, -4, -4, -4, -4, -3, -4, -3,
-    -5, -4, -3, -3, -2, -2, -2, -1, 0, 0, 0, 0, -26, -17, -12, -5, 0, 3, 6, 4, 2, 1,
+    0, 0, 0, 0, 0, -36, -6, 4, 8, 10, 7, 6, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -35, -12, 1, 6, 8, 9, 11, -1, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, -38, -24, -6, 0, 2, 5, 11, -1, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -41, -26, -12, -5, -4, -3, -4, -4, -3, -4, -3,
+    -5, -4, -3, -3, -2, -2, -2, -1, 0, 0, 0, 0, -26, -17, -12, -4, 0, 3, 6, 4, 2, 1,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    -26, -16, -11, -9, -3, -1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -17, -15, -7, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, -24, -14,
-    -4, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -23, -3, 19, 22, 12, 2, 0, 0, 0, 0, 0, 0, 0, 0,
+    -26, -16, -11, -9, -3, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -26, -17, -15, -6, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, -24, -15,
+    -3, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -23, -3, 19, 23, 13, 2, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -21, -9, 2, 2,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 19, -18, -5, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12, 8, 34, 43, 40, 18,
-    1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 19, -18, -5, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12, 8, 33, 44, 40, 18,
+    1, 0, 1, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 41, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -2, -3, -3, -3, -4,
     -4, -4, -7, -12, -16, -16, -11, -8, 7, 14, 13, 14, 12, 12, 14, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, -1, -2, -2, -3, -3, -3, -3, -3, -3, -5, -7, -15, -20, -18, 7, 13, 11,
@@ -3008,54 +3016,54 @@ static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     -4, -2, -2, -2, -1, -1, -1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 2, 1,
-    0, -4, 1, 1, 2, -2, 1, 2, -1, -2, -2, -1, -2, -2, -1, 0, 0, -1, -2, -1, 0, 0,
+    0, -3, 1, 1, 2, -2, 1, 2, -1, -2, -2, -1, -2, -2, -1, 0, 0, -1, -2, -1, 0, 0,
     -2, 0, 1, 0, 3, -1, -1, -1, -2, -2, -2, -3, -3, -4, -4, -4, -4, -4, -5, -5, -9, -8,
-    -7, -5, -3, -2, -1, 0, 0, 0, 0, 0, 0, 0, 0, -8, 0, 22, 29, 0, 0, 0, 0, 0,
+    -7, -5, -3, -2, -1, 0, 0, 0, 0, 0, 0, 0, 0, -9, 0, 22, 29, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 27, 26, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 22, 26,
     21, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -4,
     16, 22, 23, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -14, 7, 16, 18, 16, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -29, 0, 9, 16, 12, 10, -8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -31, -5, 4, 7, 8, 7, 5, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 3, -9, -7, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -31, -5, 4, 7, 8, 7, 4, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 2, -9, -7, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, -35, -22, -8, -5, -4, -2, 0, -3, -7, -3, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -45, -31, -13, -10, -12, -10, -10, -7, -8, -5, -6,
-    -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -14, -2, 9, 12, 11, 7, 2, 1, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -45, -31, -13, -10, -12, -10, -10, -7, -8, -5, -5,
+    -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -14, -2, 9, 12, 11, 8, 3, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    -25, -14, -5, 3, 4, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    -25, -14, -5, 3, 5, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -15, -6, 1, 3, 1, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, -24, -12,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, -23, -12,
     -2, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -23, -10, 3, 8, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -23, -10, 3, 8, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -22, -9, 3, 7,
-    1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 29, -21, -11, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, 0, 15, 20, 15, 10,
-    6, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, 0, 15, 19, 16, 9,
+    7, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 53, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -1, 0, -3, -6, -13, -18, -17, -3, 3, 2, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -5, -17, -21, -3, 2, 1,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -6, -17, -21, -3, 2, 0,
     0, -1, -2, -2, -2, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
-    48, 68, 31, 11, 4, 0, 78, 78, 121, 91, 50, 29, 13, 6, 78, 78, 143, 114, 76, 44, 21, 4,
-    78, 78, 196, 158, 126, 91, 59, 7, 78, 78, 236, 201, 188, 166, 113, 43, 78, 78, 252, 244, 236, 209,
-    109, 81, 78, 78, 255, 251, 253, 218, 153, 81, 78, 78, 255, 255, 253, 179, 25, 78, 78, 78, 78, 18,
-    60, 86, 159, 129, 120, 94, 78, 16, 52, 91, 202, 147, 172, 131, 78, 22, 66, 138, 193, 188, 221, 223,
-    78, 22, 93, 177, 241, 250, 254, 252,
+    53, 69, 32, 10, 4, 0, 78, 78, 120, 92, 52, 30, 14, 6, 78, 78, 144, 114, 76, 45, 22, 5,
+    78, 78, 198, 158, 127, 94, 61, 7, 78, 78, 236, 200, 189, 169, 117, 44, 78, 78, 252, 244, 235, 211,
+    110, 82, 78, 78, 255, 251, 254, 219, 156, 83, 78, 78, 255, 255, 253, 174, 25, 78, 78, 78, 78, 18,
+    61, 85, 160, 127, 114, 94, 78, 16, 51, 88, 203, 147, 172, 131, 78, 21, 66, 139, 194, 192, 225, 225,
+    78, 23, 91, 178, 241, 251, 254, 250,
 };
 static const int8_t cqi_prior_gain[CQI_QUESTIONS] = {
-    -47, -39, -22, -12, -11, -14, 0, 0, -67, -37, -12, 1, -1, -5, 0, 0, -44, -7, 21, 33, 29, -6,
-    0, 0, -20, 20, 76, 100, 83, 0, 0, 0, 14, 109, 127, 127, 127, 76, 0, 0, 59, 127, 127, 127,
-    127, 127, 0, 0, 106, 127, 127, 127, 127, 6, 0, 0, 76, 127, 127, 127, 7, 0, 0, 0, 0, -4,
-    79, 119, 127, 127, 127, 36, 0, -1, 73, 123, 127, 127, 127, 86, 0, -9, 46, 127, 127, 127, 127, 127,
-    0, -11, 73, 127, 127, 127, 127, 127,
+    -49, -41, -22, -13, -11, -12, 0, 0, -67, -36, -12, 1, 0, -5, 0, 0, -44, -6, 23, 35, 31, -5,
+    0, 0, -19, 20, 75, 105, 86, 0, 0, 0, 15, 108, 127, 127, 127, 77, 0, 0, 59, 127, 127, 127,
+    127, 127, 0, 0, 104, 127, 127, 127, 127, 7, 0, 0, 75, 127, 127, 127, 7, 0, 0, 0, 0, -4,
+    78, 117, 127, 127, 122, 36, 0, -1, 73, 117, 127, 127, 127, 86, 0, -10, 45, 127, 127, 127, 127, 127,
+    0, -11, 68, 127, 127, 127, 127, 127,
 };
 static const int8_t cqi_prior_linear[2 * CQI_FAN_CLASSES * CQI_FEATURES] = {
-    0, 17, 0, 1, 4, 0, -4, 1, -22, -13, 8, -15, -15, 15, -22, -12, 22, -20, -8, 29, -17, -13,
-    37, -16, 0, 31, 0, -34, -39, -78, -28, 27, 4, -25, 38, 17, -23, 18, -16, -20, 26, -17, -17, 33,
-    -16, -14, 42, -13,
+    0, 17, 0, 2, 3, -2, -4, 1, -22, -12, 8, -15, -15, 15, -22, -12, 22, -20, -9, 29, -17, -13,
+    37, -16, 0, 31, 0, -34, -36, -79, -28, 26, 2, -25, 38, 17, -23, 18, -16, -20, 26, -16, -17, 33,
+    -16, -13, 42, -14,
 };
 /* priors end */
 
