@@ -789,7 +789,7 @@ struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not -------------------------------------------------
  *
- * Decoders have these inside, so that a caller can declare one. Of the interface, only the fields of cq_decoder follow. */
+ * Decoders have these inside, so that a caller can declare one. Of the interface, the fields of cq_decoder follow. */
 
 /* Bytes of input that one step may need: 34, and 18 for each component, but 19 for a weight, and 72 for a pair that is
  * predicted from faces. At most, in bits:
@@ -5559,7 +5559,7 @@ static void cqi_classify_spokes(cqi_ring *r, int base)
         const int next = k + 1 < size ? k + 1 : 0;
         const int32_t dot = cqi_dot(r->at[k], r->at[next]), of_a = r->square[next] - dot, of_b = r->square[k] - dot;
         const uint32_t sum = (uint32_t)r->square[k] + (uint32_t)of_a;
-        const int32_t inverse = (int32_t)((1u << 16) / ((sum >> 14) + 1)), here = cqi_floor_shift(of_a, 14) * inverse;
+        const int32_t inverse = (int32_t)(0x10000u / ((sum >> 14) + 1)), here = cqi_floor_shift(of_a, 14) * inverse;
         r->length[k] = cqi_length_class(r->length[k], base);
         r->opposite[k] = cqi_angle_class(here + before);
         if (!k) first = here;
