@@ -147,6 +147,12 @@ static inline cq_index redo_inner_spoke(const redo *r, uint32_t f, int k) {
     return cq_clockwise(m, cqi_find_spoke(m, redo_odd(r, f, k), redo_corner(r, f, k)));
 }
 
+/* Is the odd vertex on side k the hub of the face? Its note knows that of the face on the left of its parents' edge a -> b in p. */
+static inline int redo_is_hub(const redo *r, uint32_t f, int k) {
+    const cqi_collapse *c = cqi_plan_odd(&r->plan, redo_odd(r, f, k));
+    return ((r->plan.decoded[c->kept] == redo_corner(r, f, k) ? c->p : c->q) & CQI_SIDE_HUB) != 0;
+}
+
 /* Flips until the face with two or three marks is triangulated as the plan wants. Then the hub is joined to its opposite
  * corner, others are not: a vertex that is and should not be flips that edge; the central triangle then flips what
  * joins the wanted hub's neighbours. */
@@ -155,7 +161,7 @@ static inline void redo_pattern(redo *r, uint32_t f) {
     int k, hub = -1;
     if (redo_marks(r, f) < 2) return;
     for (k = 0; k < 3; ++k)
-        if (redo_mark(r, f, k) != CQ_NONE && cqi_plan_hub(&r->plan, m, redo_inner_spoke(r, f, k))) {
+        if (redo_mark(r, f, k) != CQ_NONE && redo_is_hub(r, f, k)) {
             if (hub >= 0) redo_wrong(r);
             hub = k;
         }
