@@ -64,7 +64,7 @@ def log8(a):
     return 8 * n + (a << 3 >> n) % 8
 
 
-def fold(a):
+def mag(a):
     return a if a >= 0 else -1 - a
 
 
@@ -669,7 +669,7 @@ class Ring:
         origin = position(self.centre)
         self.real = [position(x) is not None for x in self.x]
         offsets = [minus(position(x), origin) if real else [0, 0, 0] for x, real in zip(self.x, self.real)]
-        self.h = min(14 - max(fold(c) for o in offsets for c in o).bit_length(), 4)
+        self.h = min(14 - max(mag(c) for o in offsets for c in o).bit_length(), 4)
         self.s = [[scaled(c, self.h) for c in o] for o in offsets]
         self.sq = [dot(s, s) for s in self.s]
 
@@ -838,7 +838,7 @@ class Place:
         ring, fan = self.ring, self.fan
         y = [shifted(ring.s[k], 4) for k in range(fan.p, fan.q + 1) if ring.real[k]]
         normal = total(cross(a, b) for a, b in zip(y, y[1:]))
-        t = 1 + ((fold(normal[0]) | fold(normal[1]) | fold(normal[2])) >> 20).bit_length()
+        t = 1 + ((mag(normal[0]) | mag(normal[1]) | mag(normal[2])) >> 20).bit_length()
         n = shifted(normal, t)
         z = max(range(3), key=lambda k: abs(n[k]))
         self.axes = [(z + 1) % 3, (z + 2) % 3, z]
@@ -1164,7 +1164,7 @@ class Attributes:
     @staticmethod
     def gradient(xx, yy, xy, ux, uy):
         gx, gy = yy * ux - xy * uy, xx * uy - xy * ux
-        n = (((~gx if gx < 0 else gx) | (~gy if gy < 0 else gy)) >> 30).bit_length()
+        n = ((mag(gx) | mag(gy)) >> 30).bit_length()
         return gx >> n, gy >> n, xx * yy - xy * xy >> n
 
     # 9.14
@@ -1254,7 +1254,7 @@ class Attributes:
             t = [x * v[1] - y * u[1] for x, y in zip(a, b)]
             everything = 0
             for x in t:
-                everything |= ~x if x < 0 else x
+                everything |= mag(x)
             t = shifted(t, (everything >> 20).bit_length())
             if det == 0 or not any(t):
                 continue
