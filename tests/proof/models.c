@@ -1,8 +1,7 @@
 /* Proofs about what adapts and what waits during a level: whatever a stream says, weights, gains and scores stay in
  * their bounds, and the queue of vertices in its memory. Each claim is about one call from any state with the invariant:
  *
- *     weight of a pair's feature    less than 8 nats either way
- *     weight of a prediction        at most 4
+ *     weights                       any 16 bits: they move modulo 2^16
  *     models of questions           1 to 65534, of 65536
  *     queue                         count <= capacity, head < capacity
  */
@@ -53,10 +52,11 @@ void claim_decision(void)
 
 void claim_nudge(void)
 {
-    int16_t weight = (int16_t)nondet_int();
-    ASSUME(weight > -8 * CQI_NAT && weight < 8 * CQI_NAT);
-    cqi_nudge(&weight, any_between(-CQI_NAT / 128, CQI_NAT / 128));
-    PROVE(weight > -8 * CQI_NAT && weight < 8 * CQI_NAT);
+    const int16_t before = (int16_t)nondet_int();
+    const int32_t by = any_between(-(1 << 16), 1 << 16);
+    int16_t weight = before;
+    cqi_nudge(&weight, by);
+    PROVE((uint16_t)weight == (uint16_t)((uint32_t)before + (uint32_t)by));
     REACHED();
 }
 
@@ -77,14 +77,14 @@ void claim_question(void)
     REACHED();
 }
 
-static int32_t any_weight(void) { return any_between(-0x40000, 0x40000); }
-
 void claim_follow(void)
 {
-    int32_t weight = any_weight();
+    const int16_t before = (int16_t)nondet_int();
     const int64_t product = (int64_t)nondet_u64();
+    const int32_t step = product > 0 ? CQI_LINEAR_STEP : product < 0 ? -CQI_LINEAR_STEP : 0;
+    int16_t weight = before;
     cqi_follow(&weight, product);
-    PROVE(weight >= -0x40000 && weight <= 0x40000);
+    PROVE((uint16_t)weight == (uint16_t)((uint32_t)before + (uint32_t)step));
     REACHED();
 }
 
@@ -110,15 +110,15 @@ void claim_linear(void)
     static cqi_model m;
     static cqi_fan f;
     int k;
-    for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m.linear[k] = any_weight();
+    for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m.linear[k] = (int16_t)nondet_int();
     for (k = 0; k < CQI_FEATURES; k++) f.feature[k] = any_vector(1 << 20);
     f.mean = any_vector(1 << 20);
     f.size = any_between(2, CQ_MAX_VALENCE + 1);
     f.boundary = any_between(0, 1);
     cqi_predict_linear(&m, &f);
-    PROVE(f.linear.x <= 17 << 20 && -f.linear.x <= 17 << 20);
-    PROVE(f.linear.y <= 17 << 20 && -f.linear.y <= 17 << 20);
-    PROVE(f.rise <= 16 << 20 && -f.rise <= 16 << 20);
+    PROVE(f.linear.x <= 13 << 20 && -f.linear.x <= 13 << 20);
+    PROVE(f.linear.y <= 13 << 20 && -f.linear.y <= 13 << 20);
+    PROVE(f.rise <= 12 << 20 && -f.rise <= 12 << 20);
     REACHED();
 }
 
