@@ -8991,7 +8991,7 @@ static cq_result cqi_step_patch(cq_decoder *d)
     return d->seed < d->active ? CQ_OK : cqi_end_level(d);
 }
 
-static cq_result cqi_step(cq_decoder *d)
+static CQI_APART cq_result cqi_step(cq_decoder *d)
 {
     switch (d->phase) {
     case CQI_MATERIALS: return cqi_step_materials(d);
