@@ -382,6 +382,7 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
 
 /* Its fields are at the end of this part: the mesh, its index and vertex buffers, how far it is. */
+struct cq_decoder;
 typedef struct cq_decoder cq_decoder;
 
 /* Prepares a decoder; can also be called again to start over with another stream.
@@ -484,6 +485,7 @@ typedef struct cq_input {
     void *user;                            /* passed to progress */
 } cq_input;
 
+struct cq_report;
 typedef struct cq_report cq_report; /* see "Reports" */
 
 #ifndef CQ_NO_ENCODER
@@ -4053,10 +4055,10 @@ static void cqi_turn_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
 #define CQI_LESS_ABOVE 5  /* z: that much below the mean distance along all axes */
 static void cqi_expect_residuals(const cqi_ring *r, cqi_fan *f, cqi_vector mean, int p, int q)
 {
-    cqi_vector extent = cqi_absolute(mean);
+    const cqi_vector none = { 0, 0, 0 };
+    cqi_vector extent = f->boundary ? none : cqi_absolute(mean); /* of A; a virtual vertex has the same offset, 0 */
     int k;
-    for (k = p; k <= q; k++)
-        if (k != r->boundary) extent = cqi_plus(extent, cqi_absolute(cqi_minus(r->at[k], mean)));
+    for (k = p; k <= q; k++) extent = cqi_plus(extent, cqi_absolute(cqi_minus(r->at[k], mean)));
     extent = cqi_in_cycle(cqi_part(extent, f->size), f->above);
     f->extent = extent.x + extent.y + extent.z;
     f->expected[0] = cqi_half_bits(3 * (uint32_t)extent.x) - 2 * r->shift - CQI_LESS;

@@ -39,6 +39,7 @@ static void chain_begin(chain *t, int which, size_t count, size_t capacity) {
         } else {
             sample_begin(&t->s, triangles_torus(12, 12));
             sample_channel(&t->s, CQ_POSITION, 3, 12);
+            t->s.input.conquest_only = 1; /* more levels, each with a smaller error */
         }
         code(&t->c, &t->s.input);
     } else {
