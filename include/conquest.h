@@ -690,15 +690,6 @@ CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint
  *          done. */
 CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
-/* -- Mesh: circulators, around the face of a halfedge and around its origin ---------------------------------------- */
-
-static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
-static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
-static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
-static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
-static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
-static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
-
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
  * Byte-wise, with a range of 32 bits and carry propagation (M. Schindler's range coder); usable alone. The encoder
@@ -1201,6 +1192,15 @@ struct cq_decoder {
 #ifdef __cplusplus
 }
 #endif
+
+/* -- Mesh: circulators, around the face of a halfedge and around its origin ---------------------------------------- */
+
+static inline cq_index cq_next(cq_index h) { return (cq_index)(h % 3 == 2 ? h - 2 : h + 1); }
+static inline cq_index cq_prev(cq_index h) { return (cq_index)(h % 3 == 0 ? h + 2 : h - 1); }
+static inline cq_index cq_target(const cq_mesh *m, cq_index h) { return m->origin[cq_next(h)]; }
+static inline cq_index cq_clockwise(const cq_mesh *m, cq_index h) { return cq_next(m->twin[h]); }
+static inline cq_index cq_counterclockwise(const cq_mesh *m, cq_index h) { return m->twin[cq_prev(h)]; }
+static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->first_virtual; }
 
 #endif /* CQ_CONQUEST_H */
 
