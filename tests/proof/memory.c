@@ -11,7 +11,14 @@ static cq_shape any_shape(void)
     s.num_boundary_loops = nondet_u32();
     s.num_boundary_edges = nondet_u32();
     s.num_channels = nondet_u32();
-    ASSUME(s.num_channels <= MAX_CHANNELS);
+    s.num_rows = nondet_u32();
+    s.num_aside_rows = nondet_u32();
+    s.num_aside_faces = nondet_u32();
+    s.metadata_bytes = nondet_u32();
+    s.num_materials = nondet_u32();
+    s.regular = nondet_int() != 0;
+    ASSUME(s.num_channels <= MAX_CHANNELS && s.metadata_bytes <= CQ_MAX_METADATA);
+    ASSUME(!s.num_rows || (s.num_rows > s.num_vertices && s.num_rows <= 3 * (uint64_t)s.num_faces));
     for (k = 0; k < CQ_MAX_CHANNELS; k++) {
         s.channel[k].kind = nondet_u8();
         s.channel[k].components = nondet_u8();
@@ -20,6 +27,28 @@ static cq_shape any_shape(void)
         ASSUME(cqi_channel_is_valid(&s.channel[k]));
     }
     return s;
+}
+
+/* Components per vertex, row and face: any that claim_components allows, but always the same. */
+uint32_t stub_all_components(const cq_shape *s, int of)
+{
+    static uint32_t components[3];
+    static int chosen;
+    int k;
+    (void)s;
+    for (k = 0; k < 3 && !chosen; k++) components[k] = (uint32_t)any_between(0, CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
+    ASSUME(components[0] + components[1] + components[2] <= CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
+    chosen = 1;
+    return components[of];
+}
+
+void claim_components(void)
+{
+    cq_shape s = any_shape();
+    ASSUME(s.num_channels <= CQ_MAX_CHANNELS);
+    PROVE(cqi_all_components(&s, CQI_OF_VERTEX) + cqi_all_components(&s, CQI_OF_ROW) +
+              cqi_all_components(&s, CQI_OF_FACE) <= CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
+    REACHED();
 }
 
 /* With --unsigned-overflow-check: nothing on the way to the three sizes wraps around. A shape that has a size has
