@@ -41,16 +41,6 @@ static cq_result any_result(void) { return nondet_int() ? CQ_OK : CQ_ERROR_CORRU
 
 /* -- Bits of the coarse faces -------------------------------------------------------------------------------------- */
 
-/* They fit in the queue, of any number of faces: 3 / 8 byte for marks, and 2 / 8 for dissolved sides. */
-void claim_bits_fit(void)
-{
-    const uint64_t f = nondet_u32(), marks = (3 * f + 7) / 8, sides = (2 * f + 7) / 8;
-    ASSUME(3 * f + 7 <= 0xffffffff);
-    PROVE(marks + sides <= (f / 3 + 1) * sizeof(cq_index));
-    PROVE(f == 0 || ((3 * f - 1) >> 3 < marks && (f - 1) >> 2 < sides));
-    REACHED();
-}
-
 void claim_step_wipe(void)
 {
     cq_index before;
