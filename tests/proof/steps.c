@@ -12,6 +12,13 @@ static uint8_t mark_of[OLD + NEW];
 
 static void any_level(void)
 {
+    int k;
+    for (k = 0; k < 3 * FACES; k++) twin_of[k] = any_index();
+    for (k = 0; k < OLD + NEW; k++) {
+        out_of[k] = any_index();
+        valence_of[k] = any_index();
+        mark_of[k] = nondet_u8();
+    }
     r->vertices = OLD;
     r->faces = (cq_index)any_between(1, FACES);
     r->count = (cq_index)any_between(0, NEW);
@@ -88,9 +95,8 @@ cq_result stub_code_mark(cq_decoder *of, cq_index h)
  * halfedges. Of meshes without materials, whose faces are all there. */
 void claim_step_marks(void)
 {
-    static cq_index twins[3 * FACES];
     cq_index before;
-    int k;
+    any_level();
     r->faces = any_index();
     ASSUME(r->faces > 0 && r->faces < 1 << 24);
     r->real_faces = r->faces;
@@ -98,11 +104,9 @@ void claim_step_marks(void)
     ASSUME(r->count <= 3 * r->faces);
     r->vertices = any_index();
     ASSUME(r->vertices < 1 << 24);
-    for (k = 0; k < 3 * FACES; k++) twins[k] = any_index();
-    d.mesh.twin = twins;
     r->at = before = any_index();
     ASSUME(r->at <= r->faces);
-    ASSUME(r->faces < FACES || r->at == r->faces); /* a face in reach of twins[], or none is left */
+    ASSUME(r->faces < FACES || r->at == r->faces); /* a face in reach of twin_of, or none is left */
     d.phase = CQI_MARKS;
     if (cqi_step_marks(&d) != CQ_OK) return;
     PROVE(d.phase == CQI_TABLE || r->at > before);
@@ -338,8 +342,6 @@ void claim_patch_takes(void)
     any_level();
     origin[spoke] = (cq_index)any_between(0, OLD + NEW - 1);
     d.mesh.origin = origin;
-    valence_of[origin[spoke]] = any_index();
-    mark_of[origin[spoke]] = nondet_u8();
     if (cqi_code_patch(&d, spoke) != CQ_OK) return;
     PROVE((mark_of[origin[spoke]] & CQI_STATE) == CQI_TAKEN);
     REACHED();
