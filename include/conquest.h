@@ -2507,7 +2507,8 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 
 static cqi_size cqi_decoder_size(const cq_shape *s)
 {
-    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
+    const cqi_size v = (cqi_size)s->num_vertices + s->num_boundary_loops; /* an encoder's may need more than 32 bits */
+    return CQ_DECODER_BYTES(v, cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
@@ -9363,7 +9364,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
         s->num_vertices = s->num_rows;
     }
 #endif
-    v = cqi_all_vertices(s);
+    v = (cqi_size)s->num_vertices + s->num_boundary_loops;
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */

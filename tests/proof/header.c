@@ -62,7 +62,7 @@ void claim_varint(void)
 }
 
 /* A number as claim_varint says; those that were read are kept. */
-static int64_t number[4];
+static int64_t number[16];
 static int num_read;
 
 uint32_t stub_read_varint(cqi_reader *r)

@@ -14,6 +14,8 @@ work=$root/build/proof
 limit=${PROOF_SECONDS:-1800}
 passed=0 failed=0
 mkdir -p "$work"
+model=$work/model.$$.gb
+trap 'rm -rf "$model" "$work/planted.$$"' EXIT
 
 checks=(--bounds-check --pointer-check --div-by-zero-check --signed-overflow-check --undefined-shift-check
     --pointer-overflow-check --pointer-primitive-check --unwinding-assertions --slice-formula --drop-unused-functions)
@@ -44,12 +46,12 @@ verify() { # include-directory harness claim replace options...
     done
     for option in ${replace#-}; do stubs+=(--replace-calls "$option"); done
     "$tools/bin/goto-cc" "$here/$harness.c" -I "$include" $bits "${defines[@]}" --function "claim_$claim" \
-        -o "$work/model.gb" >"$work/$claim.log" 2>&1 || { echo "not compiled"; return; }
+        -o "$model" >"$work/$claim.log" 2>&1 || { echo "not compiled"; return; }
     if [ ${#stubs[@]} != 0 ]; then
-        "$tools/bin/goto-instrument" "${stubs[@]}" "$work/model.gb" "$work/model.gb" >>"$work/$claim.log" 2>&1 ||
+        "$tools/bin/goto-instrument" "${stubs[@]}" "$model" "$model" >>"$work/$claim.log" 2>&1 ||
             { echo "not instrumented"; return; }
     fi
-    timeout "$limit" "$tools/bin/cbmc" "$work/model.gb" "${asked[@]}" "${options[@]}" >"$work/$claim.log" 2>&1
+    timeout "$limit" "$tools/bin/cbmc" "$model" "${asked[@]}" "${options[@]}" >"$work/$claim.log" 2>&1
     case $? in
     0) grep -q '^VERIFICATION SUCCESSFUL' "$work/$claim.log" && echo proved || echo "no verdict" ;;
     10) echo refuted ;;
@@ -82,10 +84,10 @@ prove() { # harness claim replace options
 plant() { # harness claim replace options expression
     local bits='' options=$4 verdict
     case " $options " in *' --32 '*) bits=-m32 options=${options/--32/} ;; esac
-    mkdir -p "$work/planted"
-    sed "$5" "$root/include/conquest.h" >"$work/planted/conquest.h"
-    cmp -s "$root/include/conquest.h" "$work/planted/conquest.h" && { echo "the bug changes nothing"; return; }
-    verdict=$(verify "$work/planted" "$1" "$2" "$3" $options)
+    mkdir -p "$work/planted.$$"
+    sed "$5" "$root/include/conquest.h" >"$work/planted.$$/conquest.h"
+    cmp -s "$root/include/conquest.h" "$work/planted.$$/conquest.h" && { echo "the bug changes nothing"; return; }
+    verdict=$(verify "$work/planted.$$" "$1" "$2" "$3" $options)
     [ "$verdict" = refuted ] && echo ok || echo "the bug is not found ($verdict)"
 }
 
