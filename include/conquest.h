@@ -12,7 +12,7 @@
  *     #define CONQUEST_IMPLEMENTATION
  *     #include "conquest.h"
  *
- *     static cq_decoder dec;                                           about 12 KB: models and an input buffer
+ *     static cq_decoder dec;                                           about 11 KB: models and an input buffer
  *     static uint32_t memory[CQ_DECODER_BYTES(10000, 20000, 3) / 4];   mesh, positions, queue
  *
  *     result = cq_decoder_init(&dec, memory, sizeof memory);
