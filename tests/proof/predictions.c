@@ -4,7 +4,7 @@
  *
  *     values                 24, not negative; exact ones, without their last 8 bits, 23
  *     offsets of a ring      14
- *     features of regular levels                                         27
+ *     features of regular levels                                         27 or 28
  */
 #include "proof.h"
 
@@ -170,8 +170,8 @@ void claim_above(void)
     t.axis[2] = any_between(0, 2);
     t.slope_x = any_between(-256, 256);
     t.slope_y = any_between(-256, 256);
-    x = cqi_above(&t, any_vector(27));
-    PROVE(fits(x.x, 27) && fits(x.y, 27) && fits(x.z, 29));
+    x = cqi_above(&t, any_vector(28));
+    PROVE(fits(x.x, 28) && fits(x.y, 28) && fits(x.z, 30));
     REACHED();
 }
 
@@ -285,7 +285,7 @@ void claim_find_fine(void)
     int k;
     any_edge(&d);
     cqi_find_fine(&d, any_index(), (cq_index)any_between(0, HALFEDGES - 1), feature, nondet_int() ? &t : NULL);
-    for (k = 0; k < CQI_FINE; k++) PROVE(vector_fits(feature[k], 27));
+    for (k = 0; k < CQI_FINE; k++) PROVE(vector_fits(feature[k], 28));
     REACHED();
 }
 
