@@ -4,9 +4,7 @@
  *
  *     values                 24, not negative; exact ones, without their last 8 bits, 23
  *     offsets of a ring      14
- *     what is beyond it      15
- *     features of the linear prediction, and heights above the plane     20
- *     features of regular levels                                         27
+ *     features of regular levels                                         27 or 28
  */
 #include "proof.h"
 
@@ -88,8 +86,6 @@ void claim_classify_angles(void)
     REACHED();
 }
 
-/* -- The fan of B and its features --------------------------------------------------------------------------------- */
-
 cqi_vector stub_cross(cqi_vector a, cqi_vector b)
 {
     PROVE(vector_fits(a, 10) && vector_fits(b, 10));
@@ -102,276 +98,6 @@ void claim_cross(void)
     PROVE(n.x >= -(2 << 20) && n.x <= 2 << 20);
     PROVE(n.y >= -(2 << 20) && n.y <= 2 << 20);
     PROVE(n.z >= -(2 << 20) && n.z <= 2 << 20);
-    REACHED();
-}
-
-static int axes_hold(const cqi_fan *f)
-{
-    return f->axis[0] >= 0 && f->axis[1] >= 0 && f->axis[2] >= 0 && f->axis[0] != f->axis[1] &&
-           f->axis[0] != f->axis[2] && f->axis[1] != f->axis[2] && f->axis[0] + f->axis[1] + f->axis[2] == 3;
-}
-
-static void any_axes(cqi_fan *f)
-{
-    f->axis[2] = any_between(0, 2);
-    f->axis[0] = f->axis[2] < 2 ? f->axis[2] + 1 : 0;
-    f->axis[1] = 3 - f->axis[2] - f->axis[0];
-}
-
-/* Of any ring; cqi_cross is a stub. */
-void claim_find_plane(void)
-{
-    static cqi_ring r;
-    static cqi_fan f;
-    int k, p, q;
-    r.size = any_between(2, CQ_MAX_VALENCE);
-    r.boundary = any_between(0, CQ_MAX_VALENCE);
-    for (k = 0; k < CQ_MAX_VALENCE; k++) r.at[k] = any_vector(14);
-    p = any_between(0, r.size - 2);
-    q = any_between(p + 1, r.size - 1);
-    cqi_find_plane(&r, &f, p, q);
-    PROVE(axes_hold(&f));
-    PROVE(f.slope_x >= -256 && f.slope_x <= 256 && f.slope_y >= -256 && f.slope_y <= 256);
-    REACHED();
-}
-
-static void any_fan(cqi_fan *f)
-{
-    int k;
-    f->size = any_between(2, CQ_MAX_VALENCE + 1);
-    f->boundary = any_between(0, 1);
-    f->slope_x = any_between(-256, 256);
-    f->slope_y = any_between(-256, 256);
-    any_axes(f);
-    for (k = 0; k < CQ_MAX_VALENCE + 1; k++) {
-        f->at[k] = any_vector(14);
-        f->outer[k] = any_vector(15);
-    }
-    f->at[0].x = f->at[0].y = f->at[0].z = 0;
-}
-
-/* Heights of what has up to 27 bits. */
-void claim_height(void)
-{
-    static cqi_fan f;
-    const cqi_vector v = any_vector(20);
-    int32_t height;
-    f.slope_x = any_between(-256, 256);
-    f.slope_y = any_between(-256, 256);
-    height = cqi_height(&f, v);
-    PROVE(height >= -(3 << 20) && height <= 3 << 20);
-    REACHED();
-}
-
-/* What is beyond the ring is any offset of its bounds, or nothing. */
-int stub_locate_beyond(const cqi_fan *f, const cq_value *a, const cq_value *b, int shift, cqi_vector *x)
-{
-    (void)f, (void)a, (void)b, (void)shift;
-    *x = any_vector(15);
-    return any_between(0, 1);
-}
-
-void claim_locate_beyond(void)
-{
-    static cqi_fan f;
-    cq_value a[3], b[3];
-    cqi_vector x;
-    int k;
-    any_axes(&f);
-    for (k = 0; k < 3; k++) {
-        a[k] = any_value();
-        b[k] = any_value();
-    }
-    if (!cqi_locate_beyond(&f, a, b, any_between(-10, CQI_FRACTION), &x)) return;
-    PROVE(vector_fits(x, 15));
-    REACHED();
-}
-
-/* The mean of n vertices of the ring; n is what cqi_locate_fan counts. */
-static int mean_of;
-
-void claim_mean(void)
-{
-    const int n = any_between(2, CQ_MAX_VALENCE + 1);
-    const int32_t sum = any_signed(19);
-    ASSUME(sum >= -(n << 14) && sum <= n << 14);
-    PROVE(fits(cqi_product(sum, cqi_reciprocal[n], 16), 15)); /* some reciprocals are rounded up */
-    PROVE(fits(cqi_product(any_signed(21), any_between(0, 65535), 17), 20));
-    REACHED();
-}
-
-static int sum_fits(int32_t x) { return x >= -(mean_of << 14) && x <= mean_of << 14; }
-
-cqi_vector stub_product_of(cqi_vector a, int32_t b, int shift)
-{
-    if (shift == 17) {
-        PROVE(vector_fits(a, 21) && b >= 0 && b <= 65535);
-        return any_vector(20);
-    }
-    PROVE(shift == 16 && b == cqi_reciprocal[mean_of] && sum_fits(a.x) && sum_fits(a.y) && sum_fits(a.z));
-    return any_vector(15);
-}
-
-void claim_locate_fan(void)
-{
-    static cqi_ring r;
-    static cqi_fan f;
-    static cq_value values[3 * 26];
-    int k, p, q, n;
-    r.size = any_between(2, SIZE);
-    r.boundary = any_between(0, CQ_MAX_VALENCE);
-    r.shift = any_between(-10, CQI_FRACTION);
-    p = any_between(0, r.size - 2);
-    q = any_between(p + 1, r.size - 1);
-    for (k = 0; k < CQ_MAX_VALENCE; k++) r.at[k] = any_vector(14);
-    for (k = 0; k < CQ_MAX_VALENCE + 1; k++) {
-        f.vertex[k] = (cq_index)any_between(0, 25);
-        f.beyond[k] = any_between(0, 1) ? CQ_NONE : (cq_index)any_between(0, 25);
-    }
-    any_axes(&f);
-    mean_of = n = q - p + 2 - (r.boundary >= p && r.boundary <= q);
-    cqi_locate_fan(&f, &r, values, p, q);
-    for (k = 0; k < n; k++) PROVE(vector_fits(f.at[k], 14) && (f.beyond[k] == CQ_NONE || vector_fits(f.outer[k], 15)));
-    PROVE(vector_fits(f.mean, 15));
-    PROVE(vector_fits(f.feature[0], 20));
-    REACHED();
-}
-
-/* -- Predictions that compete -------------------------------------------------------------------------------------- */
-
-/* Votes of any predictions that cqi_add_rival lets in: differences fit 16 bits, as do the votes. */
-void claim_vote(void)
-{
-    static cqi_fan f;
-    int k;
-    f.num_rivals = any_between(1, CQI_RIVALS);
-    f.extent = any_between(0, 1 << 18);
-    for (k = 0; k < CQI_RIVALS; k++) {
-        f.rival[k] = any_vector(14);
-        ASSUME(f.rival[k].x != -(1 << 14) && f.rival[k].y != -(1 << 14));
-        f.rival[k].z = any_signed(17);
-        f.rival_x[k] = (int16_t)f.rival[k].x;
-        f.rival_y[k] = (int16_t)f.rival[k].y;
-    }
-    cqi_vote(&f, any_between(-10, CQI_FRACTION));
-    PROVE(f.votes >= 0 && f.votes <= 2 * (CQI_RIVALS - 1));
-    PROVE(f.radius >= 0 && f.radius == (int16_t)f.radius);
-    PROVE(vector_fits(f.agreed, 18));
-    REACHED();
-}
-
-/* Are there no more than have room, each within 14 bits along the surface? */
-void claim_add_rival(void)
-{
-    static cqi_fan f;
-    const int before = f.num_rivals = any_between(0, CQI_RIVALS);
-    cqi_add_rival(&f, any_vector(29));
-    PROVE(f.num_rivals <= CQI_RIVALS);
-    if (f.num_rivals == before) return;
-    PROVE(f.rival_x[before] == f.rival[before].x && f.rival_y[before] == f.rival[before].y);
-    PROVE(f.rival_x[before] > -(1 << 14) && f.rival_x[before] < 1 << 14);
-    PROVE(f.rival_y[before] > -(1 << 14) && f.rival_y[before] < 1 << 14);
-    REACHED();
-}
-
-/* All rivals of any fan of SIZE vertices are sums that fit. */
-void claim_list_rivals(void)
-{
-    static cqi_fan f;
-    any_fan(&f);
-    ASSUME(f.size <= SIZE);
-    cqi_list_rivals(&f);
-    PROVE(f.num_rivals >= 0 && f.num_rivals <= CQI_RIVALS);
-    REACHED();
-}
-
-/* -- The place of B ------------------------------------------------------------------------------------------------ */
-
-/* Any residual that a stream can say: up to 26 bits, or a wild one. */
-int32_t stub_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
-{
-    (void)d, (void)residual;
-    PROVE(kind >= 0 && half_bits >= 0 && most == 26 && fraction >= -1 && fraction <= 3);
-    return any_between(0, 1) ? CQI_WILD : any_between(1 - (1 << 26), (1 << 26) - 1);
-}
-
-int stub_code_question(cq_decoder *d, int index, int yes)
-{
-    (void)d, (void)yes;
-    PROVE(index >= 0 && index < CQI_QUESTIONS);
-    return any_between(0, 1);
-}
-
-int stub_learn_question(cqi_model *m, int index, int yes, int saved)
-{
-    (void)m, (void)yes, (void)saved;
-    PROVE(index >= 0 && index < CQI_QUESTIONS);
-    return any_between(-2048, 2048);
-}
-
-void stub_list_rivals(cqi_fan *f) { f->num_rivals = any_between(0, CQI_RIVALS); }
-
-void stub_vote(cqi_fan *f, int shift)
-{
-    (void)shift;
-    f->votes = any_between(0, 2 * (CQI_RIVALS - 1));
-    f->radius = any_between(0, 0x7fff);
-    f->agreed = any_vector(18);
-}
-
-int32_t stub_height(const cqi_fan *f, cqi_vector v)
-{
-    (void)f;
-    PROVE(vector_fits(v, 20));
-    return any_between(-(3 << 20), 3 << 20);
-}
-
-void stub_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, int32_t rise)
-{
-    (void)m, (void)f;
-    PROVE(vector_fits(place, 29) && fits(rise, 30));
-}
-
-/* Whatever a stream says of a place: no sum overflows, and what is accepted has 25 bits. */
-void claim_code_place(void)
-{
-    static cq_decoder d;
-    cqi_vector value = { 0, 0, 0 };
-    cqi_fan *const f = &d.now.fan;
-    int k;
-    any_fan(f);
-    ASSUME(f->size <= SIZE);
-    d.ring.shift = any_between(-10, CQI_FRACTION);
-    d.mesh.num_vertices = any_index();
-    d.model.worth_same = any_between(-(1 << 20), 1 << 20);
-    d.model.worth_rivals = any_between(-(1 << 20), 1 << 20);
-    f->mean = any_vector(15);
-    f->linear = any_vector(25);
-    f->rise = any_signed(25);
-    for (k = 0; k < 3; k++) f->expected[k] = any_between(-64, 64);
-    if (!cqi_code_place(&d, &value)) return;
-    PROVE(vector_fits(value, 25));
-    REACHED();
-}
-
-/* What a place teaches. */
-void claim_learn_linear(void)
-{
-    static cqi_model m;
-    static cqi_fan f;
-    int k;
-    f.size = any_between(2, CQ_MAX_VALENCE + 1);
-    f.boundary = any_between(0, 1);
-    for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m.linear[k] = any_between(-0x40000, 0x40000);
-    for (k = 0; k < CQI_FEATURES; k++) {
-        f.feature[k] = any_vector(20);
-        f.height[k] = any_between(-(3 << 20), 3 << 20);
-    }
-    f.linear = any_vector(25);
-    f.rise = any_signed(25);
-    cqi_learn_linear(&m, &f, any_vector(29), any_signed(30));
-    k = any_between(0, 2 * CQI_FAN_CLASSES * CQI_FEATURES - 1);
-    PROVE(m.linear[k] >= -0x40000 && m.linear[k] <= 0x40000);
     REACHED();
 }
 
@@ -444,8 +170,8 @@ void claim_above(void)
     t.axis[2] = any_between(0, 2);
     t.slope_x = any_between(-256, 256);
     t.slope_y = any_between(-256, 256);
-    x = cqi_above(&t, any_vector(27));
-    PROVE(fits(x.x, 27) && fits(x.y, 27) && fits(x.z, 29));
+    x = cqi_above(&t, any_vector(28));
+    PROVE(fits(x.x, 28) && fits(x.y, 28) && fits(x.z, 30));
     REACHED();
 }
 
@@ -559,7 +285,7 @@ void claim_find_fine(void)
     int k;
     any_edge(&d);
     cqi_find_fine(&d, any_index(), (cq_index)any_between(0, HALFEDGES - 1), feature, nondet_int() ? &t : NULL);
-    for (k = 0; k < CQI_FINE; k++) PROVE(vector_fits(feature[k], 27));
+    for (k = 0; k < CQI_FINE; k++) PROVE(vector_fits(feature[k], 28));
     REACHED();
 }
 

@@ -60,27 +60,6 @@ void claim_step_wipe(void)
     REACHED();
 }
 
-/* Reads and writes of any halfedge and face stay in the queue, and each has bits of its own. */
-void claim_bits(void)
-{
-    cq_index h, g, f, e;
-    int side, marked;
-    any_level();
-    h = any_index(), g = any_index(), f = any_index(), e = any_index();
-    ASSUME(h < 3 * r->faces && g < 3 * r->faces && f < r->faces && e < r->faces && g != h && e != f);
-    marked = cqi_has_mark(&d, g);
-    side = cqi_dissolved_side(&d, e);
-    cqi_set_mark(&d, h);
-    cqi_clear_dissolved_side(&d, f);
-    cqi_set_dissolved_side(&d, f, any_between(1, 3));
-    PROVE(cqi_has_mark(&d, h) && cqi_dissolved_side(&d, f));
-    PROVE(cqi_has_mark(&d, g) == marked && cqi_dissolved_side(&d, e) == side);
-    cqi_clear_dissolved_side(&d, f);
-    PROVE(cqi_has_mark(&d, h) && !cqi_dissolved_side(&d, f));
-    PROVE(cqi_has_mark(&d, g) == marked && cqi_dissolved_side(&d, e) == side);
-    REACHED();
-}
-
 /* -- Marks and the table ------------------------------------------------------------------------------------------- */
 
 cq_result stub_code_mark(cq_decoder *of, cq_index h)
