@@ -1355,7 +1355,8 @@ struct cqi_alignment { char before; uint32_t word; };
 static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
 /* Counts that include virtual vertices and faces. */
-static uint32_t cqi_all_vertices(const cq_shape *s) { return s->num_vertices + s->num_boundary_loops; }
+/* With the rows of an encoder's shape, these may be more than 32 bits. */
+static cqi_size cqi_all_vertices(const cq_shape *s) { return (cqi_size)s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
 /* The channel of positions that connectivity is predicted from, or -1. */
@@ -2507,8 +2508,7 @@ cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size_t *hea
 
 static cqi_size cqi_decoder_size(const cq_shape *s)
 {
-    const cqi_size v = (cqi_size)s->num_vertices + s->num_boundary_loops; /* an encoder's may need more than 32 bits */
-    return CQ_DECODER_BYTES(v, cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
+    return CQ_DECODER_BYTES(cqi_all_vertices(s), cqi_all_faces(s), cqi_all_components(s, CQI_OF_VERTEX)) +
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
@@ -3959,6 +3959,13 @@ static inline cqi_vector cqi_in_cycle(cqi_vector a, int last)
 /* And back in their own order. */
 static inline cqi_vector cqi_out_of_cycle(cqi_vector a, int last) { return cqi_in_cycle(a, last == 2 ? 2 : 1 - last); }
 
+/* B's neighbours are A and those of the ring from p to q, but for a virtual one. */
+static void cqi_size_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
+{
+    f->boundary = r->boundary >= p && r->boundary <= q;
+    f->size = q - p + 2 - f->boundary;
+}
+
 /* The plane, normal to the sum of the areas of A's triangles between p and q; the order of the axes; and the sum of the
  * offsets of B's neighbours, in which A and a virtual vertex are 0. */
 static cqi_vector cqi_find_plane(const cqi_ring *r, cqi_fan *f, int p, int q)
@@ -4073,8 +4080,7 @@ static void cqi_find_features(cq_decoder *d, cqi_fan *f, const cq_value *values,
     const cqi_ring *const r = &d->ring;
     const cqi_vector none = { 0, 0, 0 };
     cqi_vector mean, middle;
-    f->boundary = r->boundary >= p && r->boundary <= q;
-    f->size = q - p + 2 - f->boundary;
+    cqi_size_fan(&d->ring, f, p, q);
     mean = cqi_part(cqi_find_plane(r, f, p, q), f->size);
     middle = cqi_minus(cqi_shift(cqi_plus(r->at[p], r->at[q]), 1), mean);
     cqi_look_beyond(d, f, values, p, q);
@@ -4318,13 +4324,14 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     cqi_fan *const f = &d->now.fan;
     const int shift = d->ring.shift, asks = f->same && shift >= 0 && place != CQI_AT_AGREED;
     int question = 0, is_same = 0;
-    int32_t common = 0;
+    int32_t common = 0, same = 0;
     f->halves = half_bits < 0 ? 0 : half_bits;
     if (asks) {
         question = cqi_at_most(cqi_most_common(f, cqi_at_most(place, 2), predicted, &common), 7);
         question += CQI_SAME + 8 * place;
-        is_same = cqi_code_question(d, question, *value == cqi_floor_shift(common, shift));
-        if (is_same) *value = cqi_floor_shift(common, shift);
+        same = cqi_floor_shift(common, shift);
+        is_same = cqi_code_question(d, question, *value == same);
+        if (is_same) *value = same;
     }
     if (!is_same) {
         const int32_t near = cqi_clamp(predicted, -CQI_FAR, CQI_FAR), p = cqi_unscaled(near, shift);
@@ -4336,8 +4343,7 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     }
     if (asks) {
         const int saved = cqi_residual_cost(common - predicted, shift) + CQI_EXACT_SAVES;
-        is_same = *value == cqi_floor_shift(common, shift);
-        f->gain_same += cqi_learn_question(&d->model, question, is_same, saved);
+        f->gain_same += cqi_learn_question(&d->model, question, *value == same, saved);
     }
 }
 
@@ -4524,8 +4530,7 @@ static void cqi_locate_fan_of_b(cq_decoder *d, int p, int q)
 {
     cqi_fan *f = &d->now.fan;
     int k;
-    f->boundary = d->ring.boundary >= p && d->ring.boundary <= q;
-    f->size = q - p + 2 - f->boundary;
+    cqi_size_fan(&d->ring, f, p, q);
     cqi_list_fan_of_b(d, p, q);
     f->faces = ((uint32_t)1 << f->size) - 1;
     if (f->boundary) f->faces -= (uint32_t)1 << (d->ring.boundary - p);
@@ -9364,7 +9369,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
         s->num_vertices = s->num_rows;
     }
 #endif
-    v = (cqi_size)s->num_vertices + s->num_boundary_loops;
+    v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
     plan += 8 * 4; /* roundings of blocks */
