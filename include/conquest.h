@@ -898,9 +898,7 @@ typedef struct cqi_fan {
     int expected[3];                             /* class of the residuals, in half bits, by what the fan looks like */
     int halves;                                  /* of the last residual of a coordinate */
     int num_rivals;
-    int32_t radius;                              /* two agree if they are no further apart */
-    int votes;                                   /* for the rival with the most */
-    cqi_vector agreed;                           /* mean of those that agree with that one */
+    int flat_sides;                              /* 1: planes compete for z */
     int same;                                    /* 1: asked whether components are equal to those of neighbours */
     int gain_same;                               /* saved by asking, in 1/64 bit */
     cqi_vector feature[CQI_FEATURES];            /* other predictions, minus the mean; */
@@ -912,6 +910,14 @@ typedef struct cqi_fan {
     int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, of the function that runs */
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete */
 } cqi_fan;
+
+/* What came of predictions that compete. */
+typedef struct cqi_contest {
+    int32_t radius;                              /* two agree if they are no further apart */
+    cqi_vector linear;                           /* what was predicted without them */
+    cqi_vector agreed;                           /* mean of those that agree with the one that most agree with */
+    int question;                                /* that was asked; -1: there were none */
+} cqi_contest;
 
 /* Weights of the split model: log-odds, natural, in units of 1 / CQI_NAT. Indices of tables in one array. */
 #define CQI_NAT_BITS 12
@@ -995,7 +1001,8 @@ enum {
 enum {
     CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
     CQI_SAME = CQI_HIT + 8 * 8,               /* [place of the component][how many] it is as most of the neighbours' */
-    CQI_QUESTIONS = CQI_SAME + 4 * 8
+    CQI_FLAT = CQI_SAME + 4 * 8,              /* [agreement][distance] its height is where planes agree */
+    CQI_QUESTIONS = CQI_FLAT + 8 * 8
 };
 
 /* Corners of the two faces that a split makes: of A, B and p in the left one, of A, B and q in the right one. */
@@ -1064,7 +1071,7 @@ typedef struct cqi_material {
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
-    int32_t worth_rivals, worth_same;                        /* by asking all questions of a vertex, see gain */
+    int32_t worth_rivals, worth_flat, worth_same;            /* by asking all questions of a vertex, see gain */
     int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
                                                                 those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
@@ -2902,87 +2909,87 @@ static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
     128, 114, 56, 85, 144, 207, 234, 236, 220, 208, 128, 128, 128, 255, 105, 117, 162, 218, 241, 245, 242, 215,
     128, 128, 128, 128, 255, 168, 189, 229, 245, 245, 247, 243, 111, 102, 112, 105, 121, 111, 105, 96, 89, 93,
     32, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 139, 153, 113, 125, 186, 233, 249,
-    248, 149, 144, 150, 149, 125, 153, 137, 128, 113, 103, 98, 89, 84, 77, 77, 77, 64, 59, 9, 128, 128,
+    248, 149, 144, 150, 149, 125, 153, 137, 128, 113, 103, 98, 89, 84, 77, 77, 77, 64, 59, 10, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 99, 92, 151, 194, 200, 175, 166, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 138, 57, 62, 186, 186, 175, 108, 128, 128, 128, 128, 128, 128, 128, 128,
     153, 89, 39, 95, 159, 114, 144, 119, 0, 128, 128, 128, 128, 128, 128, 128, 166, 109, 48, 41, 122, 146,
     142, 99, 0, 128, 128, 128, 128, 128, 128, 128, 96, 73, 29, 97, 162, 56, 126, 128, 104, 0, 128, 128,
     128, 128, 128, 128, 109, 84, 32, 75, 138, 121, 110, 106, 101, 0, 128, 128, 128, 128, 128, 128, 66, 44,
-    26, 92, 85, 91, 109, 128, 155, 92, 0, 128, 128, 128, 128, 128, 97, 64, 18, 32, 55, 95, 150, 150,
-    133, 87, 0, 128, 128, 128, 128, 128, 63, 38, 18, 48, 52, 126, 137, 145, 157, 126, 82, 0, 128, 128,
+    26, 93, 85, 91, 109, 128, 155, 92, 0, 128, 128, 128, 128, 128, 97, 64, 18, 31, 55, 95, 150, 150,
+    133, 87, 0, 128, 128, 128, 128, 128, 63, 38, 18, 47, 52, 126, 137, 145, 157, 126, 82, 0, 128, 128,
     128, 128, 95, 71, 24, 24, 59, 80, 120, 115, 144, 121, 90, 0, 128, 128, 128, 128, 71, 50, 18, 25,
-    37, 78, 128, 118, 158, 141, 123, 103, 60, 42, 45, 128, 114, 88, 29, 20, 28, 74, 88, 128, 143, 131,
-    120, 101, 52, 41, 29, 128, 115, 108, 100, 90, 82, 79, 77, 79, 74, 61, 30, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 82, 148, 174, 192, 166, 153, 128, 128, 128, 128, 128,
+    37, 79, 127, 118, 158, 141, 123, 103, 60, 42, 43, 128, 114, 88, 29, 20, 28, 74, 88, 128, 143, 131,
+    120, 101, 52, 40, 31, 128, 115, 108, 100, 90, 82, 79, 77, 79, 74, 62, 27, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 82, 149, 174, 192, 167, 153, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 169, 80, 64, 167, 179, 113, 140, 128, 128, 128, 128, 128, 128, 128, 128, 171, 81, 60,
     141, 195, 152, 122, 106, 0, 128, 128, 128, 128, 128, 128, 128, 185, 122, 49, 59, 169, 194, 79, 108, 0,
     128, 128, 128, 128, 128, 128, 128, 105, 61, 41, 131, 181, 87, 139, 151, 111, 0, 128, 128, 128, 128, 128,
-    128, 111, 70, 30, 57, 146, 124, 88, 108, 98, 0, 128, 128, 128, 128, 128, 128, 60, 40, 22, 105, 113,
-    127, 123, 152, 149, 94, 0, 128, 128, 128, 128, 128, 102, 61, 20, 44, 116, 64, 122, 101, 128, 91, 0,
+    128, 111, 70, 30, 56, 148, 124, 88, 108, 98, 0, 128, 128, 128, 128, 128, 128, 60, 40, 22, 105, 113,
+    127, 123, 152, 149, 95, 0, 128, 128, 128, 128, 128, 102, 61, 20, 44, 116, 64, 122, 101, 128, 91, 0,
     128, 128, 128, 128, 128, 61, 37, 15, 42, 64, 140, 141, 106, 157, 120, 85, 0, 128, 128, 128, 128, 93,
-    73, 22, 25, 62, 61, 109, 128, 150, 120, 87, 0, 128, 128, 128, 128, 74, 51, 20, 35, 30, 83, 127,
-    112, 155, 140, 123, 104, 60, 46, 43, 128, 114, 90, 29, 25, 24, 53, 103, 128, 145, 131, 121, 102, 51,
-    41, 40, 128, 92, 84, 82, 82, 83, 85, 86, 84, 61, 66, 56, 116, 128, 128, 128, 128, 128, 128, 128,
+    73, 22, 25, 62, 61, 109, 128, 150, 120, 87, 0, 128, 128, 128, 128, 74, 51, 20, 35, 29, 82, 128,
+    112, 155, 140, 123, 104, 60, 47, 43, 128, 114, 90, 29, 25, 24, 53, 103, 128, 145, 131, 121, 102, 51,
+    41, 41, 128, 92, 84, 82, 81, 83, 84, 86, 84, 63, 68, 56, 115, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 78, 50, 102, 143, 108, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 42, 13, 90, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 110, 37, 27, 24, 72, 128,
+    128, 128, 42, 13, 90, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 110, 38, 27, 24, 72, 128,
     128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 141, 74, 49, 32, 7, 125, 128, 128, 0, 128, 128, 128,
-    128, 128, 128, 128, 66, 60, 45, 20, 68, 109, 128, 128, 131, 0, 128, 128, 128, 128, 128, 128, 78, 66,
-    38, 31, 29, 70, 127, 126, 126, 0, 128, 128, 128, 128, 128, 128, 47, 55, 37, 25, 46, 104, 122, 126,
-    187, 124, 0, 128, 128, 128, 128, 128, 60, 73, 48, 29, 34, 57, 109, 126, 178, 118, 0, 128, 128, 128,
-    128, 128, 37, 68, 42, 22, 40, 95, 122, 128, 205, 174, 113, 0, 128, 128, 128, 128, 48, 84, 59, 35,
-    26, 82, 142, 146, 198, 160, 101, 0, 128, 128, 128, 128, 44, 91, 56, 42, 44, 18, 106, 128, 206, 181,
-    153, 118, 62, 61, 72, 128, 65, 112, 81, 46, 47, 26, 63, 123, 192, 168, 142, 114, 59, 70, 79, 128,
-    92, 90, 95, 109, 93, 89, 52, 40, 78, 127, 124, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 65, 60, 44, 19, 73, 109, 128, 128, 131, 0, 128, 128, 128, 128, 128, 128, 78, 66,
+    38, 30, 28, 66, 127, 127, 126, 0, 128, 128, 128, 128, 128, 128, 47, 55, 37, 25, 44, 100, 124, 127,
+    187, 124, 0, 128, 128, 128, 128, 128, 60, 73, 48, 29, 34, 53, 111, 128, 178, 118, 0, 128, 128, 128,
+    128, 128, 36, 68, 41, 22, 38, 97, 125, 128, 205, 174, 113, 0, 128, 128, 128, 128, 47, 84, 59, 34,
+    25, 81, 145, 147, 198, 160, 101, 0, 128, 128, 128, 128, 43, 89, 53, 32, 30, 42, 112, 128, 207, 182,
+    153, 118, 62, 62, 72, 128, 63, 111, 80, 41, 34, 33, 76, 123, 194, 169, 142, 114, 60, 71, 83, 128,
+    88, 86, 91, 89, 82, 99, 71, 52, 79, 127, 123, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 94, 22, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 122, 28,
-    10, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 161, 55, 35, 31, 128, 128, 128, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 152, 86, 36, 7, 122, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
-    128, 66, 48, 33, 78, 98, 128, 128, 128, 122, 0, 128, 128, 128, 128, 128, 128, 91, 82, 35, 75, 125,
-    139, 119, 114, 122, 0, 128, 128, 128, 128, 128, 128, 56, 87, 140, 204, 194, 106, 29, 112, 182, 115, 0,
-    128, 128, 128, 128, 128, 92, 133, 156, 189, 178, 76, 34, 122, 162, 97, 0, 128, 128, 128, 128, 128, 82,
-    157, 191, 174, 77, 51, 67, 124, 181, 144, 93, 0, 128, 128, 128, 128, 120, 175, 190, 163, 106, 31, 76,
-    118, 163, 137, 97, 1, 128, 128, 128, 128, 100, 157, 154, 85, 51, 65, 105, 131, 164, 150, 135, 113, 61,
-    56, 108, 128, 132, 149, 143, 93, 63, 73, 105, 128, 152, 158, 141, 125, 34, 82, 127, 128, 95, 89, 78,
+    10, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 174, 64, 25, 33, 128, 128, 128, 128, 0,
+    128, 128, 128, 128, 128, 128, 128, 157, 99, 28, 5, 122, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
+    128, 64, 52, 25, 78, 98, 128, 128, 128, 127, 0, 128, 128, 128, 128, 128, 128, 81, 75, 26, 53, 111,
+    128, 112, 128, 126, 0, 128, 128, 128, 128, 128, 128, 41, 66, 77, 150, 167, 113, 101, 116, 185, 125, 0,
+    128, 128, 128, 128, 128, 64, 96, 87, 130, 174, 126, 87, 130, 165, 99, 0, 128, 128, 128, 128, 128, 44,
+    113, 150, 179, 111, 60, 96, 124, 199, 158, 104, 0, 128, 128, 128, 128, 96, 147, 160, 161, 108, 60, 80,
+    118, 164, 136, 101, 0, 128, 128, 128, 128, 94, 163, 150, 105, 62, 72, 106, 132, 186, 149, 125, 108, 44,
+    79, 121, 128, 118, 164, 141, 106, 76, 75, 105, 128, 169, 155, 141, 108, 36, 102, 127, 128, 95, 89, 78,
     85, 67, 57, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 113, 16, 75, 128, 128,
     128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 72, 14, 28, 128, 128, 128, 128, 0, 128, 128, 128,
     128, 128, 128, 128, 148, 97, 60, 11, 50, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 70, 87,
-    34, 11, 96, 128, 128, 128, 143, 0, 128, 128, 128, 128, 128, 128, 109, 120, 44, 54, 34, 78, 128, 128,
+    34, 12, 95, 128, 128, 128, 143, 0, 128, 128, 128, 128, 128, 128, 109, 120, 44, 54, 33, 78, 128, 128,
     134, 0, 128, 128, 128, 128, 128, 128, 70, 89, 51, 61, 40, 117, 128, 128, 176, 128, 0, 128, 128, 128,
-    128, 128, 80, 105, 45, 49, 86, 86, 128, 128, 180, 128, 0, 128, 128, 128, 128, 128, 49, 67, 43, 19,
-    119, 127, 128, 128, 198, 182, 155, 0, 128, 128, 128, 128, 72, 101, 24, 32, 107, 128, 128, 128, 187, 164,
+    128, 128, 80, 105, 45, 51, 86, 85, 128, 128, 180, 128, 0, 128, 128, 128, 128, 128, 49, 67, 43, 19,
+    119, 127, 128, 128, 198, 182, 155, 0, 128, 128, 128, 128, 72, 101, 24, 31, 107, 128, 128, 128, 187, 164,
     146, 0, 128, 128, 128, 128, 42, 64, 5, 96, 128, 128, 128, 128, 200, 180, 161, 152, 63, 46, 18, 128,
-    67, 88, 5, 105, 128, 128, 128, 128, 188, 182, 163, 166, 43, 43, 77, 128, 167, 149, 124, 92, 148, 133,
+    67, 88, 5, 105, 128, 128, 128, 128, 188, 182, 163, 166, 44, 44, 77, 128, 168, 149, 124, 92, 148, 133,
     123, 105, 141, 132, 125, 117,
 };
 #ifndef CQ_NO_REGULAR
 static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
-    128, 30, 16, 123, 49, 128, 16, 20, 100, 31, 128, 18, 2, 12, 4, 155, 27, 17, 111, 46, 128, 9,
+    128, 30, 16, 123, 49, 128, 16, 20, 100, 32, 128, 18, 2, 12, 4, 155, 27, 17, 111, 46, 128, 9,
     5, 52, 24, 128, 28, 14, 82, 38, 128, 177, 120, 236, 240, 128, 65, 37, 183, 173, 128, 167, 68, 230,
     239, 128, 254, 242, 254, 255, 128, 133, 59, 183, 147, 128, 23, 10, 67, 61, 128, 113, 26, 143, 120, 128,
-    251, 216, 252, 254, 128, 240, 154, 224, 243, 103, 60, 21, 140, 89, 128, 15, 8, 55, 37, 59, 32, 17,
-    107, 93, 128, 238, 166, 249, 253, 128, 196, 103, 203, 222, 186, 146, 60, 176, 194, 210, 190, 58, 17, 128,
+    251, 216, 252, 254, 128, 240, 154, 224, 243, 104, 60, 21, 140, 89, 128, 15, 8, 55, 37, 58, 32, 17,
+    107, 93, 128, 238, 166, 249, 253, 128, 196, 103, 203, 222, 185, 146, 60, 176, 194, 210, 190, 58, 17, 128,
     39, 151, 10, 1, 128, 250, 235, 143, 9, 128, 247, 236, 140, 59, 128, 181, 206, 54, 3, 128, 96, 122,
     34, 0, 128, 14, 33, 2, 0, 128, 217, 191, 91, 36, 128, 244, 254, 255, 245, 166, 92, 98, 99, 83,
     86, 117, 82, 78, 81, 142, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    29, 11, 174, 189, 192, 101, 132, 128, 128, 128, 128, 128, 128, 128, 128, 128, 53, 16, 96, 153, 188, 138,
-    148, 128, 128, 128, 128, 128, 128, 128, 128, 128, 77, 43, 60, 122, 154, 142, 73, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 124, 87, 66, 100, 155, 144, 91, 128, 128, 128, 128, 128, 128, 128, 128, 128, 154, 122,
-    93, 99, 126, 142, 122, 128, 128, 128, 128, 128, 128, 128, 128, 185, 154, 124, 121, 116, 117, 113, 96, 0,
+    29, 11, 173, 189, 193, 102, 134, 128, 128, 128, 128, 128, 128, 128, 128, 128, 53, 16, 96, 155, 190, 140,
+    146, 128, 128, 128, 128, 128, 128, 128, 128, 128, 77, 43, 60, 122, 154, 141, 75, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 124, 87, 66, 100, 155, 145, 90, 128, 128, 128, 128, 128, 128, 128, 128, 128, 154, 122,
+    93, 99, 126, 143, 120, 128, 128, 128, 128, 128, 128, 128, 128, 185, 154, 124, 121, 116, 117, 113, 95, 0,
     128, 128, 128, 128, 128, 128, 128, 201, 184, 156, 140, 120, 99, 135, 133, 0, 128, 128, 128, 128, 128, 128,
-    128, 173, 181, 160, 116, 89, 144, 197, 145, 122, 0, 128, 128, 128, 128, 128, 128, 192, 202, 167, 124, 76,
+    128, 173, 181, 160, 116, 89, 144, 198, 144, 122, 0, 128, 128, 128, 128, 128, 128, 192, 202, 167, 124, 76,
     157, 196, 128, 112, 0, 128, 128, 128, 128, 128, 128, 163, 178, 130, 85, 145, 191, 133, 2, 131, 111, 0,
     128, 128, 128, 128, 128, 175, 189, 142, 107, 148, 181, 135, 8, 129, 118, 0, 128, 128, 128, 128, 128, 142,
     182, 159, 156, 143, 81, 16, 29, 169, 157, 144, 81, 17, 10, 128, 128, 89, 85, 95, 81, 112, 178, 75,
     17, 34, 104, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 41, 8, 117,
     65, 97, 115, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 62, 23, 61, 79, 86, 144, 164, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 103, 54, 50, 113, 138, 158, 120, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 103, 54, 50, 113, 139, 157, 120, 128, 128, 128, 128, 128, 128, 128, 128,
     128, 135, 69, 31, 81, 134, 109, 123, 128, 128, 128, 128, 128, 128, 128, 128, 128, 162, 94, 40, 98, 179,
-    173, 136, 128, 128, 128, 128, 128, 128, 128, 128, 177, 125, 66, 91, 136, 127, 141, 139, 0, 128, 128, 128,
-    128, 128, 128, 128, 188, 148, 97, 95, 118, 123, 148, 138, 0, 128, 128, 128, 128, 128, 128, 128, 135, 118,
-    90, 99, 105, 118, 109, 138, 112, 0, 128, 128, 128, 128, 128, 128, 159, 139, 105, 88, 96, 138, 189, 112,
+    174, 135, 128, 128, 128, 128, 128, 128, 128, 128, 177, 125, 66, 91, 136, 127, 139, 139, 0, 128, 128, 128,
+    128, 128, 128, 128, 188, 148, 97, 95, 118, 124, 147, 138, 0, 128, 128, 128, 128, 128, 128, 128, 135, 118,
+    90, 99, 105, 118, 109, 138, 112, 0, 128, 128, 128, 128, 128, 128, 159, 139, 105, 88, 97, 137, 189, 112,
     104, 0, 128, 128, 128, 128, 128, 128, 105, 111, 88, 107, 195, 209, 148, 37, 141, 109, 0, 128, 128, 128,
     128, 128, 125, 148, 124, 126, 189, 202, 135, 15, 134, 115, 0, 128, 128, 128, 128, 128, 101, 179, 187, 189,
-    141, 94, 20, 37, 186, 159, 134, 80, 3, 94, 128, 128,
+    141, 94, 20, 37, 186, 159, 134, 80, 3, 93, 128, 128,
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
@@ -3019,7 +3026,7 @@ static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
 };
 static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     -4, -2, -2, -2, -1, -1, -1, 0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 2, 1,
-    0, -3, 1, 1, 2, -2, 1, 2, -1, -2, -2, -1, -2, -2, -1, 0, 0, -1, -2, -1, 0, 0,
+    0, -3, 1, 1, 2, -2, 1, 2, -1, -1, -2, -1, -2, -2, -1, 0, 0, -1, -2, -1, 0, 0,
     -2, 0, 1, 0, 3, -1, -1, -1, -2, -2, -2, -3, -3, -4, -4, -4, -4, -4, -5, -5, -9, -8,
     -7, -5, -3, -2, -1, 0, 0, 0, 0, 0, 0, 0, 0, -9, 0, 22, 29, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 14, 27, 26, 0, 0,
@@ -3028,44 +3035,50 @@ static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     16, 22, 23, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -14, 7, 16, 18, 16, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -29, 0, 9, 16, 12, 10, -8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -31, -5, 4, 7, 8, 7, 4, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 2, -9, -7, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -31, -5, 4, 7, 8, 7, 5, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 3, -9, -7, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, -35, -22, -8, -5, -4, -2, 0, -3, -7, -3, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -45, -31, -13, -10, -12, -10, -10, -7, -8, -5, -5,
-    -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -14, -2, 9, 12, 11, 8, 3, 1, 0,
+    -2, -2, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -14, -2, 9, 12, 11, 8, 3, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    -25, -14, -5, 3, 5, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -15, -6, 1, 3, 1, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, -23, -12,
+    -25, -14, -5, 3, 4, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -15, -5, 1, 2, 1, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, -24, -12,
     -2, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, -23, -10, 3, 8, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -22, -9, 3, 7,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -22, -8, 3, 7,
     1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 29, -21, -11, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, 0, 15, 19, 16, 9,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, 0, 15, 19, 16, 10,
     7, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 53, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -1, 0, -3, -6, -13, -18, -17, -3, 3, 2, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -6, -17, -21, -3, 2, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -6, -16, -21, -3, 2, 0,
     0, -1, -2, -2, -2, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
     53, 69, 32, 10, 4, 0, 78, 78, 120, 92, 52, 30, 14, 6, 78, 78, 144, 114, 76, 45, 22, 5,
     78, 78, 198, 158, 127, 94, 61, 7, 78, 78, 236, 200, 189, 169, 117, 44, 78, 78, 252, 244, 235, 211,
     110, 82, 78, 78, 255, 251, 254, 219, 156, 83, 78, 78, 255, 255, 253, 174, 25, 78, 78, 78, 78, 18,
-    61, 85, 160, 127, 114, 94, 78, 16, 51, 88, 203, 147, 172, 131, 78, 21, 66, 139, 194, 192, 225, 225,
-    78, 23, 91, 178, 241, 251, 254, 250,
+    62, 83, 159, 125, 115, 94, 78, 16, 53, 85, 204, 149, 171, 137, 78, 21, 66, 131, 188, 196, 222, 228,
+    78, 22, 83, 175, 220, 222, 241, 239, 78, 79, 56, 61, 32, 7, 78, 78, 108, 93, 66, 59, 40, 38,
+    78, 78, 144, 115, 84, 45, 36, 38, 78, 78, 179, 134, 98, 75, 93, 81, 78, 78, 226, 165, 116, 140,
+    165, 150, 78, 78, 240, 204, 191, 204, 201, 156, 78, 78, 251, 255, 253, 250, 242, 204, 78, 78, 253, 234,
+    241, 231, 208, 251, 78, 78,
 };
 static const int8_t cqi_prior_gain[CQI_QUESTIONS] = {
     -49, -41, -22, -13, -11, -12, 0, 0, -67, -36, -12, 1, 0, -5, 0, 0, -44, -6, 23, 35, 31, -5,
     0, 0, -19, 20, 75, 105, 86, 0, 0, 0, 15, 108, 127, 127, 127, 77, 0, 0, 59, 127, 127, 127,
     127, 127, 0, 0, 104, 127, 127, 127, 127, 7, 0, 0, 75, 127, 127, 127, 7, 0, 0, 0, 0, -4,
-    78, 117, 127, 127, 122, 36, 0, -1, 73, 117, 127, 127, 127, 86, 0, -10, 45, 127, 127, 127, 127, 127,
-    0, -11, 68, 127, 127, 127, 127, 127,
+    78, 114, 127, 127, 123, 36, 0, -1, 74, 114, 127, 127, 127, 87, 0, -10, 39, 127, 127, 127, 127, 127,
+    0, -11, 56, 120, 127, 127, 127, 127, -55, -39, -28, -5, -8, -8, 0, 0, -71, -55, -36, -17, -3, 19,
+    0, 0, -56, -48, -20, -4, 9, 29, 0, 0, -62, -52, -15, 29, 99, 98, 0, 0, -33, -43, 14, 117,
+    127, 127, 0, 0, -9, 29, 127, 127, 127, 127, 0, 0, 40, 127, 127, 127, 127, 127, 0, 0, -7, 50,
+    95, 109, 90, 127, 0, 0,
 };
 static const int8_t cqi_prior_linear[2 * CQI_FAN_CLASSES * CQI_FEATURES] = {
-    0, 17, 0, 2, 3, -2, -4, 1, -22, -12, 8, -15, -15, 15, -22, -12, 22, -20, -9, 29, -17, -13,
-    37, -16, 0, 31, 0, -34, -36, -79, -28, 26, 2, -25, 38, 17, -23, 18, -16, -20, 26, -16, -17, 33,
+    0, 17, 0, 1, 3, -3, -4, 1, -22, -12, 8, -15, -15, 15, -22, -12, 22, -20, -9, 29, -17, -13,
+    37, -16, 0, 31, 0, -34, -35, -80, -28, 26, 2, -25, 38, 17, -23, 18, -16, -20, 26, -16, -17, 33,
     -16, -13, 42, -14,
 };
 /* priors end */
@@ -3082,7 +3095,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = (int16_t)(cqi_prior_linear[k] * 128);
-    m->worth_rivals = m->worth_same = 16 * 64 * 4;
+    m->worth_rivals = m->worth_flat = m->worth_same = 16 * 64 * 4;
     m->skin[0] = m->skin[1] = m->trust[0] = m->trust[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
@@ -4163,6 +4176,40 @@ static void cqi_list_rivals(cqi_fan *f)
         for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
 }
 
+/* On what has edges, B often lies in the plane of a flat side that only some triangles nearby belong to. So where x and
+ * y are known, planes compete for z, in the same way, as predictions with z in place of x, and 0 for y.
+ *
+ * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless that is steep: then it
+ * tells little. Components of edges are below 2^16, and 2^14 once they are shifted; those of the cross product below 2^29.
+ * That of z is then made at most 2^15, and the others are at most 8 more than 8 times as large: so slopes, in 2^-14, are
+ * at most 2^18, and all products at most 2^35. */
+#define CQI_STEEP_BITS 3  /* steep: the slope is 2^3 or more */
+static void cqi_add_plane(cqi_fan *f, cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
+{
+    const cqi_vector at = cqi_minus(place, a);
+    cqi_vector n = cqi_cross(cqi_shift(cqi_minus(b, a), 2), cqi_shift(cqi_minus(c, a), 2)), z = { 0, 0, 0 };
+    const uint32_t steep = (cqi_abs(n.x) + cqi_abs(n.y)) >> CQI_STEEP_BITS;
+    int32_t part;
+    if (cqi_abs(n.z) <= steep) return;
+    n = cqi_shift(n, (int)cqi_clamp(cqi_bit_length(cqi_abs(n.z)) - 15, 0, 31));
+    part = ((int32_t)1 << 29) / n.z;
+    z.x = a.z - cqi_product(cqi_product(n.x, part, 15), at.x, 14) - cqi_product(cqi_product(n.y, part, 15), at.y, 14);
+    cqi_add_rival(f, z);
+}
+
+/* Planes of the triangles across the edges of the fan, and of those inside it. */
+static void cqi_list_planes(cqi_fan *f, cqi_vector place)
+{
+    const cqi_vector *const at = f->at;
+    const int n = f->size;
+    int k;
+    if (f->boundary || n < 3) return;
+    for (k = 0; k < n; k++)
+        if (f->known >> k & 1) cqi_add_plane(f, place, at[k], at[k + 1 < n ? k + 1 : 0], f->outer[k]);
+    for (k = 0; k < n && n > 3; k++)
+        cqi_add_plane(f, place, at[k], at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0]);
+}
+
 /* Distance along the surface. */
 static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
 {
@@ -4211,24 +4258,23 @@ static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
     }
 }
 
-/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. */
-static CQI_APART void cqi_vote(cqi_fan *f, int shift)
+/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. Returns
+ * the votes for it. */
+static CQI_APART int cqi_vote(const cqi_fan *f, cqi_contest *c)
 {
-    const int32_t radius = f->extent * 14 / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 0);
     int k, best = 0, n = 0;
     cqi_vector sum = { 0, 0, 0 };
     cqi_votes votes;
-    cqi_count_votes(f, (int16_t)radius, &votes);
+    cqi_count_votes(f, (int16_t)c->radius, &votes);
     for (k = 1; k < f->num_rivals; k++)
         if (votes.of[k] > votes.of[best]) best = k;
     for (k = 0; k < f->num_rivals; k++) {
-        if (k != best && cqi_apart(f->rival[k], f->rival[best]) >= radius) continue;
+        if (k != best && cqi_apart(f->rival[k], f->rival[best]) >= c->radius) continue;
         sum = cqi_plus(sum, f->rival[k]);
         n++;
     }
-    f->radius = radius;
-    f->votes = votes.of[best];
-    f->agreed = cqi_part(sum, n);
+    c->agreed = cqi_part(sum, n);
+    return votes.of[best];
 }
 
 /* Classes of agreement: 0, 1, 2, 3 .. 4, 5 .. 7, 8 .. 11, 12 .. 17 votes, and more. */
@@ -4237,17 +4283,8 @@ static int cqi_vote_class(int votes)
     return votes < 3 ? votes : votes < 5 ? 3 : votes < 8 ? 4 : votes < 12 ? 5 : votes < 18 ? 6 : 7;
 }
 
-/* The question whether B is where predictions agree, by their votes and how far that is from the linear prediction. */
-static int cqi_hit_question(const cqi_fan *f)
-{
-    const int32_t x = cqi_apart(f->agreed, f->linear);
-    int apart = 0;
-    while (apart < 5 && x >= f->radius << apart) apart++;
-    return CQI_HIT + 8 * cqi_vote_class(f->votes) + apart;
-}
-
 /* Is a place where predictions agree? */
-static int cqi_is_hit(const cqi_fan *f, cqi_vector place) { return cqi_apart(place, f->agreed) < f->radius * 3 / 2; }
+static int cqi_is_hit(const cqi_contest *c, cqi_vector place) { return cqi_apart(place, c->agreed) < c->radius * 3 / 2; }
 
 /* -- Questions that are asked while they pay --
  *
@@ -4347,16 +4384,48 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     }
 }
 
-/* x and y of B; hit: predictions agree about it. Returns the larger size of both residuals. */
-static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
+/* Is the place, which an encoder knows, where predictions agree? Asks, if there are any, by their votes, and by how far
+ * that is from what was predicted without them. Two agree within a part of the fan's extent, in 1/256, and one and a half
+ * steps. */
+#define CQI_RIVALS_APART 14
+#define CQI_PLANES_APART 2
+static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, cqi_vector place)
+{
+    const cqi_fan *f = &d->now.fan;
+    const int shift = d->ring.shift;
+    int apart = 0;
+    int32_t x;
+    c->question = -1;
+    if (!f->num_rivals) return 0;
+    c->radius = f->extent * part / 256 + (shift >= 0 ? (int32_t)3 << shift >> 1 : 1);
+    c->question = questions + 8 * cqi_vote_class(cqi_vote(f, c));
+    x = cqi_apart(c->agreed, c->linear);
+    while (apart < 5 && x >= c->radius << apart) apart++;
+    c->question += apart;
+    return cqi_code_question(d, c->question, CQI_ENCODING(d) && cqi_is_hit(c, place));
+}
+
+/* Updates what asking gains, now that the place is known: its residual has `count` numbers. */
+static void cqi_learn_hit(cq_decoder *d, const cqi_contest *c, cqi_vector place, int count, int32_t *worth)
+{
+    const int shift = d->ring.shift;
+    int saved;
+    if (c->question < 0) return;
+    saved = cqi_residual_cost(cqi_apart(place, c->linear), shift) - cqi_residual_cost(cqi_apart(place, c->agreed), shift);
+    saved = cqi_learn_question(&d->model, c->question, cqi_is_hit(c, place), count * saved);
+    *worth += cqi_floor_shift((int32_t)16 * saved - *worth, 6);
+}
+
+/* x and y of B; hit: NULL, or where predictions agree about it. Returns the larger size of both residuals. */
+static int cqi_code_along(cq_decoder *d, const cqi_contest *hit, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
     int halves;
     if (hit) {
-        const int half_bits = cqi_half_bits((uint32_t)f->radius) - 2 * d->ring.shift;
-        cqi_code_coordinate(d, CQI_AT_AGREED, half_bits, f->agreed.x, &value->x);
+        const int half_bits = cqi_half_bits((uint32_t)hit->radius) - 2 * d->ring.shift;
+        cqi_code_coordinate(d, CQI_AT_AGREED, half_bits, hit->agreed.x, &value->x);
         halves = f->halves;
-        cqi_code_coordinate(d, CQI_AT_AGREED, (half_bits + halves + 1) / 2, f->agreed.y, &value->y);
+        cqi_code_coordinate(d, CQI_AT_AGREED, (half_bits + halves + 1) / 2, hit->agreed.y, &value->y);
     } else {
         cqi_code_coordinate(d, CQI_AT_X, f->expected[0], f->linear.x, &value->x);
         halves = f->halves;
@@ -4365,63 +4434,76 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
     return halves > f->halves ? halves : f->halves;
 }
 
-/* Competing predictions and common components take time, and only on some surfaces they save bits. They are used as
+
+/* What competes and common components take time, and only on some surfaces they save bits. They are used as
  * long as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that
  * mean. */
 #define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
 #define CQI_PROBE 32
 
-/* Is B where predictions agree? Asks, if there are any; *question is the one that was asked. */
-static int cqi_code_hit(cq_decoder *d, cqi_vector value, int *question)
+/* Does no feature of the linear prediction rise four steps above the fan's plane, or sink below it? Then planes tell
+ * nothing new. */
+static int cqi_is_flat(const cqi_fan *f, int shift)
 {
-    cqi_fan *f = &d->now.fan;
-    const int shift = d->ring.shift;
-    if (!f->num_rivals) return 0;
-    cqi_vote(f, shift);
-    *question = cqi_hit_question(f);
-    value.x = cqi_scaled(value.x, &d->ring);
-    value.y = cqi_scaled(value.y, &d->ring);
-    return cqi_code_question(d, *question, CQI_ENCODING(d) && cqi_is_hit(f, value));
+    return (cqi_abs(f->height[0]) | cqi_abs(f->height[1]) | cqi_abs(f->height[2])) < (uint32_t)4 << (shift > 0 ? shift : 0);
 }
 
-/* Updates what both kinds of questions gain, now that the place is known. */
-static void cqi_learn_worth(cq_decoder *d, cqi_vector place, int question)
+/* z of B, whose x and y are in *place; hit: predictions agreed about those. */
+static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predicted, cqi_vector *place, int32_t *value)
 {
-    const cqi_fan *f = &d->now.fan;
-    const int shift = d->ring.shift;
-    if (f->num_rivals) {
-        int saved = cqi_residual_cost(cqi_apart(place, f->linear), shift);
-        saved = 2 * (saved - cqi_residual_cost(cqi_apart(place, f->agreed), shift));
-        saved = cqi_learn_question(&d->model, question, cqi_is_hit(f, place), saved);
-        d->model.worth_rivals += cqi_floor_shift((int32_t)16 * saved - d->model.worth_rivals, 6);
+    cqi_fan *f = &d->now.fan;
+    cqi_contest c;
+    cqi_vector z = { 0, 0, 0 };
+    f->num_rivals = 0;
+    if (f->flat_sides) {
+        z.x = cqi_clamp(place->x, -CQI_FAR, CQI_FAR);
+        z.y = cqi_clamp(place->y, -CQI_FAR, CQI_FAR);
+        cqi_list_planes(f, z);
+        z.x = cqi_scaled(*value, &d->ring);
+        z.y = 0;
     }
-    if (f->same) d->model.worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - d->model.worth_same, 6);
+    c.linear.x = predicted;
+    c.linear.y = 0;
+    if (cqi_code_hit(d, &c, CQI_FLAT, CQI_PLANES_APART, z)) {
+        hit = 1;
+        predicted = c.agreed.x;
+        half_bits = cqi_half_bits((uint32_t)c.radius) - 2 * d->ring.shift;
+    }
+    cqi_code_coordinate(d, CQI_AT_Z + hit, half_bits, predicted, value);
+    place->z = z.x = cqi_scaled(*value, &d->ring);
+    cqi_learn_hit(d, &c, z, 1, &d->model.worth_flat);
 }
 
 /* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, 30 in the scale of the ring. */
 static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
-    const int probe = d->mesh.num_vertices % CQI_PROBE == 0, rivals = probe || d->model.worth_rivals > CQI_WORTH_IT;
-    int half_bits, hit, question = 0;
+    cqi_model *m = &d->model;
+    const int probe = d->mesh.num_vertices % CQI_PROBE == 0, rivals = probe || m->worth_rivals > CQI_WORTH_IT;
+    int half_bits, hit;
+    cqi_contest c;
     cqi_vector place, above = { 0, 0, 0 };
     int32_t plane, rise;
-    f->same = probe || d->model.worth_same > CQI_WORTH_IT;
+    f->same = probe || m->worth_same > CQI_WORTH_IT;
+    f->flat_sides = (probe || m->worth_flat > CQI_WORTH_IT) && !cqi_is_flat(f, d->ring.shift);
     f->gain_same = f->num_rivals = 0;
-    if (rivals || f->same) cqi_turn_fan(&d->ring, f, p, q);
+    if (rivals || f->same || f->flat_sides) cqi_turn_fan(&d->ring, f, p, q);
     if (rivals) cqi_list_rivals(f);
-    hit = cqi_code_hit(d, *value, &question);
-    half_bits = (f->expected[2] + cqi_code_along(d, hit, value)) / 2;
+    place.x = cqi_scaled(value->x, &d->ring);
+    place.y = cqi_scaled(value->y, &d->ring);
+    c.linear = f->linear;
+    hit = cqi_code_hit(d, &c, CQI_HIT, CQI_RIVALS_APART, place);
+    half_bits = (f->expected[2] + cqi_code_along(d, hit ? &c : NULL, value)) / 2;
     place.x = cqi_scaled(value->x, &d->ring);
     place.y = cqi_scaled(value->y, &d->ring);
     above.x = cqi_clamp(place.x - f->mean.x, -CQI_FAR, CQI_FAR);
     above.y = cqi_clamp(place.y - f->mean.y, -CQI_FAR, CQI_FAR);
     plane = f->mean.z - cqi_height(f, above);
-    rise = hit ? cqi_height(f, cqi_minus(f->agreed, f->mean)) : f->rise;
-    cqi_code_coordinate(d, CQI_AT_Z + hit, half_bits, plane + rise, &value->z);
-    place.z = cqi_scaled(value->z, &d->ring);
-    cqi_learn_linear(&d->model, f, place, place.z - plane);
-    cqi_learn_worth(d, place, question);
+    rise = hit ? cqi_height(f, cqi_minus(c.agreed, f->mean)) : f->rise;
+    cqi_code_above(d, hit, half_bits, plane + rise, &place, &value->z);
+    cqi_learn_linear(m, f, place, place.z - plane);
+    cqi_learn_hit(d, &c, place, 2, &m->worth_rivals);
+    if (f->same) m->worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - m->worth_same, 6);
 }
 
 /* Codes the position of B into `to`. 0 if what was decoded is not a position. */

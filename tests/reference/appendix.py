@@ -108,7 +108,7 @@ def appendix():
     text += "\n### A.3 Weights with a position channel\n\nAs in A.2:\n\n" + block(located)
     text += "\n### A.4 Weights of the linear prediction\n\nA weight of 9.5 begins with 128 · n. First along[0][0 .. 2], "
     text += "... along[7][0 .. 2], then above. Their n:\n\n" + block(linear)
-    text += "\n### A.5 Questions\n\nyes[i] of 9.6 begins with 256 · n + 128. First HIT, then SAME. Their n:\n\n"
+    text += "\n### A.5 Questions\n\nyes[i] of 9.6 begins with 256 · n + 128. First HIT, then SAME, then FLAT. Their n:\n\n"
     text += block(yes) + "\ngain[i] begins with 16 · n. Their n:\n\n" + block(gain)
     text += "\n### A.6 logistic\n\n65536 / (1 + exp((39.5 - k) / 8)), rounded, for k = 0 .. 79:\n\n" + block(logistic)
     return text
@@ -172,7 +172,9 @@ def check():
     results.append(("6.1 kinds", {n: int(size) for names, size in kinds.items() for n in names.split(", ")} == sizes))
     enum["residual"] = 2 - enum["CQI_TOP"], enum["CQI_BITS"]
     enum["expected"] = enum["CQI_EXPECTED"] - 2, enum["CQI_EXPECTED"] - 2
-    enum["questions"] = enum["CQI_SAME"], enum["CQI_SAME"] - 1, enum["CQI_QUESTIONS"] - enum["CQI_SAME"]
+    enum["questions"] = ()
+    for first, end in ("CQI_HIT", "CQI_SAME"), ("CQI_SAME", "CQI_FLAT"), ("CQI_FLAT", "CQI_QUESTIONS"):
+        enum["questions"] += enum[end] - enum[first], enum[end] - enum[first] - 1
     enum["step"] = enum["CQI_LINEAR_STEP"], enum["CQI_LINEAR_STEP"]
     enum["learn"] = tuple(16 - enum["CQI_NAT_BITS"] + shift for shift in enum["CQI_LEARN"])
     enum["last try"] = enum["CQI_TRIES"] - 1
@@ -188,7 +190,8 @@ def check():
                        ("learn", "65536 · bit - P + 1024 >> %d with a position channel error = 65536 · bit - P + 2048 >> %d"),
                        ("CQI_WORTH_IT", "worthHit > %d"), ("CQI_PROBE", "n mod %d = 0 is a *probe*"),
                        ("CQI_RIVALS", "the first %d with"),
-                       ("questions", "The first %d questions are named HIT[0 .. %d], the other %d"),
+                       ("questions", "The first %d questions are named HIT[0 .. %d], the next %d SAME[0 .. %d], "
+                                     "the other %d FLAT[0 .. %d]."),
                        ("CQI_LESS", "half(3 · spread x) - 2 · h - %d"),
                        ("CQI_LESS_ABOVE", "half(extent) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),
                        ("far", "clamp(Bx - Mx, -%d, %d)"), ("CQ_MAX_CHANNELS", "0 .. %d"),

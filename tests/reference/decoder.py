@@ -757,14 +757,14 @@ class Pairs:
 # -- 9. Values of a split ----------------------------------------------------------------------------------------------
 
 class Questions:
-    """9.6. `worth` is that of HIT and that of SAME."""
+    """9.6. `worth` is that of HIT, that of SAME, and that of FLAT."""
 
-    HIT, SAME = 0, 64
+    HIT, SAME, FLAT = 0, 64, 96
 
     def __init__(self):
         self.yes = [256 * n + 128 for n in TABLES.yes]
         self.gain = [16 * n for n in TABLES.gain]
-        self.worth = {Questions.HIT: 4096, Questions.SAME: 4096}
+        self.worth = {Questions.HIT: 4096, Questions.SAME: 4096, Questions.FLAT: 4096}
 
     def is_used(self, which, vertices):
         return vertices % 32 == 0 or self.worth[which] > 24
@@ -772,8 +772,9 @@ class Questions:
     def ask(self, coder, i):
         if self.gain[i] < 0:
             return 0
-        name = f"ask HIT[{i}]" if i < Questions.SAME else f"ask SAME[{i - Questions.SAME}]"
-        return coder.fixed(name, self.yes[i])
+        kind, first = max(("HIT", Questions.HIT), ("SAME", Questions.SAME), ("FLAT", Questions.FLAT),
+                          key=lambda named: (named[1] <= i, named[1]))
+        return coder.fixed(f"ask {kind}[{i - first}]", self.yes[i])
 
     def learn(self, i, answer, saved):
         """Returns the gain."""
@@ -895,37 +896,40 @@ class Place:
     def apart(a, b):
         return max(abs(a[0] - b[0]), abs(a[1] - b[1]))
 
-    def vote(self):
-        """The number of the question, or None."""
-        rivals = self.rivals()
-        if not rivals:
+    def planes(self, place):
+        at, size, fan = self.at, self.fan.size, self.fan
+        if fan.at_boundary or size < 3:
+            return []
+        triangles = [(at[k], self.following(k), self.out[k]) for k in fan.known]
+        if size >= 4:
+            triangles += [(at[k], at[k - 1], self.following(k)) for k in range(size)]
+        heights = [self.height_of_plane(*triangle, [clamp(c, -65536, 65536) for c in place]) for triangle in triangles]
+        return [(z, 0) for z in heights if z is not None and abs(z) < 1 << 14][:16]
+
+    @staticmethod
+    def height_of_plane(a, b, c, place):
+        n = cross(shifted(minus(b, a), 2), shifted(minus(c, a), 2))
+        if abs(n[2]) <= (abs(n[0]) + abs(n[1])) >> 3:
             return None
-        self.radius = 14 * self.extent // 256 + ((3 << self.h) // 2 if self.h >= 0 else 0)
+        n = shifted(n, max(abs(n[2]).bit_length() - 15, 0))
+        i = quotient(1 << 29, n[2])
+        return a[2] - sum((n[k] * i >> 15) * (place[k] - a[k]) >> 14 for k in range(2))
 
-        def agree(a, b):
-            x = self.apart(a, b)
-            return 2 if x < self.radius // 2 else int(x < self.radius)
-
-        votes = [sum(agree(a, b) for j, b in enumerate(rivals) if j != k) for k, a in enumerate(rivals)]
-        best = votes.index(max(votes))
-        near = [r for k, r in enumerate(rivals) if k == best or self.apart(r, rivals[best]) < self.radius]
-        self.agreed = part(total(near), len(near))
-        self.group = next((k for k, most in enumerate((0, 1, 2, 4, 7, 11, 17)) if votes[best] <= most), 7)
-        x = self.apart(self.agreed, self.linear)
-        far = sum(x >= self.radius << i for i in range(5))
-        return Questions.HIT + 8 * self.group + far
+    def is_flat(self):
+        heights = [abs(self.height(f)) for f in self.f]
+        return heights[0] | heights[1] | heights[2] < 4 << max(self.h, 0)
 
     def decode(self):
         """B relative to A, in the order of the components."""
-        questions, coder = self.decoder.questions, self.decoder.coder
-        self.same = questions.is_used(Questions.SAME, self.decoder.vertices)
-        self.same_gain = hit = 0
-        question = None
-        if questions.is_used(Questions.HIT, self.decoder.vertices) and not self.fan.at_boundary and self.fan.size >= 4:
-            question = self.vote()
-            hit = 0 if question is None else questions.ask(coder, question)
-        x, y, z = self.coordinates(hit)
-        self.learn(question)
+        questions, n = self.decoder.questions, self.decoder.vertices
+        self.same = questions.is_used(Questions.SAME, n)
+        self.same_gain = 0
+        rivals = []
+        if questions.is_used(Questions.HIT, n) and not self.fan.at_boundary and self.fan.size >= 4:
+            rivals = self.rivals()
+        self.hit = Contest(self, Questions.HIT, 14, rivals, self.linear)
+        x, y, z = self.coordinates()
+        self.learn()
         result = [0, 0, 0]
         for axis, value in zip(self.axes, (x, y, z)):
             result[axis] = value
@@ -961,40 +965,74 @@ class Place:
         least = (3 << self.h) // 4 if self.h > 0 else 1
         return 32 * (half(abs(x) + least) - 2 * self.h)
 
-    def coordinates(self, hit):
-        h = self.h
-        if hit:
-            e = half(self.radius) - 2 * h
-            x, size_x = self.coordinate("AGREED", e, self.agreed[0])
-            y, size_y = self.coordinate("AGREED", quotient(e + size_x + 1, 2), self.agreed[1])
+    def coordinates(self):
+        h, hit = self.h, self.hit
+        if hit.answer:
+            e = half(hit.radius) - 2 * h
+            x, size_x = self.coordinate("AGREED", e, hit.agreed[0])
+            y, size_y = self.coordinate("AGREED", quotient(e + size_x + 1, 2), hit.agreed[1])
         else:
             x, size_x = self.component(0, 0, "FIRST", self.expected[0], self.linear[0])
             y, size_y = self.component(1, 1, "SECOND", self.expected[1], self.linear[1])
         self.b = [scaled(x, h), scaled(y, h)]
         u, v = (clamp(b - m, -65536, 65536) for b, m in zip(self.b, self.mean))
         self.plane = self.mean[2] - self.height([u, v, 0])
-        predicted = self.plane + (self.height(minus(self.agreed, self.mean)) if hit else self.rise)
-        kind = "AGREED_NORMAL" if hit else "NORMAL"
+        predicted = self.plane + (self.height(minus(hit.agreed, self.mean)) if hit.answer else self.rise)
+        used = self.decoder.questions.is_used(Questions.FLAT, self.decoder.vertices) and not self.is_flat()
+        self.flat = flat = Contest(self, Questions.FLAT, 2, self.planes(self.b) if used else [], (predicted, 0))
         e = quotient(self.expected[2] + max(size_x, size_y), 2)
-        z, _ = self.component(2 + hit, 2, kind, e, predicted)
+        if flat.answer:
+            predicted, e = flat.agreed[0], half(flat.radius) - 2 * h
+        if hit.answer or flat.answer:
+            z, _ = self.component(3, 2, "AGREED_NORMAL", e, predicted)
+        else:
+            z, _ = self.component(2, 2, "NORMAL", e, predicted)
         self.b.append(scaled(z, h))
         return x, y, z
 
     # 9.8
-    def learn(self, question):
+    def learn(self):
         questions = self.decoder.questions
+        self.flat.learn((self.b[2], 0), 1)
         errors = minus(self.b[:2], self.linear)
         above = self.b[2] - self.plane - self.rise
         for k, f in enumerate(self.f):
             follow(self.along, k, dot(errors, f))
             follow(self.above, k, above * self.height(f))
-        if question is not None:
-            off = self.apart(self.b, self.agreed)
-            saved = 2 * (self.price(self.apart(self.b, self.linear)) - self.price(off))
-            answer = int(off < 3 * self.radius // 2)
-            questions.count(Questions.HIT, questions.learn(question, answer, saved))
+        self.hit.learn(self.b, 2)
         if self.same:
             questions.count(Questions.SAME, self.same_gain)
+
+
+class Contest:
+    """9.6: rivals, the question that they lead to, and its answer."""
+
+    def __init__(self, place, kind, share, rivals, linear):
+        self.place, self.kind, self.linear, self.question, self.answer = place, kind, linear, None, 0
+        if not rivals:
+            return
+        apart, radius = place.apart, share * place.extent // 256 + ((3 << place.h) // 2 if place.h >= 0 else 1)
+
+        def agree(a, b):
+            x = apart(a, b)
+            return 2 if x < radius // 2 else int(x < radius)
+
+        votes = [sum(agree(a, b) for j, b in enumerate(rivals) if j != k) for k, a in enumerate(rivals)]
+        best = votes.index(max(votes))
+        near = [r for k, r in enumerate(rivals) if k == best or apart(r, rivals[best]) < radius]
+        self.radius, self.agreed = radius, part(total(near), len(near))
+        group = next((k for k, most in enumerate((0, 1, 2, 4, 7, 11, 17)) if votes[best] <= most), 7)
+        x = apart(self.agreed, linear)
+        self.question = kind + 8 * group + sum(x >= radius << i for i in range(5))
+        self.answer = place.decoder.questions.ask(place.decoder.coder, self.question)
+
+    def learn(self, b, numbers):
+        if self.question is None:
+            return
+        place, questions = self.place, self.place.decoder.questions
+        off = place.apart(b, self.agreed)
+        saved = numbers * (place.price(place.apart(b, self.linear)) - place.price(off))
+        questions.count(self.kind, questions.learn(self.question, int(off < 3 * self.radius // 2), saved))
 
 
 # -- Other channels ----------------------------------------------------------------------------------------------------
