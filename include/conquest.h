@@ -5661,12 +5661,13 @@ static void cqi_score_pairs(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
     const int16_t *const w = d->model.weight, *of_steps;
+    const int size = d->ring.size;
     int32_t *score = c->score;
     int p, q;
-    c->steps = CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(d->ring.size - 3, 0, 9);
+    c->steps = CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(size - 3, 0, 9);
     of_steps = w + c->steps;
     cqi_score_ends(w, &d->ring, c);
-    for (q = 1; q < d->ring.size; score += q++) {
+    for (q = 1; q < size; score += q++) {
         int32_t best = CQI_TRIED;
         for (p = 0; p < q; p++) {
             const int32_t x = c->end_p[p] + of_steps[q - p];
@@ -8967,7 +8968,9 @@ static cq_result cqi_step_clear(cq_decoder *d)
     const cq_index aside = d->base.vertices; /* of the base, from d->active on, is not in this level yet */
     cq_index v = d->cleared, end = v < d->active ? d->active : m->num_vertices;
     if (end - v > CQI_AT_ONCE) end = (cq_index)(v + CQI_AT_ONCE);
-    for (; v < end; v++) m->mark[v] &= CQI_SEED;
+    for (; v < end && v < d->base.vertices; v++) m->mark[v] &= CQI_SEED; /* others are not seeds */
+    memset(m->mark + v, 0, (size_t)(end - v));
+    v = end;
     d->cleared = v == d->active && v < aside ? aside : v;
     if (d->cleared < m->num_vertices) return CQ_OK;
     if (CQI_ENCODING(d)) d->plan->next_seed = 0;
