@@ -2209,10 +2209,7 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 static inline int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
-    const int bit = d->code < one;
-    const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
-    cqi_decode_interval(d, one & if_zero, (rest & if_zero) | (one & ~if_zero));
+    const int bit = cqi_decode_part(d, *model);
     cqi_adapt_bit(model, rate, bit);
     return bit;
 }
