@@ -2193,10 +2193,8 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
 /* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
-    const uint32_t flip = (0u - (uint32_t)bit) & 0xffff;
-    uint32_t other = *model ^ flip;
-    other -= other >> rate;
-    *model = (cq_bit_model)(other ^ flip);
+    const uint32_t p = *model;
+    *model = (cq_bit_model)(bit ? p + ((65535 - p) >> rate) : p - (p >> rate));
 }
 
 void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
