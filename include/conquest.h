@@ -864,8 +864,8 @@ typedef struct cqi_ring {
     uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke, */
     uint8_t length[CQ_MAX_VALENCE];              /* of the spoke's length, */
     uint8_t kind[CQ_MAX_VALENCE];                /* of the vertex: 4 times its valence, and its state; plus CQI_ANGLES */
-    cqi_vector at[CQ_MAX_VALENCE];               /* offset of the vertex; 0 for a virtual one */
-    int32_t square[CQ_MAX_VALENCE];              /* of the offset's length */
+    cqi_vector at[CQ_MAX_VALENCE + 1];           /* offset of the vertex; 0 for a virtual one; */
+    int32_t square[CQ_MAX_VALENCE + 1];          /* of the offset's length; after the last one, the first again */
 } cqi_ring;
 
 /* Candidates for the pair of common neighbours: p < q. A score is the sum of those of its parts, see "The pair". */
@@ -889,8 +889,7 @@ typedef struct cqi_fan {
     uint32_t faces;                              /* bit k: B gets one with vertices k + 1 and k */
     int above;                                   /* component of the channel that is z here; x and y follow in a cycle */
     int32_t slope_x, slope_y;                    /* of the plane through the ring, in 1/256 */
-    uint32_t known;                              /* bit k: what is beyond edge k is, and near; */
-    int num_known;                               /* how many are */
+    uint32_t known;                              /* bit k: what is beyond edge k is, and near */
     cqi_vector mean;                             /* of the vertices */
     int32_t extent;                              /* their mean distance from it */
     cqi_vector linear;                           /* the linear prediction, */
@@ -4001,15 +4000,16 @@ static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const 
     return (((uint32_t)x->x + limit) | ((uint32_t)x->y + limit) | ((uint32_t)x->z + limit)) < 2 * limit;
 }
 
-/* Takes note of what lies beyond edge k of B's ring, and how far from the ends of the edge, a and b. */
-static inline void cqi_add_beyond(cqi_fan *f, int k, const cqi_vector *a, const cqi_vector *b, cqi_vector *lean)
+/* Takes note of what lies beyond edge k of B's ring, and how far from the ends of the edge, a and b. Returns 1. */
+static inline int cqi_add_beyond(const cqi_fan *f, int k, const cqi_vector *a, const cqi_vector *b, cqi_vector *lean,
+                                 uint32_t *known)
 {
     const cqi_vector x = f->outer[k];
     lean->x += 2 * x.x - a->x - b->x;
     lean->y += 2 * x.y - a->y - b->y;
     lean->z += 2 * x.z - a->z - b->z;
-    f->known |= (uint32_t)1 << k;
-    f->num_known++;
+    *known |= (uint32_t)1 << k;
+    return 1;
 }
 
 /* Feature 0: how far what lies beyond the edges of B's ring is from the middle of its edge, on average. Beyond the two
@@ -4021,21 +4021,21 @@ static void cqi_look_beyond(const cq_decoder *d, cqi_fan *f, const cq_value *val
     const int before = p ? p - 1 : r->size - 1, after = q + 1 < r->size ? q + 1 : 0;
     const cqi_vector none = { 0, 0, 0 };
     cqi_vector lean = none;
-    int k;
-    f->known = 0;
-    f->num_known = 0;
+    uint32_t known = 0;
+    int num_known = 0, k;
     if (!f->boundary) {
         f->outer[0] = r->at[before];
         f->outer[q - p + 1] = r->at[after];
-        if (before != r->boundary) cqi_add_beyond(f, 0, &none, &r->at[p], &lean);
-        if (after != r->boundary) cqi_add_beyond(f, q - p + 1, &r->at[q], &none, &lean);
+        if (before != r->boundary) num_known += cqi_add_beyond(f, 0, &none, &r->at[p], &lean, &known);
+        if (after != r->boundary) num_known += cqi_add_beyond(f, q - p + 1, &r->at[q], &none, &lean, &known);
         for (k = p; k < q; k++) {
             const cq_index v = r->front[k];
             if (!cq_is_virtual(&d->mesh, v) && cqi_locate_beyond(r, a, values + 3 * (size_t)v, &f->outer[k - p + 1]))
-                cqi_add_beyond(f, k - p + 1, &r->at[k], &r->at[k + 1], &lean);
+                num_known += cqi_add_beyond(f, k - p + 1, &r->at[k], &r->at[k + 1], &lean, &known);
         }
     }
-    f->feature[0] = cqi_in_cycle(f->num_known ? cqi_part(lean, 2 * f->num_known) : none, f->above);
+    f->known = known;
+    f->feature[0] = cqi_in_cycle(num_known ? cqi_part(lean, 2 * num_known) : none, f->above);
 }
 
 /* Offsets of B's neighbours and of the vertices beyond, along the fan's axes. */
@@ -5504,10 +5504,11 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
     const cq_value *const a = values + 3 * (size_t)m->origin[r->spoke[0]];
     const int32_t ax = a[0], ay = a[1], az = a[2];
     cqi_vector *const at = r->at;
+    const int size = r->size, boundary = r->boundary;
     uint32_t all = 0;
     int k;
-    for (k = 0; k < r->size; k++) {
-        const cq_value *const b = k == r->boundary ? a : values + 3 * (size_t)r->vertex[k];
+    for (k = 0; k < size; k++) {
+        const cq_value *const b = k == boundary ? a : values + 3 * (size_t)r->vertex[k];
         at[k].x = b[0] - ax;
         at[k].y = b[1] - ay;
         at[k].z = b[2] - az;
@@ -5558,9 +5559,10 @@ static void cqi_classify_spokes(cqi_ring *r, int base)
     const int size = r->size;
     int32_t first = 0, before = 0;
     int k;
+    r->at[size] = r->at[0];
+    r->square[size] = r->square[0];
     for (k = 0; k < size; k++) {
-        const int next = k + 1 < size ? k + 1 : 0;
-        const int32_t dot = cqi_dot(r->at[k], r->at[next]), of_a = r->square[next] - dot, of_b = r->square[k] - dot;
+        const int32_t dot = cqi_dot(r->at[k], r->at[k + 1]), of_a = r->square[k + 1] - dot, of_b = r->square[k] - dot;
         const uint32_t sum = (uint32_t)r->square[k] + (uint32_t)of_a;
         const int32_t inverse = (int32_t)(0x10000u / ((sum >> 14) + 1)), here = cqi_floor_shift(of_a, 14) * inverse;
         r->length[k] = cqi_length_class(r->length[k], base);
@@ -5588,9 +5590,10 @@ static void cqi_classify_ring(cq_decoder *d)
 static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
     const int16_t *const of_end = w + CQI_END, *const of_between = w + CQI_BETWEEN;
+    const int size = r->size;
     int32_t between = 0;
     int k;
-    for (k = 0; k < r->size; k++) {
+    for (k = 0; k < size; k++) {
         const int opposite = r->opposite[k];
         const int32_t end = of_end[opposite] + of_end[r->kind[k]];
         c->end_q[k] = end + between;
