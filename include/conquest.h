@@ -859,7 +859,6 @@ typedef struct cqi_ring {
     int32_t factor;
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];             /* its end */
-    cq_index edge[CQ_MAX_VALENCE];               /* halfedge of the patch, from the next vertex to this one */
     cq_index front[CQ_MAX_VALENCE];              /* beyond the ring edge from this vertex to the next */
     uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke, */
     uint8_t length[CQ_MAX_VALENCE];              /* of the spoke's length, */
@@ -5338,14 +5337,14 @@ static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
     r->boundary = CQ_MAX_VALENCE;
     do {
         const cq_index in = twin[h], v = origin[in];
-        const int state = m->mark[v] & CQI_STATE;
         const cq_index valence = m->valence[v] < CQI_LARGE_VALENCE ? m->valence[v] : (cq_index)CQI_LARGE_VALENCE;
+        uint8_t *const mark = m->mark + v;
+        const int state = *mark & CQI_STATE;
+        *mark = (uint8_t)(*mark + (state < CQI_HELD_OFTEN));
         r->spoke[n] = h;
         h = cq_next(in);
-        r->edge[n] = cq_prev(in);
         r->vertex[n] = v;
         r->kind[n] = (uint8_t)(CQI_ANGLES + 4 * (valence - CQI_SMALL_VALENCE) + (cq_index)state);
-        m->mark[v] = (uint8_t)(m->mark[v] + (state < CQI_HELD_OFTEN));
         available += state == CQI_FREE;
         if (cq_is_virtual(m, v)) r->boundary = n;
         n++;
@@ -5382,9 +5381,11 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
+    cq_index spoke = r->spoke[0]; /* behind the ring edge */
     int k;
     for (k = r->size - 1; k >= 0; k--) {
-        const cq_index beyond = cq_prev(twin[r->edge[k]]), v = origin[beyond];
+        const cq_index beyond = cq_prev(twin[cq_next(spoke)]), v = origin[beyond];
+        spoke = r->spoke[k];
         r->front[k] = v;
         cqi_enqueue(m, w, v, beyond);
     }
