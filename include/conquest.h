@@ -3896,8 +3896,8 @@ static uint32_t cqi_square_root(uint64_t x)
 /* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
-    const int n = cqi_bit_length(x) - 1;
-    return 8 * n + (int)((n > 2 ? x >> (n - 3) : x << (3 - n)) & 7);
+    const int zeros = 32 - cqi_bit_length(x); /* the top four bits behind them are 8 .. 15 */
+    return 8 * (30 - zeros) + (int)(x << zeros >> 28);
 }
 
 /* x times 2^shift, the scale of a ring; and back, to the nearest. */
@@ -5499,6 +5499,9 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
+/* Has one bit more than the magnitude of x, except that -1 may have one, too. */
+static inline uint32_t cqi_changes_of_bits(int32_t x) { return (uint32_t)x ^ (uint32_t)x << 1; }
+
 /* Offsets of the ring's vertices from the centre; and the ring's scale. */
 static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *r)
 {
@@ -5513,9 +5516,9 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
         at[k].x = b[0] - ax;
         at[k].y = b[1] - ay;
         at[k].z = b[2] - az;
-        all |= cqi_fold_sign(at[k].x) | cqi_fold_sign(at[k].y) | cqi_fold_sign(at[k].z);
+        all |= cqi_changes_of_bits(at[k].x) | cqi_changes_of_bits(at[k].y) | cqi_changes_of_bits(at[k].z);
     }
-    r->shift = cqi_at_most(CQI_RING_BITS - cqi_bit_length(all), CQI_FRACTION);
+    r->shift = cqi_at_most(CQI_RING_BITS + 1 - cqi_bit_length(all), CQI_FRACTION);
     r->right = r->shift < 0 ? -r->shift : 0;
     r->factor = (int32_t)1 << (r->shift + r->right);
 }
