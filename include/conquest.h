@@ -859,13 +859,12 @@ typedef struct cqi_ring {
     int32_t factor;
     cq_index spoke[CQ_MAX_VALENCE];
     cq_index vertex[CQ_MAX_VALENCE];             /* its end */
-    cq_index edge[CQ_MAX_VALENCE];               /* halfedge of the patch, from the next vertex to this one */
     cq_index front[CQ_MAX_VALENCE];              /* beyond the ring edge from this vertex to the next */
     uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke, */
     uint8_t length[CQ_MAX_VALENCE];              /* of the spoke's length, */
     uint8_t kind[CQ_MAX_VALENCE];                /* of the vertex: 4 times its valence, and its state; plus CQI_ANGLES */
-    cqi_vector at[CQ_MAX_VALENCE];               /* offset of the vertex; 0 for a virtual one */
-    int32_t square[CQ_MAX_VALENCE];              /* of the offset's length */
+    cqi_vector at[CQ_MAX_VALENCE + 1];           /* offset of the vertex; 0 for a virtual one; */
+    int32_t square[CQ_MAX_VALENCE + 1];          /* of the offset's length; after the last one, the first again */
 } cqi_ring;
 
 /* Candidates for the pair of common neighbours: p < q. A score is the sum of those of its parts, see "The pair". */
@@ -889,8 +888,7 @@ typedef struct cqi_fan {
     uint32_t faces;                              /* bit k: B gets one with vertices k + 1 and k */
     int above;                                   /* component of the channel that is z here; x and y follow in a cycle */
     int32_t slope_x, slope_y;                    /* of the plane through the ring, in 1/256 */
-    uint32_t known;                              /* bit k: what is beyond edge k is, and near; */
-    int num_known;                               /* how many are */
+    uint32_t known;                              /* bit k: what is beyond edge k is, and near */
     cqi_vector mean;                             /* of the vertices */
     int32_t extent;                              /* their mean distance from it */
     cqi_vector linear;                           /* the linear prediction, */
@@ -2200,10 +2198,8 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
 /* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
-    const uint32_t flip = (0u - (uint32_t)bit) & 0xffff;
-    uint32_t other = *model ^ flip;
-    other -= other >> rate;
-    *model = (cq_bit_model)(other ^ flip);
+    const uint32_t p = *model;
+    *model = (cq_bit_model)(bit ? p + ((65535 - p) >> rate) : p - (p >> rate));
 }
 
 void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
@@ -2216,10 +2212,7 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 static inline int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    const uint32_t one = cqi_one_width(d->range, *model), rest = d->range - one;
-    const int bit = d->code < one;
-    const uint32_t if_zero = (uint32_t)bit - 1; /* masks: a branch would often be mispredicted */
-    cqi_decode_interval(d, one & if_zero, (rest & if_zero) | (one & ~if_zero));
+    const int bit = cqi_decode_part(d, *model);
     cqi_adapt_bit(model, rate, bit);
     return bit;
 }
@@ -3916,8 +3909,8 @@ static uint32_t cqi_square_root(uint64_t x)
 /* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
-    const int n = cqi_bit_length(x) - 1;
-    return 8 * n + (int)((n > 2 ? x >> (n - 3) : x << (3 - n)) & 7);
+    const int zeros = 32 - cqi_bit_length(x); /* the top four bits behind them are 8 .. 15 */
+    return 8 * (30 - zeros) + (int)(x << zeros >> 28);
 }
 
 /* x times 2^shift, the scale of a ring; and back, to the nearest. */
@@ -4019,15 +4012,16 @@ static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const 
     return (((uint32_t)x->x + limit) | ((uint32_t)x->y + limit) | ((uint32_t)x->z + limit)) < 2 * limit;
 }
 
-/* Takes note of what lies beyond edge k of B's ring, and how far from the ends of the edge, a and b. */
-static inline void cqi_add_beyond(cqi_fan *f, int k, const cqi_vector *a, const cqi_vector *b, cqi_vector *lean)
+/* Takes note of what lies beyond edge k of B's ring, and how far from the ends of the edge, a and b. Returns 1. */
+static inline int cqi_add_beyond(const cqi_fan *f, int k, const cqi_vector *a, const cqi_vector *b, cqi_vector *lean,
+                                 uint32_t *known)
 {
     const cqi_vector x = f->outer[k];
     lean->x += 2 * x.x - a->x - b->x;
     lean->y += 2 * x.y - a->y - b->y;
     lean->z += 2 * x.z - a->z - b->z;
-    f->known |= (uint32_t)1 << k;
-    f->num_known++;
+    *known |= (uint32_t)1 << k;
+    return 1;
 }
 
 /* Feature 0: how far what lies beyond the edges of B's ring is from the middle of its edge, on average. Beyond the two
@@ -4039,21 +4033,21 @@ static void cqi_look_beyond(const cq_decoder *d, cqi_fan *f, const cq_value *val
     const int before = p ? p - 1 : r->size - 1, after = q + 1 < r->size ? q + 1 : 0;
     const cqi_vector none = { 0, 0, 0 };
     cqi_vector lean = none;
-    int k;
-    f->known = 0;
-    f->num_known = 0;
+    uint32_t known = 0;
+    int num_known = 0, k;
     if (!f->boundary) {
         f->outer[0] = r->at[before];
         f->outer[q - p + 1] = r->at[after];
-        if (before != r->boundary) cqi_add_beyond(f, 0, &none, &r->at[p], &lean);
-        if (after != r->boundary) cqi_add_beyond(f, q - p + 1, &r->at[q], &none, &lean);
+        if (before != r->boundary) num_known += cqi_add_beyond(f, 0, &none, &r->at[p], &lean, &known);
+        if (after != r->boundary) num_known += cqi_add_beyond(f, q - p + 1, &r->at[q], &none, &lean, &known);
         for (k = p; k < q; k++) {
             const cq_index v = r->front[k];
             if (!cq_is_virtual(&d->mesh, v) && cqi_locate_beyond(r, a, values + 3 * (size_t)v, &f->outer[k - p + 1]))
-                cqi_add_beyond(f, k - p + 1, &r->at[k], &r->at[k + 1], &lean);
+                num_known += cqi_add_beyond(f, k - p + 1, &r->at[k], &r->at[k + 1], &lean, &known);
         }
     }
-    f->feature[0] = cqi_in_cycle(f->num_known ? cqi_part(lean, 2 * f->num_known) : none, f->above);
+    f->known = known;
+    f->feature[0] = cqi_in_cycle(num_known ? cqi_part(lean, 2 * num_known) : none, f->above);
 }
 
 /* Offsets of B's neighbours and of the vertices beyond, along the fan's axes. */
@@ -5425,14 +5419,14 @@ static int cqi_read_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
     r->boundary = CQ_MAX_VALENCE;
     do {
         const cq_index in = twin[h], v = origin[in];
-        const int state = m->mark[v] & CQI_STATE;
         const cq_index valence = m->valence[v] < CQI_LARGE_VALENCE ? m->valence[v] : (cq_index)CQI_LARGE_VALENCE;
+        uint8_t *const mark = m->mark + v;
+        const int state = *mark & CQI_STATE;
+        *mark = (uint8_t)(*mark + (state < CQI_HELD_OFTEN));
         r->spoke[n] = h;
         h = cq_next(in);
-        r->edge[n] = cq_prev(in);
         r->vertex[n] = v;
         r->kind[n] = (uint8_t)(CQI_ANGLES + 4 * (valence - CQI_SMALL_VALENCE) + (cq_index)state);
-        m->mark[v] = (uint8_t)(m->mark[v] + (state < CQI_HELD_OFTEN));
         available += state == CQI_FREE;
         if (cq_is_virtual(m, v)) r->boundary = n;
         n++;
@@ -5469,9 +5463,11 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
+    cq_index spoke = r->spoke[0]; /* behind the ring edge */
     int k;
     for (k = r->size - 1; k >= 0; k--) {
-        const cq_index beyond = cq_prev(twin[r->edge[k]]), v = origin[beyond];
+        const cq_index beyond = cq_prev(twin[cq_next(spoke)]), v = origin[beyond];
+        spoke = r->spoke[k];
         r->front[k] = v;
         cqi_enqueue(m, w, v, beyond);
     }
@@ -5585,22 +5581,26 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
+/* Has one bit more than the magnitude of x, except that -1 may have one, too. */
+static inline uint32_t cqi_changes_of_bits(int32_t x) { return (uint32_t)x ^ (uint32_t)x << 1; }
+
 /* Offsets of the ring's vertices from the centre; and the ring's scale. */
 static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *r)
 {
     const cq_value *const a = values + 3 * (size_t)m->origin[r->spoke[0]];
     const int32_t ax = a[0], ay = a[1], az = a[2];
     cqi_vector *const at = r->at;
+    const int size = r->size, boundary = r->boundary;
     uint32_t all = 0;
     int k;
-    for (k = 0; k < r->size; k++) {
-        const cq_value *const b = k == r->boundary ? a : values + 3 * (size_t)r->vertex[k];
+    for (k = 0; k < size; k++) {
+        const cq_value *const b = k == boundary ? a : values + 3 * (size_t)r->vertex[k];
         at[k].x = b[0] - ax;
         at[k].y = b[1] - ay;
         at[k].z = b[2] - az;
-        all |= cqi_fold_sign(at[k].x) | cqi_fold_sign(at[k].y) | cqi_fold_sign(at[k].z);
+        all |= cqi_changes_of_bits(at[k].x) | cqi_changes_of_bits(at[k].y) | cqi_changes_of_bits(at[k].z);
     }
-    r->shift = cqi_at_most(CQI_RING_BITS - cqi_bit_length(all), CQI_FRACTION);
+    r->shift = cqi_at_most(CQI_RING_BITS + 1 - cqi_bit_length(all), CQI_FRACTION);
     r->right = r->shift < 0 ? -r->shift : 0;
     r->factor = (int32_t)1 << (r->shift + r->right);
 }
@@ -5645,9 +5645,10 @@ static void cqi_classify_spokes(cqi_ring *r, int base)
     const int size = r->size;
     int32_t first = 0, before = 0;
     int k;
+    r->at[size] = r->at[0];
+    r->square[size] = r->square[0];
     for (k = 0; k < size; k++) {
-        const int next = k + 1 < size ? k + 1 : 0;
-        const int32_t dot = cqi_dot(r->at[k], r->at[next]), of_a = r->square[next] - dot, of_b = r->square[k] - dot;
+        const int32_t dot = cqi_dot(r->at[k], r->at[k + 1]), of_a = r->square[k + 1] - dot, of_b = r->square[k] - dot;
         const uint32_t sum = (uint32_t)r->square[k] + (uint32_t)of_a;
         const int32_t inverse = (int32_t)(0x10000u / ((sum >> 14) + 1)), here = cqi_floor_shift(of_a, 14) * inverse;
         r->length[k] = cqi_length_class(r->length[k], base);
@@ -5675,9 +5676,10 @@ static void cqi_classify_ring(cq_decoder *d)
 static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
     const int16_t *const of_end = w + CQI_END, *const of_between = w + CQI_BETWEEN;
+    const int size = r->size;
     int32_t between = 0;
     int k;
-    for (k = 0; k < r->size; k++) {
+    for (k = 0; k < size; k++) {
         const int opposite = r->opposite[k];
         const int32_t end = of_end[opposite] + of_end[r->kind[k]];
         c->end_q[k] = end + between;
@@ -5743,12 +5745,13 @@ static void cqi_score_pairs(cq_decoder *d)
 {
     cqi_choice *c = &d->now.choice;
     const int16_t *const w = d->model.weight, *of_steps;
+    const int size = d->ring.size;
     int32_t *score = c->score;
     int p, q;
-    c->steps = CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(d->ring.size - 3, 0, 9);
+    c->steps = CQI_STEPS + CQ_MAX_VALENCE * cqi_clamp(size - 3, 0, 9);
     of_steps = w + c->steps;
     cqi_score_ends(w, &d->ring, c);
-    for (q = 1; q < d->ring.size; score += q++) {
+    for (q = 1; q < size; score += q++) {
         int32_t best = CQI_TRIED;
         for (p = 0; p < q; p++) {
             const int32_t x = c->end_p[p] + of_steps[q - p];
@@ -9049,7 +9052,9 @@ static cq_result cqi_step_clear(cq_decoder *d)
     const cq_index aside = d->base.vertices; /* of the base, from d->active on, is not in this level yet */
     cq_index v = d->cleared, end = v < d->active ? d->active : m->num_vertices;
     if (end - v > CQI_AT_ONCE) end = (cq_index)(v + CQI_AT_ONCE);
-    for (; v < end; v++) m->mark[v] &= CQI_SEED;
+    for (; v < end && v < d->base.vertices; v++) m->mark[v] &= CQI_SEED; /* others are not seeds */
+    memset(m->mark + v, 0, (size_t)(end - v));
+    v = end;
     d->cleared = v == d->active && v < aside ? aside : v;
     if (d->cleared < m->num_vertices) return CQ_OK;
     if (CQI_ENCODING(d)) d->plan->next_seed = 0;
