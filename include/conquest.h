@@ -7367,11 +7367,12 @@ static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_
 static uint32_t cqi_cost_of_sizes(const uint32_t *size)
 {
     uint64_t cost = 0;
-    uint32_t n = 0;
+    uint32_t n = 0, all;
     int k;
     for (k = 0; k < CQI_SIZES; k++) n += size[k];
+    all = n ? cqi_log2(n) : 0;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (cqi_log2(n) - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (all - cqi_log2(size[k]) + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
 }
 
@@ -7528,7 +7529,7 @@ static uint32_t cqi_move_weight(cqi_row *row, uint32_t rows, int first, int last
     return moved;
 }
 
-/* Fits weights from several starts if there are to be all passes, and moves the best ones. */
+/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
 static uint32_t cqi_fit_weights(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
 {
     uint32_t cost, k;
@@ -7538,7 +7539,7 @@ static uint32_t cqi_fit_weights(cqi_row *row, uint32_t rows, int first, int last
     if (passes < CQI_PASSES) return cost;
     for (i = 0; i <= (given != 0); i++) {
         int8_t other[CQI_MOST] = { 0 };
-        const uint32_t other_cost = cqi_fit_from(row, rows, first, last, other, n, passes, !i);
+        const uint32_t other_cost = cqi_fit_from(row, rows, first, last, other, n, passes / 2, !i);
         if (other_cost >= cost) continue;
         cost = other_cost;
         memcpy(weight, other, (size_t)n);
