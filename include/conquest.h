@@ -2580,6 +2580,7 @@ typedef struct cqi_seed {
 typedef struct cqi_row {
     int16_t feature[3][CQI_MOST];
     int32_t offset[3];
+    int32_t left[3];                    /* of it by the weights at hand, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -2607,6 +2608,7 @@ typedef struct cqi_plan {
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
     cqi_row *row;                       /* of CQI_ROWS vertices */
+    int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
     cq_index *face_input, *face_decoded;  /* input halfedge of decoded halfedge 3f; decoded halfedge of input halfedge
@@ -7427,18 +7429,20 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 /* -- Regular levels: weights of an encoder --
  *
  * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
- * that the residuals get short codes. There are rows for at most CQI_ROWS vertices: the features along x, y and above
- * the surface, and what their weighted sum should be.
+ * that the residuals get short codes. As there are many minima, that begins with the weights of the level before, with
+ * those of least squares and with none; and of the best weights each one is moved to and fro by steps that get smaller,
+ * as long as the residuals do. There are rows for at most CQI_ROWS vertices: the features along x, y and above the
+ * surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8, CQI_SIZES = 24 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_NO_POWER = -1 };
 
 typedef struct cqi_equations {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
     uint32_t least;              /* cost of the best weights so far, in 1/8 bit, */
     int8_t best[CQI_MOST];       /* and these */
     uint32_t size[3][CQI_SIZES]; /* errors of each size, of each component */
-    int power;                   /* of the error that rows count by, -1/2 */
+    int power;                   /* of the error that rows count by, -1/2; or that they do not count */
 } cqi_equations;
 
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
@@ -7448,11 +7452,12 @@ static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_
 static uint32_t cqi_cost_of_sizes(const uint32_t *size)
 {
     uint64_t cost = 0;
-    uint32_t n = 0;
+    uint32_t n = 0, all;
     int k;
     for (k = 0; k < CQI_SIZES; k++) n += size[k];
+    all = n ? cqi_log2(n) : 0;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (cqi_log2(n) - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (all - cqi_log2(size[k]) + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
 }
 
@@ -7531,7 +7536,7 @@ static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_
 {
     int32_t error = 16 * y;
     int i;
-    for (i = 0; i < n; i++) error -= weight[i] * x[i];
+    for (i = 0; i < n; i++) error -= (int32_t)weight[i] * x[i];
     return error;
 }
 
@@ -7551,34 +7556,85 @@ static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t r
             const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
             const int32_t error = cqi_left_of(weight, x, n, y);
             fit->size[c - first][cqi_size_of_error(error)]++;
-            if (fit->power) cqi_add_equation(fit, x, n, y, cqi_left(error));
+            if (fit->power >= 0) cqi_add_equation(fit, x, n, y, cqi_left(error));
         }
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given. Returns about what the errors
- * cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not either. */
-static uint32_t cqi_fit_weights(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n,
-                                int passes)
+/* Fits n weights to components first .. last of the rows, starting with those given, or first with least squares.
+ * Returns about what the errors cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not
+ * either. */
+static uint32_t cqi_fit_from(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes,
+                             int squares)
 {
     cqi_equations fit;
     uint32_t cost;
     int pass;
     fit.least = UINT32_MAX;
-    for (pass = 0; pass <= passes; pass++) {
-        fit.power = pass < passes / 2 ? 2 : pass < passes ? 3 : 0;
+    for (pass = -squares; pass <= passes; pass++) {
+        fit.power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : CQI_NO_POWER;
         cqi_sum_equations(&fit, row, rows, first, last, weight, n);
         cost = cqi_cost_of_sizes(fit.size[0]) + cqi_cost_of_sizes(fit.size[1]) + cqi_cost_of_sizes(fit.size[2]);
         if (cost < fit.least) {
             fit.least = cost;
             memcpy(fit.best, weight, (size_t)n);
         }
-        if (!fit.power) break;
+        if (fit.power == CQI_NO_POWER) break;
         if (cqi_solve(&fit, weight, n)) continue;
         if (fit.power == 3) break;
         pass = passes / 2 - 1;
     }
     memcpy(weight, fit.best, (size_t)n);
     return fit.least;
+}
+
+/* What the errors would cost if weight i were larger by `change`. */
+static uint32_t cqi_cost_of_change(const cqi_row *row, uint32_t rows, int first, int last, int i, int32_t change)
+{
+    uint32_t size[3][CQI_SIZES], k;
+    int c;
+    memset(size, 0, sizeof size);
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++) size[c][cqi_size_of_error(row[k].left[c] - change * row[k].feature[c][i])]++;
+    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]) + cqi_cost_of_sizes(size[2]);
+}
+
+/* Makes weight i larger by `change`, or less by that, if the errors cost less then. */
+static uint32_t cqi_move_weight(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int i, int32_t change,
+                                uint32_t cost)
+{
+    uint32_t moved = cost, k;
+    int c, side;
+    for (side = 0; side < 2 && moved >= cost; side++, change = -change)
+        if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(row, rows, first, last, i, change);
+    if (moved >= cost) return cost;
+    change = -change;
+    weight[i] = (int8_t)(weight[i] + change);
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++) row[k].left[c] -= change * row[k].feature[c][i];
+    return moved;
+}
+
+/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
+static uint32_t cqi_fit_weights(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+{
+    uint32_t cost, k;
+    int i, c, step, given = 0;
+    for (i = 0; i < n; i++) given |= weight[i];
+    cost = cqi_fit_from(row, rows, first, last, weight, n, passes, 0);
+    if (passes < CQI_PASSES) return cost;
+    for (i = 0; i <= (given != 0); i++) {
+        int8_t other[CQI_MOST] = { 0 };
+        const uint32_t other_cost = cqi_fit_from(row, rows, first, last, other, n, passes / 2, !i);
+        if (other_cost >= cost) continue;
+        cost = other_cost;
+        memcpy(weight, other, (size_t)n);
+    }
+    for (k = 0; k < rows; k++)
+        for (c = first; c <= last; c++)
+            row[k].left[c] = cqi_left_of(weight, row[k].feature[c], n, row[k].offset[c]);
+    for (step = CQI_FIRST_STEP; step; step /= 2)
+        for (i = 0; i < n; i++) cost = cqi_move_weight(row, rows, first, last, weight, i, step, cost);
+    return cost;
 }
 
 /* The cost of the errors in x and y, with 3 n weights. */
@@ -7590,8 +7646,8 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
         int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
         int k;
         for (k = 0; k < n; k++) {
-            x -= weight[k] * row[r].feature[0][k];
-            y -= weight[k] * row[r].feature[1][k];
+            x -= (int32_t)weight[k] * row[r].feature[0][k];
+            y -= (int32_t)weight[k] * row[r].feature[1][k];
             part += weight[2 * n + k] *
                     cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
         }
@@ -7603,14 +7659,14 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
     return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
 }
 
-/* Fits all weights of n features to the rows, which stand for `count` vertices. Weights along the edge only differ from
+/* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the edge only differ from
  * those across it if that saves more than the n bytes that it takes. */
-static uint32_t cqi_fit_all(const cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_all(cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
     uint32_t cost, other_cost, above;
     int k;
-    memset(weight, 0, 3 * (size_t)n);
+    memset(weight + 2 * n, 0, (size_t)n);
     cost = cqi_fit_weights(row, rows, 0, 1, weight, n, passes);
     above = cqi_fit_weights(row, rows, 2, 2, weight + n, n, passes);
     if (passes < CQI_PASSES) return cost + above;
@@ -7833,31 +7889,37 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
     return cqi_fit_view(d, rows, r->fine, fine, passes);
 }
 
+/* Fits a prediction's weights, with all passes from those of the level before on. */
+static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, int passes, uint32_t rows)
+{
+    d->regular.axes = axes;
+    if (passes < CQI_PASSES) memset(weight, 0, 3 * (size_t)n);
+    else memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
+    return n == CQI_FINE ? cqi_fit_fine(d, passes, rows) : cqi_fit_fixed(d, passes, rows);
+}
+
 /* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
  * ones, if they cost less than a 16th more there, and less with all rows. */
-static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n,
-                                       uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
+static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n)
 {
-    cqi_regular *r = &d->regular;
     int8_t kept[3 * CQI_FINE];
     uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
     for (axes = 0; axes < 4; axes++) {
-        r->axes = axes;
-        cost[axes] = fit(d, CQI_PASSES / 2, CQI_ROWS / 4);
+        cost[axes] = cqi_fit_axes(d, weight, n, axes, CQI_PASSES / 2, CQI_ROWS / 4);
         if (cost[axes] < cost[first]) first = axes;
     }
     for (axes = 0; axes < 4; axes++)
         if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
     if (cost[second] - cost[first] < cost[first] / 16) {
-        r->axes = second;
-        other = fit(d, CQI_PASSES, CQI_ROWS);
+        other = cqi_fit_axes(d, weight, n, second, CQI_PASSES, CQI_ROWS);
         memcpy(kept, weight, 3 * (size_t)n);
     }
-    r->axes = first;
-    if (fit(d, CQI_PASSES, CQI_ROWS) <= other) return;
-    r->axes = second;
-    memcpy(weight, kept, 3 * (size_t)n);
+    if (cqi_fit_axes(d, weight, n, first, CQI_PASSES, CQI_ROWS) > other) {
+        d->regular.axes = second;
+        memcpy(weight, kept, 3 * (size_t)n);
+    }
+    memcpy(d->plan->before[n == CQI_FINE], weight, 3 * (size_t)n);
 }
 
 /* The weights of all channels, for one of the two predictions. */
@@ -7866,7 +7928,7 @@ static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
 {
     uint32_t k;
     if (d->located >= 0) {
-        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n, fit);
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n);
         cqi_code_weights(d, weight, n);
         cqi_charge_channel(d, (uint32_t)d->located);
     }
@@ -13087,6 +13149,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 {
     cq_result result;
     uint32_t n = 0;
+    memset(e->plan.before, 0, sizeof e->plan.before);
     e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
     cqi_start(&e->replay);
     while ((result = cqi_step(&e->replay)) == CQ_OK)
