@@ -4014,42 +4014,38 @@ static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const 
     return (((uint32_t)x->x + limit) | ((uint32_t)x->y + limit) | ((uint32_t)x->z + limit)) < 2 * limit;
 }
 
-/* Takes note of what lies beyond edge k of B's ring, and how far from the ends of the edge, a and b. Returns 1. */
-static inline int cqi_add_beyond(const cqi_fan *f, int k, const cqi_vector *a, const cqi_vector *b, cqi_vector *lean,
-                                 uint32_t *known)
+/* Takes note of what lies beyond edge k of B's ring. Returns 1. */
+static inline int cqi_add_beyond(const cqi_fan *f, int k, cqi_vector *sum, uint32_t *known)
 {
-    const cqi_vector x = f->outer[k];
-    lean->x += 2 * x.x - a->x - b->x;
-    lean->y += 2 * x.y - a->y - b->y;
-    lean->z += 2 * x.z - a->z - b->z;
+    *sum = cqi_plus(*sum, f->outer[k]);
     *known |= (uint32_t)1 << k;
     return 1;
 }
 
-/* Feature 0: how far what lies beyond the edges of B's ring is from the middle of its edge, on average. Beyond the two
- * edges at A are vertices of A's ring. A boundary leaves a gap in B's ring, beyond which nothing is known. */
-static void cqi_look_beyond(const cq_decoder *d, cqi_fan *f, const cq_value *values, int p, int q)
+/* Feature 0: the mean of what lies beyond the edges of B's ring. Beyond the two edges at A are vertices of A's ring. A
+ * boundary leaves a gap in B's ring, beyond which nothing is known. */
+static void cqi_look_beyond(const cq_decoder *d, cqi_fan *f, const cq_value *values, cqi_vector mean, int p, int q)
 {
     const cqi_ring *const r = &d->ring;
     const cq_value *const a = values + 3 * (size_t)d->mesh.origin[r->spoke[0]];
     const int before = p ? p - 1 : r->size - 1, after = q + 1 < r->size ? q + 1 : 0;
     const cqi_vector none = { 0, 0, 0 };
-    cqi_vector lean = none;
+    cqi_vector sum = none;
     uint32_t known = 0;
     int num_known = 0, k;
     if (!f->boundary) {
         f->outer[0] = r->at[before];
         f->outer[q - p + 1] = r->at[after];
-        if (before != r->boundary) num_known += cqi_add_beyond(f, 0, &none, &r->at[p], &lean, &known);
-        if (after != r->boundary) num_known += cqi_add_beyond(f, q - p + 1, &r->at[q], &none, &lean, &known);
+        if (before != r->boundary) num_known += cqi_add_beyond(f, 0, &sum, &known);
+        if (after != r->boundary) num_known += cqi_add_beyond(f, q - p + 1, &sum, &known);
         for (k = p; k < q; k++) {
             const cq_index v = r->front[k];
             if (!cq_is_virtual(&d->mesh, v) && cqi_locate_beyond(r, a, values + 3 * (size_t)v, &f->outer[k - p + 1]))
-                num_known += cqi_add_beyond(f, k - p + 1, &r->at[k], &r->at[k + 1], &lean, &known);
+                num_known += cqi_add_beyond(f, k - p + 1, &sum, &known);
         }
     }
     f->known = known;
-    f->feature[0] = cqi_in_cycle(num_known ? cqi_part(lean, 2 * num_known) : none, f->above);
+    f->feature[0] = cqi_in_cycle(num_known ? cqi_minus(cqi_part(sum, num_known), mean) : none, f->above);
 }
 
 /* Offsets of B's neighbours and of the vertices beyond, along the fan's axes. */
@@ -4092,7 +4088,7 @@ static void cqi_find_features(cq_decoder *d, cqi_fan *f, const cq_value *values,
     cqi_size_fan(&d->ring, f, p, q);
     mean = cqi_part(cqi_find_plane(r, f, p, q), f->size);
     middle = cqi_minus(cqi_shift(cqi_plus(r->at[p], r->at[q]), 1), mean);
-    cqi_look_beyond(d, f, values, p, q);
+    cqi_look_beyond(d, f, values, mean, p, q);
     cqi_expect_residuals(r, f, mean, p, q);
     f->mean = cqi_in_cycle(mean, f->above);
     f->feature[1] = cqi_minus(none, f->mean);
@@ -5622,7 +5618,7 @@ static int cqi_measure_spokes(cqi_ring *r)
     for (k = 0; k < size; k++) {
         const cqi_vector at = cqi_shift(cqi_scale(r->at[k], factor), right);
         const int32_t square = cqi_dot(at, at);
-        const int x = k == boundary ? 255 : cqi_logarithm((uint32_t)square + 1);
+        const int x = k == boundary ? 255 : cqi_logarithm((uint32_t)square + 8);
         const int larger = x > shortest ? x : shortest;
         r->at[k] = at;
         r->square[k] = square;

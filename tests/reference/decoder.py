@@ -674,7 +674,7 @@ class Ring:
         self.sq = [dot(s, s) for s in self.s]
 
     def find_lengths(self):
-        logarithms = [log8(sq + 1) for sq in self.sq]
+        logarithms = [log8(sq + 8) for sq in self.sq]
         a, b = sorted(x for x, real in zip(logarithms, self.real) if real)[:2]
         base = (a + b) // 2 - 8
         self.length = [clamp(3 * (x - base) >> 3, 0, 14) if real else 15
@@ -869,8 +869,7 @@ class Place:
         self.extent = sum(spread)
         self.expected = [half(3 * spread[c]) - 2 * self.h - 4 for c in range(2)]
         self.expected.append(half(self.extent) - 2 * self.h - 5)
-        outer = total(minus(minus([2 * c for c in self.out[k]], at[k]), self.following(k)) for k in fan.known)
-        f0 = part(outer, 2 * len(fan.known) or 1)
+        f0 = minus(part(total(self.out[k] for k in fan.known), len(fan.known)), self.mean) if fan.known else [0, 0, 0]
         f1 = [-c for c in self.mean]
         f2 = [0, 0, 0] if fan.at_boundary else minus(shifted(plus(at[1], at[-1]), 1), self.mean)
         self.f = [f0, f1, f2]
