@@ -878,6 +878,14 @@ typedef struct cqi_choice {
     int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q, see cqi_ranked */
 } cqi_choice;
 
+/* What came of predictions that compete. */
+typedef struct cqi_contest {
+    int32_t radius;                              /* two agree if they are no further apart */
+    cqi_vector linear;                           /* what was predicted without them */
+    cqi_vector agreed;                           /* mean of those that agree with the one that most agree with */
+    int question;                                /* that was asked; -1: there were none */
+} cqi_contest;
+
 /* B and its neighbours, once the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond the
  * edges of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
 #define CQI_FEATURES 3
@@ -896,6 +904,7 @@ typedef struct cqi_fan {
     int expected[3];                             /* class of the residuals, in half bits, by what the fan looks like */
     int halves;                                  /* of the last residual of a coordinate */
     int num_rivals;
+    cqi_contest along, over;                     /* of predictions along the surface, and of planes for the height */
     int flat_sides;                              /* 1: planes compete for z */
     int same;                                    /* 1: asked whether components are equal to those of neighbours */
     int gain_same;                               /* saved by asking, in 1/64 bit */
@@ -908,14 +917,6 @@ typedef struct cqi_fan {
     int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, of the function that runs */
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete */
 } cqi_fan;
-
-/* What came of predictions that compete. */
-typedef struct cqi_contest {
-    int32_t radius;                              /* two agree if they are no further apart */
-    cqi_vector linear;                           /* what was predicted without them */
-    cqi_vector agreed;                           /* mean of those that agree with the one that most agree with */
-    int question;                                /* that was asked; -1: there were none */
-} cqi_contest;
 
 /* Weights of the split model: log-odds, natural, in units of 1 / CQI_NAT. Indices of tables in one array. */
 #define CQI_NAT_BITS 12
@@ -3090,7 +3091,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = (int16_t)(cqi_prior_linear[k] * 128);
-    m->worth_rivals = m->worth_flat = m->worth_same = 16 * 64 * 4;
+    m->worth_rivals = m->worth_flat = m->worth_same = 16 * 16;
     m->skin[0] = m->skin[1] = m->trust[0] = m->trust[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
@@ -4408,16 +4409,16 @@ static void cqi_learn_hit(cq_decoder *d, const cqi_contest *c, cqi_vector place,
     *worth += cqi_floor_shift((int32_t)16 * saved - *worth, 6);
 }
 
-/* x and y of B; hit: NULL, or where predictions agree about it. Returns the larger size of both residuals. */
-static int cqi_code_along(cq_decoder *d, const cqi_contest *hit, cqi_vector *value)
+/* x and y of B; hit: predictions agree about it. Returns the larger size of both residuals. */
+static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
     int halves;
     if (hit) {
-        const int half_bits = cqi_half_bits((uint32_t)hit->radius) - 2 * d->ring.shift;
-        cqi_code_coordinate(d, CQI_AT_AGREED, half_bits, hit->agreed.x, &value->x);
+        const int half_bits = cqi_half_bits((uint32_t)f->along.radius) - 2 * d->ring.shift;
+        cqi_code_coordinate(d, CQI_AT_AGREED, half_bits, f->along.agreed.x, &value->x);
         halves = f->halves;
-        cqi_code_coordinate(d, CQI_AT_AGREED, (half_bits + halves + 1) / 2, hit->agreed.y, &value->y);
+        cqi_code_coordinate(d, CQI_AT_AGREED, (half_bits + halves + 1) / 2, f->along.agreed.y, &value->y);
     } else {
         cqi_code_coordinate(d, CQI_AT_X, f->expected[0], f->linear.x, &value->x);
         halves = f->halves;
@@ -4444,7 +4445,7 @@ static int cqi_is_flat(const cqi_fan *f, int shift)
 static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predicted, cqi_vector *place, int32_t *value)
 {
     cqi_fan *f = &d->now.fan;
-    cqi_contest c;
+    cqi_contest *c = &f->over;
     cqi_vector z = { 0, 0, 0 };
     f->num_rivals = 0;
     if (f->flat_sides) {
@@ -4454,16 +4455,16 @@ static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predic
         z.x = cqi_scaled(*value, &d->ring);
         z.y = 0;
     }
-    c.linear.x = predicted;
-    c.linear.y = 0;
-    if (cqi_code_hit(d, &c, CQI_FLAT, CQI_PLANES_APART, z)) {
+    c->linear.x = predicted;
+    c->linear.y = 0;
+    if (cqi_code_hit(d, c, CQI_FLAT, CQI_PLANES_APART, z)) {
         hit = 1;
-        predicted = c.agreed.x;
-        half_bits = cqi_half_bits((uint32_t)c.radius) - 2 * d->ring.shift;
+        predicted = c->agreed.x;
+        half_bits = cqi_half_bits((uint32_t)c->radius) - 2 * d->ring.shift;
     }
     cqi_code_coordinate(d, CQI_AT_Z + hit, half_bits, predicted, value);
     place->z = z.x = cqi_scaled(*value, &d->ring);
-    cqi_learn_hit(d, &c, z, 1, &d->model.worth_flat);
+    cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
 
 /* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, 30 in the scale of the ring. */
@@ -4473,7 +4474,6 @@ static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
     cqi_model *m = &d->model;
     const int probe = d->mesh.num_vertices % CQI_PROBE == 0, rivals = probe || m->worth_rivals > CQI_WORTH_IT;
     int half_bits, hit;
-    cqi_contest c;
     cqi_vector place, above = { 0, 0, 0 };
     int32_t plane, rise;
     f->same = probe || m->worth_same > CQI_WORTH_IT;
@@ -4483,18 +4483,18 @@ static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
     if (rivals) cqi_list_rivals(f);
     place.x = cqi_scaled(value->x, &d->ring);
     place.y = cqi_scaled(value->y, &d->ring);
-    c.linear = f->linear;
-    hit = cqi_code_hit(d, &c, CQI_HIT, CQI_RIVALS_APART, place);
-    half_bits = (f->expected[2] + cqi_code_along(d, hit ? &c : NULL, value)) / 2;
+    f->along.linear = f->linear;
+    hit = cqi_code_hit(d, &f->along, CQI_HIT, CQI_RIVALS_APART, place);
+    half_bits = (f->expected[2] + cqi_code_along(d, hit, value)) / 2;
     place.x = cqi_scaled(value->x, &d->ring);
     place.y = cqi_scaled(value->y, &d->ring);
     above.x = cqi_clamp(place.x - f->mean.x, -CQI_FAR, CQI_FAR);
     above.y = cqi_clamp(place.y - f->mean.y, -CQI_FAR, CQI_FAR);
     plane = f->mean.z - cqi_height(f, above);
-    rise = hit ? cqi_height(f, cqi_minus(c.agreed, f->mean)) : f->rise;
+    rise = hit ? cqi_height(f, cqi_minus(f->along.agreed, f->mean)) : f->rise;
     cqi_code_above(d, hit, half_bits, plane + rise, &place, &value->z);
     cqi_learn_linear(m, f, place, place.z - plane);
-    cqi_learn_hit(d, &c, place, 2, &m->worth_rivals);
+    cqi_learn_hit(d, &f->along, place, 2, &m->worth_rivals);
     if (f->same) m->worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - m->worth_same, 6);
 }
 

@@ -764,7 +764,7 @@ class Questions:
     def __init__(self):
         self.yes = [256 * n + 128 for n in TABLES.yes]
         self.gain = [16 * n for n in TABLES.gain]
-        self.worth = {Questions.HIT: 4096, Questions.SAME: 4096, Questions.FLAT: 4096}
+        self.worth = {Questions.HIT: 256, Questions.SAME: 256, Questions.FLAT: 256}
 
     def is_used(self, which, vertices):
         return vertices % 32 == 0 or self.worth[which] > 24
