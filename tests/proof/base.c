@@ -188,7 +188,7 @@ void claim_find_gate(void)
     if (found) REACHED();
 }
 
-static int started, grown, gates;
+static int started, grown, looked, gates;
 
 cq_result stub_start_component(cq_decoder *of)
 {
@@ -200,6 +200,7 @@ cq_result stub_start_component(cq_decoder *of)
 int stub_find_gate(cq_decoder *of)
 {
     (void)of;
+    looked = 1;
     return gates = any_between(0, 1);
 }
 
@@ -233,6 +234,7 @@ void claim_step_base(void)
     PROVE(started == !before);
     PROVE(!grown || (before && (open || gates)));
     PROVE(started || grown || (d.phase == CQI_BASE_VALUES && d.base.value == 0));
+    PROVE(d.phase == CQI_BASE || (looked && !gates)); /* no gate is left */
     PROVE(started + grown < 2);
     REACHED();
 }
