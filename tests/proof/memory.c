@@ -39,7 +39,7 @@ uint32_t stub_all_components(const cq_shape *s, int of)
     static uint32_t components[3];
     static int chosen;
     int k;
-    (void)s;
+    PROVE(s->num_channels <= CQ_MAX_CHANNELS && of >= 0 && of < 3); /* what claim_components asks for */
     for (k = 0; k < 3 && !chosen; k++) components[k] = (uint32_t)any_between(0, CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
     ASSUME(components[0] + components[1] + components[2] <= CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
     chosen = 1;
