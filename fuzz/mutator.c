@@ -59,19 +59,25 @@ static uint32_t next_of_kind(kind kind, uint32_t usual) {
     return usual;
 }
 
-static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate) {
-    uint32_t bit;
-    if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_adaptive(d, model, rate));
-    bit = next_of_kind(BIT, random_bits() % 65536 < *model) != 0;
-    cq_encode_bit(&state.encoder, model, rate, (int)bit);
-    return (int)note(BIT, bit);
-}
-
 static int cqi_decode_part(cq_range_decoder *d, uint32_t p) {
     uint32_t bit;
     if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_part(d, p));
     bit = next_of_kind(BIT, random_bits() % 65536 < p) != 0;
     cqi_encode_part(&state.encoder, p, (int)bit);
+    return (int)note(BIT, bit);
+}
+
+/* The original one asks the one above, but is one decision. */
+static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate) {
+    uint32_t bit;
+    if (!state.writing) {
+        const size_t before = state.num_noted;
+        bit = (uint32_t)original_decode_adaptive(d, model, rate);
+        state.num_noted = before;
+        return (int)note(BIT, bit);
+    }
+    bit = next_of_kind(BIT, random_bits() % 65536 < *model) != 0;
+    cq_encode_bit(&state.encoder, model, rate, (int)bit);
     return (int)note(BIT, bit);
 }
 
