@@ -13501,7 +13501,7 @@ static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, siz
 
 /* How many regular levels there should be, given the bytes of a plan with them and of one without: none if that makes
  * the stream longer; else the finest ones, as long as their vertices do not take too much. With CQ_BALANCED, they must
- * also save a 50th, and the meshes before them must be near enough. */
+ * also save a 50th, and the meshes before them must be near enough; for the finest one either measure will do. */
 static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without,
                                    const cq_input *in)
 {
@@ -13511,7 +13511,8 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     while (k <= p->num_regular &&
            p->bytes_of[k] * (uint64_t)128 <=
                (uint64_t)p->count_of[k] * cqi_most_of_level(p, k, without, num_vertices) &&
-           (in->goal != CQ_BALANCED || !p->measured || cqi_is_near(p, k, other, bytes, without)))
+           (in->goal != CQ_BALANCED || !p->measured || (k == 1 && p->is_near) ||
+            cqi_is_near(p, k, other, bytes, without)))
         k++;
     return k - 1;
 }
