@@ -4169,13 +4169,13 @@ static void cqi_list_rivals(cqi_fan *f)
         for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
 }
 
-/* On what has edges, B often lies in the plane of a flat side that only some triangles nearby belong to. So where x and
- * y are known, planes compete for z, in the same way, as predictions with z in place of x, and 0 for y.
+/* Where a surface has edges, B often lies in the plane of a flat side to which only some triangles nearby belong. So once
+ * x and y are known, planes compete for z in the same way: as predictions with z in place of x, and 0 for y.
  *
  * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless that is steep: then it
  * tells little. Components of edges are below 2^16, and 2^14 once they are shifted; those of the cross product below 2^29.
- * That of z is then made at most 2^15, and the others are at most 8 more than 8 times as large: so slopes, in 2^-14, are
- * at most 2^18, and all products at most 2^35. */
+ * Its z is then made at most 2^15, and x and y are at most 8 more than 8 times as large: so slopes, in 2^-14, are at most
+ * 2^18, and all products at most 2^35. */
 #define CQI_STEEP_BITS 3  /* steep: the slope is 2^3 or more */
 static void cqi_add_plane(cqi_fan *f, cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
 {
@@ -4428,14 +4428,12 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
 }
 
 
-/* What competes and common components take time, and only on some surfaces they save bits. They are used as
- * long as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that
- * mean. */
+/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used as long
+ * as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that mean. */
 #define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
 #define CQI_PROBE 32
 
-/* Does no feature of the linear prediction rise four steps above the fan's plane, or sink below it? Then planes tell
- * nothing new. */
+/* Are all features of the linear prediction within four steps of the fan's plane? Then planes tell nothing new. */
 static int cqi_is_flat(const cqi_fan *f, int shift)
 {
     return (cqi_abs(f->height[0]) | cqi_abs(f->height[1]) | cqi_abs(f->height[2])) < (uint32_t)4 << (shift > 0 ? shift : 0);
@@ -7657,8 +7655,8 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
     return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
 }
 
-/* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the edge only differ from
- * those across it if that saves more than the n bytes that it takes. */
+/* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
+ * edge only differ from those across it if that saves more than the n bytes that it takes. */
 static uint32_t cqi_fit_all(cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
