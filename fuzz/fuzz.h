@@ -337,9 +337,10 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
 }
 
 /* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a
- * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. */
+ * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. Before
+ * that, the number of faces of each material is a step. */
 static inline uint64_t most_calls(const cq_decoder *d) {
-    return 18 * (uint64_t)d->shape.num_vertices + 8 + most_calls_for_rows(&d->shape);
+    return 18 * (uint64_t)d->shape.num_vertices + 8 + d->shape.num_materials + most_calls_for_rows(&d->shape);
 }
 
 /* Work of a decoding apart from that of the splits themselves, and of one split: a centre of valence 24 has 276
