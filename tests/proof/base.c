@@ -71,15 +71,6 @@ int stub_code_bit(cq_decoder *of, int index, int bit)
     return any_between(0, 1);
 }
 
-uint32_t stub_code_raw(cq_decoder *of, uint32_t value, int bits)
-{
-    const uint32_t x = nondet_u32();
-    (void)of, (void)value;
-    PROVE(bits >= 0 && bits <= 32);
-    ASSUME(bits == 32 || x >> bits == 0);
-    return x;
-}
-
 /* -- Materials ----------------------------------------------------------------------------------------------------- */
 
 /* The ranges of materials follow each other, up to the number of faces. */

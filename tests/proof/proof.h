@@ -41,6 +41,16 @@ static int any_between(int low, int high)
 
 static cq_index any_index(void) { return (cq_index)nondet_u32(); }
 
+/* In place of cqi_code_raw: any number of so many bits. */
+uint32_t stub_code_raw(cq_decoder *of, uint32_t value, int bits)
+{
+    const uint32_t x = nondet_u32();
+    (void)of, (void)value;
+    PROVE(bits >= 0 && bits <= 32);
+    ASSUME(bits == 32 || x >> bits == 0);
+    return x;
+}
+
 /* Bytes of any contents, at most `limit`; a block of exactly that size, so that a read behind it is found. */
 static uint8_t *any_bytes(size_t size)
 {

@@ -107,15 +107,6 @@ int stub_code_with(cq_decoder *of, cq_bit_model *model, int bit)
     return any_between(0, 1);
 }
 
-uint32_t stub_code_raw(cq_decoder *of, uint32_t value, int bits)
-{
-    const uint32_t x = nondet_u32();
-    (void)of, (void)value;
-    PROVE(bits >= 0 && bits <= 32);
-    ASSUME(bits == 32 || x >> bits == 0);
-    return x;
-}
-
 /* Any split of the top, after any answers about its corners. */
 void claim_rows_of_split(void)
 {

@@ -332,7 +332,7 @@ int stub_count(cq_decoder *of, int index, int count)
     return any_between(0, 38);
 }
 
-uint32_t stub_code_raw(cq_decoder *of, uint32_t value, int bits)
+uint32_t stub_code_byte(cq_decoder *of, uint32_t value, int bits)
 {
     (void)of, (void)value;
     PROVE(bits == 8);
