@@ -757,14 +757,14 @@ class Pairs:
 # -- 9. Values of a split ----------------------------------------------------------------------------------------------
 
 class Questions:
-    """9.6. `worth` is that of HIT, that of SAME, and that of FLAT."""
+    """9.6. `worth` is that of HIT, SAME, LEFT, and FLAT."""
 
-    HIT, SAME, FLAT = 0, 64, 96
+    HIT, SAME, LEFT, FLAT = 0, 64, 96, 160
 
     def __init__(self):
         self.yes = [256 * n + 128 for n in TABLES.yes]
         self.gain = [16 * n for n in TABLES.gain]
-        self.worth = {Questions.HIT: 256, Questions.SAME: 256, Questions.FLAT: 256}
+        self.worth = dict.fromkeys((Questions.HIT, Questions.SAME, Questions.LEFT, Questions.FLAT), 256)
 
     def is_used(self, which, vertices):
         return vertices % 32 == 0 or self.worth[which] > 24
@@ -921,8 +921,10 @@ class Place:
     def decode(self):
         """B relative to A, in the order of the components."""
         questions, n = self.decoder.questions, self.decoder.vertices
-        self.same = questions.is_used(Questions.SAME, n)
-        self.same_gain = 0
+        self.num_same = 0
+        if questions.is_used(Questions.SAME, n):
+            self.num_same = 3 if questions.is_used(Questions.LEFT, n) else 1
+        self.same_gain = [0, 0]
         rivals = []
         if questions.is_used(Questions.HIT, n) and not self.fan.at_boundary and self.fan.size >= 4:
             rivals = self.rivals()
@@ -943,21 +945,31 @@ class Place:
         residual = self.decoder.difference(kind, e, 26, fraction)
         return r + residual, half(abs(residual))
 
-    def component(self, place, c, kind, e, predicted):
-        if not self.same or self.h < 0:
-            return self.coordinate(kind, e, predicted)
-        questions = self.decoder.questions
-        numbers = [a[c] for a in self.at]
+    def common(self, numbers, predicted):
+        """Those that are asked about, in their order, and how many have each."""
         many = max(map(numbers.count, numbers))
         last = [k for k, n in enumerate(numbers) if numbers.count(n) == many and n not in numbers[k + 1:]]
-        common = min((numbers[k] for k in last), key=lambda n: abs(n - predicted))
-        question = Questions.SAME + 8 * place + min(many, 7)
-        if questions.ask(self.decoder.coder, question):
-            value, size = common >> self.h, max(e, 0)
+        first = min((numbers[k] for k in last), key=lambda n: abs(n - predicted))
+        others = sorted((n for n in dict.fromkeys(numbers) if n != first), key=lambda n: abs(n - predicted))
+        return [(n, numbers.count(n)) for n in [first] + others][:self.num_same]
+
+    def component(self, place, c, kind, e, predicted):
+        if not self.num_same or self.h < 0:
+            return self.coordinate(kind, e, predicted)
+        questions = self.decoder.questions
+        asked = []
+        for i, (common, many) in enumerate(self.common([a[c] for a in self.at], predicted)):
+            asked.append((Questions.SAME + 32 * i + 8 * place + min(many, 7), common))
+            if questions.ask(self.decoder.coder, asked[-1][0]):
+                value, size = common >> self.h, max(e, 0)
+                break
         else:
             value, size = self.coordinate(kind, e, predicted)
-        answer = int(value == common >> self.h)
-        self.same_gain += questions.learn(question, answer, self.price(common - predicted) + 192)
+        for i, (question, common) in enumerate(asked):
+            answer = int(value == common >> self.h)
+            self.same_gain[i > 0] += questions.learn(question, answer, self.price(common - predicted) + 192)
+            if answer:
+                break
         return value, size
 
     def price(self, x):
@@ -999,8 +1011,10 @@ class Place:
             follow(self.along, k, dot(errors, f))
             follow(self.above, k, above * self.height(f))
         self.hit.learn(self.b, 2)
-        if self.same:
-            questions.count(Questions.SAME, self.same_gain)
+        if self.num_same:
+            questions.count(Questions.SAME, self.same_gain[0])
+        if self.num_same > 1:
+            questions.count(Questions.LEFT, self.same_gain[1])
 
 
 class Contest:
