@@ -1872,6 +1872,7 @@ static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, i
 static int cqi_on_boundary(const cq_mesh *m, cq_index v)
 {
     cq_index h = m->out[v];
+    if (!m->num_virtual) return 0;
     do {
         if (cq_is_virtual(m, cq_target(m, h))) return 1;
         h = cq_clockwise(m, h);
