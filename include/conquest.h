@@ -2579,9 +2579,10 @@ typedef struct cqi_seed {
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
-    int16_t feature[3][CQI_MOST];
+    int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
     int32_t offset[3];
-    int32_t left[3];                    /* of it by the weights at hand, 1/256 */
+    int32_t share[3];                   /* that its equations have in the sums; */
+    int32_t left[3];                    /* of the offset by the weights at hand, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -2608,7 +2609,9 @@ typedef struct cqi_plan {
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* of CQI_ROWS vertices */
+    cqi_row *row;                       /* of CQI_ROWS vertices, */
+    uint32_t *log2;                     /* and of numbers up to CQI_ROWS the logarithm, see cqi_log2: */
+    uint32_t num_logs;                  /* so many are there */
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -7431,51 +7434,97 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_NO_POWER = -1 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_CHANGES = 4 };
 
-typedef struct cqi_equations {
+typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
-    uint32_t least;              /* cost of the best weights so far, in 1/8 bit, */
-    int8_t best[CQI_MOST];       /* and these */
-    uint32_t size[3][CQI_SIZES]; /* errors of each size, of each component */
-    int power;                   /* of the error that rows count by, -1/2; or that they do not count */
+} cqi_sums;
+
+/* Rows whose share in the sums has to change. */
+typedef struct cqi_changes {
+    const int16_t *x[CQI_CHANGES];
+    int32_t y[CQI_CHANGES], change[CQI_CHANGES];
+    int count;
+} cqi_changes;
+
+/* Components first .. last of rows, to which n weights are fitted. */
+typedef struct cqi_equations {
+    cqi_row *row;
+    uint32_t rows;
+    const uint32_t *log2;
+    int first, last, n;
+    cqi_sums sums;                 /* below the diagonal and on it, of all rows by their shares, but for those changes */
+    cqi_changes changes;
+    uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
 
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
-static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_floor_shift(error + 127, 8))); }
+static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
-/* What so many errors of each size cost, in 1/8 bit: the entropy of the sizes, and the bits of each error. */
-static uint32_t cqi_cost_of_sizes(const uint32_t *size)
+/* What the errors of a component of all rows cost, given how many have each size, in 1/8 bit: the entropy of the sizes,
+ * and the bits of each error. */
+static uint32_t cqi_cost_of_sizes(const uint32_t *log2, uint32_t rows, const uint32_t *size)
 {
     uint64_t cost = 0;
-    uint32_t n = 0, all;
     int k;
-    for (k = 0; k < CQI_SIZES; k++) n += size[k];
-    all = n ? cqi_log2(n) : 0;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (all - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (log2[rows] - log2[size[k]] + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
 }
 
-/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
-static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
+static uint32_t cqi_cost_of_fit(const cqi_equations *fit)
+{
+    uint32_t cost = 0;
+    int c;
+    for (c = fit->first; c <= fit->last; c++) cost += cqi_cost_of_sizes(fit->log2, fit->rows, fit->size[c]);
+    return cost;
+}
 
-/* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
+/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
+static uint32_t cqi_discount(int32_t error)
+{
+    return cqi_abs(error) < 128 ? 0 : (uint32_t)cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28;
+}
+
+/* The share of an equation with this error, which counts by the power -power/2 of it. */
+static int32_t cqi_share(int32_t error, uint32_t power)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
-    const int32_t share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    const uint32_t less = power * cqi_discount(error) / 2;
+    return (int32_t)((uint32_t)root[less % 8] >> less / 8);
+}
+
+/* Makes changes to the sums: several at once, as most time goes by with loading and storing these. */
+static void cqi_make_changes(cqi_equations *fit)
+{
+    cqi_changes *const c = &fit->changes;
     int i, j;
-    for (i = 0; i < n; i++) {
-        const int32_t z = share * x[i];
-        if (!z) continue;
-        for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
-        fit->b[i] += (int64_t)z * y;
+    for (; c->count < CQI_CHANGES; c->count++) {
+        c->x[c->count] = c->x[0];
+        c->change[c->count] = 0;
+    }
+    c->count = 0;
+    for (i = 0; i < fit->n; i++) {
+        const int64_t z0 = c->change[0] * c->x[0][i], z1 = c->change[1] * c->x[1][i];
+        const int64_t z2 = c->change[2] * c->x[2][i], z3 = c->change[3] * c->x[3][i];
+        for (j = 0; j <= i; j++)
+            fit->sums.a[i][j] += z0 * c->x[0][j] + z1 * c->x[1][j] + z2 * c->x[2][j] + z3 * c->x[3][j];
+        fit->sums.b[i] += z0 * c->y[0] + z1 * c->y[1] + z2 * c->y[2] + z3 * c->y[3];
     }
 }
 
+/* Has an equation count by another share in the sums: with features x, whose weighted sum should be y in 1/16. */
+static void cqi_change_share(cqi_equations *fit, const int16_t *x, int32_t y, int32_t change)
+{
+    cqi_changes *const c = &fit->changes;
+    c->x[c->count] = x;
+    c->y[c->count] = y;
+    c->change[c->count] = change;
+    if (++c->count == CQI_CHANGES) cqi_make_changes(fit);
+}
+
 /* Scales the equations to 28 bits, and adds a little to the diagonal, so that no feature is left undetermined. */
-static void cqi_scale_fit(cqi_equations *fit, int n)
+static void cqi_scale_fit(cqi_sums *fit, int n)
 {
     int64_t most = 0;
     int i, j, shift = 0;
@@ -7489,8 +7538,9 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
 }
 
 /* Gaussian elimination; no pivots are needed, as the matrix is positive definite. Returns 1 if a weight changes. */
-static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+static int cqi_solve(const cqi_sums *sums, int8_t *weight, int n)
 {
+    cqi_sums scaled = *sums, *const fit = &scaled;
     int64_t x[CQI_MOST];
     int i, j, k, changed = 0;
     cqi_scale_fit(fit, n);
@@ -7514,128 +7564,155 @@ static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
     return changed;
 }
 
-/* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
-enum { CQI_ALONG = 3, CQI_ACROSS };
-static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_t *x, int32_t *y)
-{
-    const int32_t a = c == CQI_ALONG ? row->edge_x : -row->edge_y, b = c == CQI_ALONG ? row->edge_y : row->edge_x;
-    int k;
-    *y = row->offset[c < 3 ? c : 0];
-    if (c < 3) return row->feature[c];
-    *y = (int32_t)cqi_floor_shift_wide((int64_t)a * *y + (int64_t)b * row->offset[1], 12);
-    for (k = 0; k < n; k++) x[k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
-    return x;
-}
-
 /* The error that the weights leave in a row, in 1/256. */
-static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
+static int32_t cqi_left_of(const int16_t *weight, const int16_t *x, int32_t y)
 {
-    int32_t error = 16 * y;
+    int32_t sum = 0;
     int i;
-    for (i = 0; i < n; i++) error -= (int32_t)weight[i] * x[i];
-    return error;
+    for (i = 0; i < CQI_FINE; i++) sum += (int32_t)weight[i] * x[i];
+    return 16 * y - sum - (int32_t)weight[CQI_FINE] * x[CQI_FINE];
 }
 
-/* Counts the sizes of the errors; and if there is a power, sets up the equations for better weights. */
-static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
-                              const int8_t *weight, int n)
+/* The weights with zeros behind them: so all loops that multiply them are of the same length. */
+static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
 {
-    uint32_t k;
+    int i;
+    for (i = 0; i < CQI_MOST; i++) wide[i] = i < n ? weight[i] : 0;
+}
+
+/* What the errors cost that the weights leave. Each equation then counts by its error to the power -power/2, if this is
+ * not below 0. */
+static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
+{
+    int16_t wide[CQI_MOST];
+    cqi_row *row;
     int c;
-    memset(fit->a, 0, sizeof fit->a);
-    memset(fit->b, 0, sizeof fit->b);
+    cqi_widen(weight, fit->n, wide);
     memset(fit->size, 0, sizeof fit->size);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) {
-            int16_t turned[CQI_MOST];
-            int32_t y;
-            const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-            const int32_t error = cqi_left_of(weight, x, n, y);
-            fit->size[c - first][cqi_size_of_error(error)]++;
-            if (fit->power >= 0) cqi_add_equation(fit, x, n, y, cqi_left(error));
+    for (c = fit->first; c <= fit->last; c++)
+        for (row = fit->row; row < fit->row + fit->rows; row++) {
+            const int32_t error = cqi_left_of(wide, row->feature[c], row->offset[c]);
+            int32_t share;
+            fit->size[c][cqi_size_of_error(error)]++;
+            if (power < 0) continue;
+            share = cqi_share(error, (uint32_t)power);
+            if (share == row->share[c]) continue;
+            cqi_change_share(fit, row->feature[c], row->offset[c], share - row->share[c]);
+            row->share[c] = share;
         }
+    if (fit->changes.count) cqi_make_changes(fit);
+    return cqi_cost_of_fit(fit);
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given, or first with least squares.
- * Returns about what the errors cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not
- * either. */
-static uint32_t cqi_fit_from(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes,
-                             int squares)
+/* Fits the weights, starting with those given, or first with least squares. Returns about what the errors cost, in 1/8
+ * bit. If a pass changes nothing, further ones with the same power would not either. */
+static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int squares)
 {
-    cqi_equations fit;
-    uint32_t cost;
+    int8_t best[CQI_MOST];
+    uint32_t least = UINT32_MAX;
     int pass;
-    fit.least = UINT32_MAX;
     for (pass = -squares; pass <= passes; pass++) {
-        fit.power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : CQI_NO_POWER;
-        cqi_sum_equations(&fit, row, rows, first, last, weight, n);
-        cost = cqi_cost_of_sizes(fit.size[0]) + cqi_cost_of_sizes(fit.size[1]) + cqi_cost_of_sizes(fit.size[2]);
-        if (cost < fit.least) {
-            fit.least = cost;
-            memcpy(fit.best, weight, (size_t)n);
+        const int power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : -1;
+        const uint32_t cost = cqi_sum_equations(fit, weight, power);
+        if (cost < least) {
+            least = cost;
+            memcpy(best, weight, (size_t)fit->n);
         }
-        if (fit.power == CQI_NO_POWER) break;
-        if (cqi_solve(&fit, weight, n)) continue;
-        if (fit.power == 3) break;
+        if (power < 0) break;
+        if (cqi_solve(&fit->sums, weight, fit->n)) continue;
+        if (power == 3) break;
         pass = passes / 2 - 1;
     }
-    memcpy(weight, fit.best, (size_t)n);
-    return fit.least;
+    memcpy(weight, best, (size_t)fit->n);
+    return least;
 }
 
 /* What the errors would cost if weight i were larger by `change`. */
-static uint32_t cqi_cost_of_change(const cqi_row *row, uint32_t rows, int first, int last, int i, int32_t change)
+static uint32_t cqi_cost_of_change(cqi_equations *fit, int i, int32_t change)
 {
-    uint32_t size[3][CQI_SIZES], k;
+    const cqi_row *row;
     int c;
-    memset(size, 0, sizeof size);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) size[c][cqi_size_of_error(row[k].left[c] - change * row[k].feature[c][i])]++;
-    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]) + cqi_cost_of_sizes(size[2]);
+    memset(fit->size, 0, sizeof fit->size);
+    for (c = fit->first; c <= fit->last; c++)
+        for (row = fit->row; row < fit->row + fit->rows; row++)
+            fit->size[c][cqi_size_of_error(row->left[c] - change * row->feature[c][i])]++;
+    return cqi_cost_of_fit(fit);
 }
 
 /* Makes weight i larger by `change`, or less by that, if the errors cost less then. */
-static uint32_t cqi_move_weight(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int i, int32_t change,
-                                uint32_t cost)
+static uint32_t cqi_move_weight(cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
 {
     uint32_t moved = cost, k;
     int c, side;
     for (side = 0; side < 2 && moved >= cost; side++, change = -change)
-        if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(row, rows, first, last, i, change);
+        if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(fit, i, change);
     if (moved >= cost) return cost;
     change = -change;
     weight[i] = (int8_t)(weight[i] + change);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) row[k].left[c] -= change * row[k].feature[c][i];
+    for (k = 0; k < fit->rows; k++)
+        for (c = fit->first; c <= fit->last; c++) fit->row[k].left[c] -= change * fit->row[k].feature[c][i];
     return moved;
 }
 
-/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
-static uint32_t cqi_fit_weights(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+/* Moves the weights to and fro, by steps that get smaller. */
+static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, uint32_t cost)
 {
-    uint32_t cost, k;
-    int i, c, step, given = 0;
+    int16_t wide[CQI_MOST];
+    uint32_t k;
+    int i, c, step;
+    cqi_widen(weight, fit->n, wide);
+    for (k = 0; k < fit->rows; k++)
+        for (c = fit->first; c <= fit->last; c++)
+            fit->row[k].left[c] = cqi_left_of(wide, fit->row[k].feature[c], fit->row[k].offset[c]);
+    for (step = CQI_FIRST_STEP; step; step /= 2)
+        for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
+    return cost;
+}
+
+/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
+static uint32_t cqi_fit_weights(const cqi_plan *p, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+{
+    cqi_equations fit;
+    uint32_t cost;
+    int i, given = 0;
+    memset(&fit, 0, sizeof fit);
+    fit.row = p->row;
+    fit.rows = rows;
+    fit.log2 = p->log2;
+    fit.first = first;
+    fit.last = last;
+    fit.n = n;
     for (i = 0; i < n; i++) given |= weight[i];
-    cost = cqi_fit_from(row, rows, first, last, weight, n, passes, 0);
+    cost = cqi_fit_from(&fit, weight, passes, 0);
     if (passes < CQI_PASSES) return cost;
     for (i = 0; i <= (given != 0); i++) {
         int8_t other[CQI_MOST] = { 0 };
-        const uint32_t other_cost = cqi_fit_from(row, rows, first, last, other, n, passes / 2, !i);
+        const uint32_t other_cost = cqi_fit_from(&fit, other, passes / 2, !i);
         if (other_cost >= cost) continue;
         cost = other_cost;
         memcpy(weight, other, (size_t)n);
     }
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++)
-            row[k].left[c] = cqi_left_of(weight, row[k].feature[c], n, row[k].offset[c]);
-    for (step = CQI_FIRST_STEP; step; step /= 2)
-        for (i = 0; i < n; i++) cost = cqi_move_weight(row, rows, first, last, weight, i, step, cost);
-    return cost;
+    return cqi_move_weights(&fit, weight, cost);
+}
+
+/* Makes component 2 of the rows what components 0 and 1 are along the edge, or across it. */
+static void cqi_turn_rows(cqi_row *row, uint32_t rows, int n, int across)
+{
+    uint32_t r;
+    for (r = 0; r < rows; r++, row++) {
+        const int32_t a = across ? -row->edge_y : row->edge_x, b = across ? row->edge_x : row->edge_y;
+        int k;
+        for (k = 0; k < n; k++)
+            row->feature[2][k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
+        row->offset[2] = (int32_t)cqi_floor_shift_wide((int64_t)a * row->offset[0] + (int64_t)b * row->offset[1], 12);
+        row->share[2] = 0;
+    }
 }
 
 /* The cost of the errors in x and y, with 3 n weights. */
-static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
+static uint32_t cqi_cost_of_weights(const cqi_plan *p, uint32_t rows, const int8_t *weight, int n)
 {
+    const cqi_row *const row = p->row;
     uint32_t size[2][CQI_SIZES], r;
     memset(size, 0, sizeof size);
     for (r = 0; r < rows; r++) {
@@ -7652,26 +7729,28 @@ static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int
         size[0][cqi_size_of_error(x)]++;
         size[1][cqi_size_of_error(y)]++;
     }
-    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
+    return cqi_cost_of_sizes(p->log2, rows, size[0]) + cqi_cost_of_sizes(p->log2, rows, size[1]);
 }
 
 /* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
  * edge only differ from those across it if that saves more than the n bytes that it takes. */
-static uint32_t cqi_fit_all(cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_all(const cqi_plan *p, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
     uint32_t cost, other_cost, above;
     int k;
     memset(weight + 2 * n, 0, (size_t)n);
-    cost = cqi_fit_weights(row, rows, 0, 1, weight, n, passes);
-    above = cqi_fit_weights(row, rows, 2, 2, weight + n, n, passes);
+    cost = cqi_fit_weights(p, rows, 0, 1, weight, n, passes);
+    above = cqi_fit_weights(p, rows, 2, 2, weight + n, n, passes);
     if (passes < CQI_PASSES) return cost + above;
     memcpy(along, weight, (size_t)n);
     memcpy(other, weight, (size_t)n);
-    cqi_fit_weights(row, rows, CQI_ALONG, CQI_ALONG, along, n, passes / 2);
-    cqi_fit_weights(row, rows, CQI_ACROSS, CQI_ACROSS, other, n, passes / 2);
+    for (k = 0; k < 2; k++) {
+        cqi_turn_rows(p->row, rows, n, k);
+        cqi_fit_weights(p, rows, 2, 2, k ? other : along, n, passes / 2);
+    }
     for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
-    other_cost = cqi_cost_of_weights(row, rows, other, n);
+    other_cost = cqi_cost_of_weights(p, rows, other, n);
     if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows) return cost + above;
     memcpy(weight, other, (size_t)n);
     memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
@@ -7684,6 +7763,7 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     const int32_t most = 8191, far = 65535;
     const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     int k;
+    memset(row, 0, sizeof *row);
     for (k = 0; k < n; k++) {
         const cqi_vector f = cqi_above(t, feature[k]);
         row->feature[0][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
@@ -7725,9 +7805,11 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
 static uint32_t cqi_fit_view(cq_decoder *d, uint32_t rows, int8_t *weight, int n, int passes)
 {
     const uint32_t k = d->regular.view, last = d->shape.channel[k].components - 1;
-    if ((int)k == d->located) return cqi_fit_all(d->plan->row, rows, d->regular.count, weight, n, passes);
+    for (; d->plan->num_logs <= rows; d->plan->num_logs++)
+        d->plan->log2[d->plan->num_logs] = d->plan->num_logs ? cqi_log2(d->plan->num_logs) : 0;
+    if ((int)k == d->located) return cqi_fit_all(d->plan, rows, d->regular.count, weight, n, passes);
     memset(d->regular.weight[k], 0, CQI_MOST);
-    return cqi_fit_weights(d->plan->row, rows, 0, last < 2 ? (int)last : 2, d->regular.weight[k], n, passes);
+    return cqi_fit_weights(d->plan, rows, 0, last < 2 ? (int)last : 2, d->regular.weight[k], n, passes);
 }
 
 /* Axes as they are; no edge. */
@@ -9489,7 +9571,8 @@ typedef struct cqi_encoder {
 
 /* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
-#define CQI_ENCODER_BYTES (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + 7) / 8 * 8)
+#define CQI_ENCODER_BYTES \
+    (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + (CQI_ROWS + 1) * sizeof(uint32_t) + 7) / 8 * 8)
 
 #ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
@@ -12868,6 +12951,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
     p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
+    p->log2 = (uint32_t *)(p->row + CQI_ROWS);
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE) || s->num_materials;
     p->materials = in->materials;
     p->clean = in->clean;
