@@ -11621,7 +11621,7 @@ static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
 
 static int cqi_is_cut(const cqi_labels *l, cq_index h)
 {
-    const cq_index a = l->mesh->origin[h], b = cq_target(l->mesh, h);
+    const cq_index a = l->mesh->origin[h], b = l->mesh->origin[l->mesh->twin[h]];
     if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
     return !cqi_is_odd(l, b) || cqi_is_parent(l, a, b);
 }
@@ -11689,13 +11689,14 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
 /* Does the region have 3 corners, or 4 real ones, and are all its vertices different? Fills in corners and joined. */
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
+    cq_index at[CQI_POLYGON_FACES + 2];
     int k, j, any_virtual = 0;
     p->corners = p->undone = 0;
     p->even = p->second = 0;
     for (k = 0; k < p->size; k++) {
-        const cq_index v = cqi_place(l, p, k);
+        const cq_index v = at[k] = cqi_place(l, p, k);
         for (j = 0; j < k; j++)
-            if (v == cqi_place(l, p, j)) return 0;
+            if (v == at[j]) return 0;
         p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
         if (cqi_is_odd(l, v)) continue;
         if (p->corners == 4) return 0;
@@ -11904,11 +11905,11 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
  * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
  * waves meet and disagree. */
 
-/* The vertex straight behind the target of h: on the opposite spoke of an even valence, which must be 6 unless
- * `any_valence`; or along a boundary. CQ_NONE: there is none. */
-static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
+/* The vertex straight behind the target of `back`, seen from there: on the opposite spoke of an even valence, which must
+ * be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
+static cq_index cqi_behind(const cq_mesh *m, cq_index back, int any_valence)
 {
-    const cq_index back = m->twin[h], v = m->origin[back];
+    const cq_index v = m->origin[back];
     const int only_boundary = !any_valence && m->valence[v] != 6;
     cq_index ahead;
     int two;
@@ -11936,16 +11937,16 @@ static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
         const cq_index v = l->queue[head++];
         cq_index h = m->out[v];
         do {
-            const cq_index w = cq_target(m, h);
+            const cq_index back = m->twin[h], w = m->origin[back];
             if (cqi_label(l, w) == CQI_UNLABELLED) {
-                const cq_index b = cqi_behind(m, h, any_valence);
+                const cq_index b = cqi_behind(m, back, any_valence);
                 if (b != CQ_NONE && !cqi_is_odd(l, b) && !cq_is_virtual(m, b)) {
                     cqi_make_odd(l, w, v, b);
                     if (cqi_label(l, b) == CQI_UNLABELLED) l->queue[tail++] = b;
                     l->label[b] = CQI_EVEN;
                 }
             }
-            h = cq_clockwise(m, h);
+            h = cq_next(back);
         } while (h != m->out[v]);
     }
 }
@@ -12340,11 +12341,16 @@ static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_ind
 /* The corner opposite v in the polygon of 4 corners that face f lies in. */
 static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f, cqi_polygon *p)
 {
-    int k = 0;
+    cq_index corner[4];
+    int k, n = 0, of_v = 0;
     cqi_read_region(l, f, CQI_POLYGON_FACES, p);
-    cqi_find_corners(l, p);
-    while (cqi_place(l, p, p->corner[k]) != v) k++;
-    return cqi_place(l, p, p->corner[(k + 2) % 4]);
+    for (k = 0; k < p->size; k++) {
+        const cq_index w = cqi_place(l, p, k);
+        if (cqi_is_odd(l, w)) continue;
+        if (w == v) of_v = n;
+        corner[n++ & 3] = w;
+    }
+    return corner[(of_v + 2) % 4];
 }
 
 /* Lists the odd vertices near v that must become even because a vertex lies around v twice; returns their number. */
@@ -13169,7 +13175,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, scratch.next, scratch.left)) return;
         l.positions = p->measured;
-        l.input = in;
+        l.input = p->face_state || in->shape.num_materials || cqi_all_components(&in->shape, CQI_OF_FACE) ? in : NULL;
         l.input_face = p->face_of_input;
         l.face_state = p->face_state;
         l.locked = p->locked;
