@@ -7447,11 +7447,17 @@ typedef struct cqi_changes {
     int count;
 } cqi_changes;
 
-/* Components first .. last of rows, to which n weights are fitted. */
-typedef struct cqi_equations {
+/* Rows to fit weights to. */
+typedef struct cqi_rows {
     cqi_row *row;
-    uint32_t rows;
-    const uint32_t *log2;
+    uint32_t count;
+    int parts;                     /* 4: there are as many for each axes, one part behind the other; else 1 */
+    const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
+} cqi_rows;
+
+/* n weights that are fitted to components first .. last of rows. */
+typedef struct cqi_equations {
+    const cqi_rows *rows;
     int first, last, n;
     cqi_sums sums;                 /* below the diagonal and on it, of all rows by their shares, but for those changes */
     cqi_changes changes;
@@ -7463,12 +7469,13 @@ static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sig
 
 /* What the errors of a component of all rows cost, given how many have each size, in 1/8 bit: the entropy of the sizes,
  * and the bits of each error. */
-static uint32_t cqi_cost_of_sizes(const uint32_t *log2, uint32_t rows, const uint32_t *size)
+static uint32_t cqi_cost_of_sizes(const cqi_rows *rows, const uint32_t *size)
 {
+    const uint32_t *const log2 = rows->log2, all = log2[rows->count];
     uint64_t cost = 0;
     int k;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (log2[rows] - log2[size[k]] + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (all - log2[size[k]] + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
 }
 
@@ -7476,7 +7483,7 @@ static uint32_t cqi_cost_of_fit(const cqi_equations *fit)
 {
     uint32_t cost = 0;
     int c;
-    for (c = fit->first; c <= fit->last; c++) cost += cqi_cost_of_sizes(fit->log2, fit->rows, fit->size[c]);
+    for (c = fit->first; c <= fit->last; c++) cost += cqi_cost_of_sizes(fit->rows, fit->size[c]);
     return cost;
 }
 
@@ -7584,13 +7591,13 @@ static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
  * not below 0. */
 static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
 {
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int16_t wide[CQI_MOST];
-    cqi_row *row;
     int c;
     cqi_widen(weight, fit->n, wide);
     memset(fit->size, 0, sizeof fit->size);
     for (c = fit->first; c <= fit->last; c++)
-        for (row = fit->row; row < fit->row + fit->rows; row++) {
+        for (row = fit->rows->row; row < end; row++) {
             const int32_t error = cqi_left_of(wide, row->feature[c], row->offset[c]);
             int32_t share;
             fit->size[c][cqi_size_of_error(error)]++;
@@ -7630,11 +7637,11 @@ static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int
 /* What the errors would cost if weight i were larger by `change`. */
 static uint32_t cqi_cost_of_change(cqi_equations *fit, int i, int32_t change)
 {
-    const cqi_row *row;
+    const cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int c;
     memset(fit->size, 0, sizeof fit->size);
     for (c = fit->first; c <= fit->last; c++)
-        for (row = fit->row; row < fit->row + fit->rows; row++)
+        for (row = fit->rows->row; row < end; row++)
             fit->size[c][cqi_size_of_error(row->left[c] - change * row->feature[c][i])]++;
     return cqi_cost_of_fit(fit);
 }
@@ -7642,43 +7649,41 @@ static uint32_t cqi_cost_of_change(cqi_equations *fit, int i, int32_t change)
 /* Makes weight i larger by `change`, or less by that, if the errors cost less then. */
 static uint32_t cqi_move_weight(cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
 {
-    uint32_t moved = cost, k;
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    uint32_t moved = cost;
     int c, side;
     for (side = 0; side < 2 && moved >= cost; side++, change = -change)
         if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(fit, i, change);
     if (moved >= cost) return cost;
     change = -change;
     weight[i] = (int8_t)(weight[i] + change);
-    for (k = 0; k < fit->rows; k++)
-        for (c = fit->first; c <= fit->last; c++) fit->row[k].left[c] -= change * fit->row[k].feature[c][i];
+    for (row = fit->rows->row; row < end; row++)
+        for (c = fit->first; c <= fit->last; c++) row->left[c] -= change * row->feature[c][i];
     return moved;
 }
 
 /* Moves the weights to and fro, by steps that get smaller. */
 static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, uint32_t cost)
 {
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int16_t wide[CQI_MOST];
-    uint32_t k;
     int i, c, step;
     cqi_widen(weight, fit->n, wide);
-    for (k = 0; k < fit->rows; k++)
-        for (c = fit->first; c <= fit->last; c++)
-            fit->row[k].left[c] = cqi_left_of(wide, fit->row[k].feature[c], fit->row[k].offset[c]);
+    for (row = fit->rows->row; row < end; row++)
+        for (c = fit->first; c <= fit->last; c++) row->left[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
     for (step = CQI_FIRST_STEP; step; step /= 2)
         for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
     return cost;
 }
 
 /* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
-static uint32_t cqi_fit_weights(const cqi_plan *p, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
     uint32_t cost;
     int i, given = 0;
     memset(&fit, 0, sizeof fit);
-    fit.row = p->row;
     fit.rows = rows;
-    fit.log2 = p->log2;
     fit.first = first;
     fit.last = last;
     fit.n = n;
@@ -7696,10 +7701,10 @@ static uint32_t cqi_fit_weights(const cqi_plan *p, uint32_t rows, int first, int
 }
 
 /* Makes component 2 of the rows what components 0 and 1 are along the edge, or across it. */
-static void cqi_turn_rows(cqi_row *row, uint32_t rows, int n, int across)
+static void cqi_turn_rows(const cqi_rows *rows, int n, int across)
 {
-    uint32_t r;
-    for (r = 0; r < rows; r++, row++) {
+    cqi_row *const end = rows->row + rows->count, *row;
+    for (row = rows->row; row < end; row++) {
         const int32_t a = across ? -row->edge_y : row->edge_x, b = across ? row->edge_x : row->edge_y;
         int k;
         for (k = 0; k < n; k++)
@@ -7710,48 +7715,48 @@ static void cqi_turn_rows(cqi_row *row, uint32_t rows, int n, int across)
 }
 
 /* The cost of the errors in x and y, with 3 n weights. */
-static uint32_t cqi_cost_of_weights(const cqi_plan *p, uint32_t rows, const int8_t *weight, int n)
+static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, int n)
 {
-    const cqi_row *const row = p->row;
-    uint32_t size[2][CQI_SIZES], r;
+    const cqi_row *const end = rows->row + rows->count, *row;
+    uint32_t size[2][CQI_SIZES];
     memset(size, 0, sizeof size);
-    for (r = 0; r < rows; r++) {
-        int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
+    for (row = rows->row; row < end; row++) {
+        int32_t x = 16 * row->offset[0], y = 16 * row->offset[1], part = 0;
         int k;
         for (k = 0; k < n; k++) {
-            x -= (int32_t)weight[k] * row[r].feature[0][k];
-            y -= (int32_t)weight[k] * row[r].feature[1][k];
+            x -= (int32_t)weight[k] * row->feature[0][k];
+            y -= (int32_t)weight[k] * row->feature[1][k];
             part += weight[2 * n + k] *
-                    cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
+                    cqi_floor_shift(row->edge_x * row->feature[0][k] + row->edge_y * row->feature[1][k], 12);
         }
-        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
-        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
+        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_x, 12);
+        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_y, 12);
         size[0][cqi_size_of_error(x)]++;
         size[1][cqi_size_of_error(y)]++;
     }
-    return cqi_cost_of_sizes(p->log2, rows, size[0]) + cqi_cost_of_sizes(p->log2, rows, size[1]);
+    return cqi_cost_of_sizes(rows, size[0]) + cqi_cost_of_sizes(rows, size[1]);
 }
 
 /* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
  * edge only differ from those across it if that saves more than the n bytes that it takes. */
-static uint32_t cqi_fit_all(const cqi_plan *p, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
     uint32_t cost, other_cost, above;
     int k;
     memset(weight + 2 * n, 0, (size_t)n);
-    cost = cqi_fit_weights(p, rows, 0, 1, weight, n, passes);
-    above = cqi_fit_weights(p, rows, 2, 2, weight + n, n, passes);
+    cost = cqi_fit_weights(rows, 0, 1, weight, n, passes);
+    above = cqi_fit_weights(rows, 2, 2, weight + n, n, passes);
     if (passes < CQI_PASSES) return cost + above;
     memcpy(along, weight, (size_t)n);
     memcpy(other, weight, (size_t)n);
     for (k = 0; k < 2; k++) {
-        cqi_turn_rows(p->row, rows, n, k);
-        cqi_fit_weights(p, rows, 2, 2, k ? other : along, n, passes / 2);
+        cqi_turn_rows(rows, n, k);
+        cqi_fit_weights(rows, 2, 2, k ? other : along, n, passes / 2);
     }
     for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
-    other_cost = cqi_cost_of_weights(p, rows, other, n);
-    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows) return cost + above;
+    other_cost = cqi_cost_of_weights(rows, other, n);
+    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows->count) return cost + above;
     memcpy(weight, other, (size_t)n);
     memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
     return other_cost + above;
@@ -7801,17 +7806,6 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
     return cqi_seen(d, values);
 }
 
-/* Fits weights to rows: those of positions, or of another channel. */
-static uint32_t cqi_fit_view(cq_decoder *d, uint32_t rows, int8_t *weight, int n, int passes)
-{
-    const uint32_t k = d->regular.view, last = d->shape.channel[k].components - 1;
-    for (; d->plan->num_logs <= rows; d->plan->num_logs++)
-        d->plan->log2[d->plan->num_logs] = d->plan->num_logs ? cqi_log2(d->plan->num_logs) : 0;
-    if ((int)k == d->located) return cqi_fit_all(d->plan, rows, d->regular.count, weight, n, passes);
-    memset(d->regular.weight[k], 0, CQI_MOST);
-    return cqi_fit_weights(d->plan, rows, 0, last < 2 ? (int)last : 2, d->regular.weight[k], n, passes);
-}
-
 /* Axes as they are; no edge. */
 static void cqi_set_plain(cqi_tilt *t)
 {
@@ -7828,17 +7822,36 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* The number of rows for a level, at most so many: half as many as vertices, or a quarter of the most if that is more. */
-static uint32_t cqi_num_rows(const cqi_regular *r, uint32_t most)
+/* Rows for a level, in so many parts: half as many as vertices; or a quarter of what there is room for, if that is more. */
+static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
-    const uint32_t half = r->count / 2, least = most / 4;
-    most = half < least ? least : half < most ? half : most;
-    return r->count < most ? r->count : most;
+    cqi_plan *const p = d->plan;
+    const uint32_t all = d->regular.count, half = all / 2, most = CQI_ROWS / (uint32_t)parts, least = most / 4;
+    cqi_rows rows;
+    rows.count = half < least ? least : half < most ? half : most;
+    if (rows.count > all) rows.count = all;
+    rows.row = p->row;
+    rows.parts = parts;
+    rows.log2 = p->log2;
+    for (; p->num_logs <= rows.count; p->num_logs++) p->log2[p->num_logs] = p->num_logs ? cqi_log2(p->num_logs) : 0;
+    return rows;
 }
 
-static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
+/* Fills the row of sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
+static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, cq_index h, cqi_tilt *t,
+                         const cqi_vector *feature, int n, cqi_vector offset)
 {
-    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    const cqi_vector edge = cqi_from(d, d->mesh.origin[h], cq_target(&d->mesh, h)), none = { 0, 0, 0 };
+    int part;
+    for (part = 0; part < rows->parts; part++) {
+        if (part) cqi_set_tilt(t, edge, none, part);
+        cqi_set_row(&rows->row[(uint32_t)part * rows->count + k], t, feature, n, offset, cqi_fit_shift(d));
+    }
+}
+
+static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
+{
+    const cq_index v = cqi_sample(&d->regular, rows->count, k), h = d->mesh.out[v], a = d->mesh.origin[h];
     const int other = (int)d->regular.view != d->located;
     cqi_vector feature[CQI_FIXED], offset;
     cqi_tilt t;
@@ -7848,17 +7861,16 @@ static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
-    cqi_set_row(row, &t, feature, CQI_FIXED, offset, cqi_fit_shift(d));
+    cqi_set_rows(d, rows, k, h, &t, feature, CQI_FIXED, offset);
 }
 
-/* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
-static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
+/* Rows for the fixed prediction. */
+static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
 {
-    cqi_regular *r = &d->regular;
+    const cqi_rows rows = cqi_take_rows(d, parts);
     uint32_t k;
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) cqi_fixed_row(d, cqi_sample(r, rows, k), &d->plan->row[k]);
-    return cqi_fit_view(d, rows, r->fixed, CQI_FIXED, passes);
+    for (k = 0; k < rows.count; k++) cqi_fixed_row(d, &rows, k);
+    return rows;
 }
 
 /* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
@@ -7907,16 +7919,16 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 #ifndef CQ_NO_WEDGES
 
 /* The same for rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
-static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
+static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 {
+    const cqi_rows rows = cqi_take_rows(d, 1);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     cq_index v = r->vertices;
     uint32_t k, c;
     cqi_rewind_slots(d);
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) {
-        const cq_index sample = cqi_sample(r, rows, k), first = cqi_first_row(d, sample);
+    for (k = 0; k < rows.count; k++) {
+        const cq_index sample = cqi_sample(r, rows.count, k), first = cqi_first_row(d, sample);
         cqi_vector feature[CQI_MOST];
         cq_value values[CQ_MAX_COMPONENTS];
         cqi_tilt t;
@@ -7927,29 +7939,29 @@ static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
                      feature);
         for (c = 0; c < d->shape.channel[r->view].components; c++)
             values[c] = (cq_value)cqi_plan_bits(d, r->view, c, d->plan->wedge_of_row[first]);
-        cqi_set_row(&d->plan->row[k], &t, feature, cqi_num_fine(d, r->view),
+        cqi_set_row(&rows.row[k], &t, feature, cqi_num_fine(d, r->view),
                     cqi_scale(cqi_minus(cqi_seen(d, values), cqi_at(d, first)), 16), 0);
     }
-    return cqi_fit_view(d, rows, NULL, cqi_num_fine(d, r->view), passes);
+    return rows;
 }
 
 #endif
 
-/* Fits the weights of the fine prediction; returns what the residuals cost, about. */
-static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
+/* Rows for the fine prediction. */
+static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
 {
+    const cqi_rows rows = cqi_take_rows(d, parts);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
     cq_index v = r->vertices;
     uint32_t k;
 #ifndef CQ_NO_WEDGES
-    if (cqi_has_row_values(d, r->view)) return cqi_fit_rows(d, passes, rows);
+    if (cqi_has_row_values(d, r->view)) return cqi_fine_rows_of_rows(d);
 #endif
     cqi_rewind_slots(d);
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) {
-        const cq_index sample = cqi_sample(r, rows, k);
+    for (k = 0; k < rows.count; k++) {
+        const cq_index sample = cqi_sample(r, rows.count, k);
         const int other = (int)r->view != d->located;
         cqi_vector feature[CQI_MOST];
         cq_value place[12][CQ_MAX_COMPONENTS];
@@ -7961,60 +7973,73 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
         cqi_find_fine(d, sample, m->out[sample], feature, other ? NULL : &t);
         cqi_exchange(d, sample, place, 1);
         if (fine > CQI_FINE) cqi_plan_normal(d, sample, &feature[CQI_FINE]);
-        cqi_set_row(&d->plan->row[k], &t, feature, fine,
-                    cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16), cqi_fit_shift(d));
+        cqi_set_rows(d, &rows, k, m->out[sample], &t, feature, fine,
+                     cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16));
     }
-    return cqi_fit_view(d, rows, r->fine, fine, passes);
+    return rows;
 }
 
-/* Fits a prediction's weights, with all passes from those of the level before on. */
-static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, int passes, uint32_t rows)
+/* Fits a prediction's weights with these axes, with all passes from those of the level before on. */
+static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
+    cqi_rows rows;
     d->regular.axes = axes;
-    if (passes < CQI_PASSES) memset(weight, 0, 3 * (size_t)n);
-    else memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
-    return n == CQI_FINE ? cqi_fit_fine(d, passes, rows) : cqi_fit_fixed(d, passes, rows);
+    rows = fill(d, 1);
+    memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
+    return cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES);
 }
 
 /* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
  * ones, if they cost less than a 16th more there, and less with all rows. */
-static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n)
+static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     int8_t kept[3 * CQI_FINE];
     uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
-    for (axes = 0; axes < 4; axes++) {
-        cost[axes] = cqi_fit_axes(d, weight, n, axes, CQI_PASSES / 2, CQI_ROWS / 4);
+    cqi_rows rows;
+    d->regular.axes = 0;
+    rows = fill(d, 4);
+    for (axes = 0; axes < 4; axes++, rows.row += rows.count) {
+        memset(weight, 0, 3 * (size_t)n);
+        cost[axes] = cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES / 2);
         if (cost[axes] < cost[first]) first = axes;
     }
     for (axes = 0; axes < 4; axes++)
         if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
     if (cost[second] - cost[first] < cost[first] / 16) {
-        other = cqi_fit_axes(d, weight, n, second, CQI_PASSES, CQI_ROWS);
+        other = cqi_fit_axes(d, weight, n, second, fill);
         memcpy(kept, weight, 3 * (size_t)n);
     }
-    if (cqi_fit_axes(d, weight, n, first, CQI_PASSES, CQI_ROWS) > other) {
+    if (cqi_fit_axes(d, weight, n, first, fill) > other) {
         d->regular.axes = second;
         memcpy(weight, kept, 3 * (size_t)n);
     }
     memcpy(d->plan->before[n == CQI_FINE], weight, 3 * (size_t)n);
 }
 
+/* Fits the weights of another channel. */
+static void cqi_plan_others(cq_decoder *d, uint32_t k, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
+{
+    const cqi_rows rows = fill(d, 1);
+    memset(d->regular.weight[k], 0, CQI_MOST);
+    cqi_fit_weights(&rows, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n, CQI_PASSES);
+}
+
 /* The weights of all channels, for one of the two predictions. */
-static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
-                                 uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
+static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     uint32_t k;
     if (d->located >= 0) {
-        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n);
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n, fill);
         cqi_code_weights(d, weight, n);
         cqi_charge_channel(d, (uint32_t)d->located);
     }
     for (k = 0; k < d->shape.num_channels; k++) {
+        const int n_of_k = n == CQI_FIXED ? n : cqi_num_fine(d, k);
         if (!cqi_is_expected(d, k) || (n == CQI_FIXED && cqi_class(&d->shape, k) == CQI_OF_ROW)) continue;
         cqi_look_at(d, k, 0);
-        if (CQI_ENCODING(d)) fit(d, CQI_PASSES, CQI_ROWS);
-        cqi_code_signed(d, d->regular.weight[k], n == CQI_FIXED ? n : cqi_num_fine(d, k));
+        if (CQI_ENCODING(d)) cqi_plan_others(d, k, n_of_k, fill);
+        cqi_code_signed(d, d->regular.weight[k], n_of_k);
         cqi_charge_channel(d, k);
     }
     cqi_look_at_positions(d);
@@ -8031,7 +8056,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         return CQ_OK;
     }
     if (!r->at) {
-        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fit_fixed);
+        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fixed_rows);
         if (cqi_starved(d)) return CQ_TRUNCATED;
     }
     cqi_look_ahead(d, d->mesh.out[v]);
@@ -8144,7 +8169,7 @@ static cq_result cqi_step_records(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     if (r->at < r->count) return cqi_write_record(d, (cq_index)(r->vertices + r->at++)) ? CQ_OK : CQ_ERROR_CORRUPT;
-    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
+    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fine_rows);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     cqi_rewind_slots(d);
     r->at = 0;
@@ -12341,16 +12366,16 @@ static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_ind
 /* The corner opposite v in the polygon of 4 corners that face f lies in. */
 static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f, cqi_polygon *p)
 {
-    cq_index corner[4];
-    int k, n = 0, of_v = 0;
+    int k, of_v = 0;
     cqi_read_region(l, f, CQI_POLYGON_FACES, p);
+    p->corners = 0;
     for (k = 0; k < p->size; k++) {
         const cq_index w = cqi_place(l, p, k);
         if (cqi_is_odd(l, w)) continue;
-        if (w == v) of_v = n;
-        corner[n++ & 3] = w;
+        if (w == v) of_v = p->corners;
+        p->corner[p->corners++ & 3] = k;
     }
-    return corner[(of_v + 2) % 4];
+    return cqi_place(l, p, p->corner[(of_v + 2) & 3]);
 }
 
 /* Lists the odd vertices near v that must become even because a vertex lies around v twice; returns their number. */
