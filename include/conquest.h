@@ -9587,11 +9587,20 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
 
 #ifndef CQ_NO_ENCODER
 
+/* What a pass may take over from the one before, whose notes of these regular levels are still there. */
+typedef struct cqi_known {
+    uint32_t levels;                        /* the finest ones; 0 if the input had to be prepared */
+    cq_index count_of[CQI_MAX_REGULAR + 1];
+    uint8_t alike[CQI_MAX_REGULAR + 1];     /* of the labels of each */
+    int is_sharp, limit, found;             /* of the labels of the finest one */
+} cqi_known;
+
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
     cq_input coded;           /* as the input, but what the mesh became */
-    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
+    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared, */
+    cqi_known known;          /* and so does this */
 } cqi_encoder;
 
 /* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
@@ -12826,6 +12835,14 @@ static cq_index cqi_find_labels(cqi_labels *l)
     return cqi_label_with(l, number, 0);
 }
 
+/* The labels that notes were written by, see cqi_undo_level. */
+static void cqi_recall_labels(cqi_labels *l, const cqi_collapse *note, cq_index count)
+{
+    cq_index k;
+    memset(l->label, CQI_EVEN, cqi_vertex_slots(l->mesh));
+    for (k = 0; k < count; k++) cqi_make_odd(l, note[k].removed, note[k].kept, note[k].face[0]);
+}
+
 /* -- Regular levels: undoing one --
  *
  * Polygons are flipped back to coarse faces, then odd vertices collapsed into a parent. */
@@ -13185,8 +13202,30 @@ static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_ind
     return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
 }
 
+/* The labels of the next regular level: those that are known, or the best ones. Returns the number of odd vertices. */
+static cq_index cqi_next_labels(const cqi_plan *p, cqi_known *known, cqi_labels *l)
+{
+    const uint32_t level = p->num_regular + 1;
+    if (level > known->levels) {
+        known->count_of[level] = cqi_find_labels(l);
+        known->alike[level] = (uint8_t)l->alike;
+        if (level > 1) return known->count_of[level];
+        known->is_sharp = l->is_sharp;
+        known->limit = l->limit;
+        known->found = l->found;
+    }
+    else {
+        cqi_recall_labels(l, p->note + p->num_notes, known->count_of[level]);
+        l->alike = known->alike[level];
+        l->is_sharp = known->is_sharp;
+        l->limit = known->limit;
+        l->found = known->found;
+    }
+    return known->count_of[level];
+}
+
 /* Takes regular levels while they are worth it; memory that is idle. */
-static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
+static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, const cqi_arena *idle)
 {
     cq_index live = (cq_index)in->shape.num_vertices;
     const int channel = cqi_context_channel(&in->shape);
@@ -13213,7 +13252,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         l.step = channel < 0
                      ? 0
                      : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
-        n = cqi_find_labels(&l);
+        n = cqi_next_labels(p, known, &l);
         if (n < live / 12 + 1 || n < 24 || !cqi_is_worth_comparing(p, &l, live)) return;
         p->num_regular++;
         p->count_of[p->num_regular] = n;
@@ -13526,8 +13565,8 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     is_manifold = result == CQ_OK;
     e->coded = *in;
 #ifndef CQ_NO_WEDGES
-    if (cqi_is_mesh_error(result) || (is_manifold && in->shape.num_boundary_loops && cqi_has_places(&in->shape) &&
-                                      cqi_borders_may_meet(e, in, arena))) {
+    if (cqi_is_mesh_error(result) || (is_manifold && !e->known.levels && in->shape.num_boundary_loops &&
+                                      cqi_has_places(&in->shape) && cqi_borders_may_meet(e, in, arena))) {
         result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
         if (result == CQ_DONE)
             result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
@@ -13580,7 +13619,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     if (report) report->prepared = counts;
     e->replay.report = report;
     e->plan.most_regular = most_regular;
-    cqi_take_regular(&e->plan, coded, &arena);
+    cqi_take_regular(&e->plan, &e->known, coded, &arena);
+    e->known.levels = e->plan.row_of_vertex ? 0 : e->plan.num_regular;
     e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
     cqi_simplify_all(e, coded);
     if (cqi_replay(e, coded) != CQ_DONE) return CQ_ERROR_CORRUPT;
@@ -13654,8 +13694,9 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     cq_input plain;
     size_t without = 0, room, k;
     uint32_t best;
-    cq_result result =
-        cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    cq_result result;
+    e->known.levels = 0;
+    result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     plain = *in;
     plain.progress = NULL;
     if (result == CQ_ERROR_CORRUPT)
