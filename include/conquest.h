@@ -2581,8 +2581,8 @@ typedef struct cqi_seed {
 typedef struct cqi_row {
     int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
     int32_t offset[3];
-    int32_t share[3];                   /* that its equations have in the sums; */
-    int32_t left[3];                    /* of the offset by the weights at hand, 1/256 */
+    int32_t state[3];                   /* the shares of its equations in the sums; then what is left of the offset by
+                                           the weights at hand, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -7603,9 +7603,9 @@ static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int 
             fit->size[c][cqi_size_of_error(error)]++;
             if (power < 0) continue;
             share = cqi_share(error, (uint32_t)power);
-            if (share == row->share[c]) continue;
-            cqi_change_share(fit, row->feature[c], row->offset[c], share - row->share[c]);
-            row->share[c] = share;
+            if (share == row->state[c]) continue;
+            cqi_change_share(fit, row->feature[c], row->offset[c], share - row->state[c]);
+            row->state[c] = share;
         }
     if (fit->changes.count) cqi_make_changes(fit);
     return cqi_cost_of_fit(fit);
@@ -7642,7 +7642,7 @@ static uint32_t cqi_cost_of_change(cqi_equations *fit, int i, int32_t change)
     memset(fit->size, 0, sizeof fit->size);
     for (c = fit->first; c <= fit->last; c++)
         for (row = fit->rows->row; row < end; row++)
-            fit->size[c][cqi_size_of_error(row->left[c] - change * row->feature[c][i])]++;
+            fit->size[c][cqi_size_of_error(row->state[c] - change * row->feature[c][i])]++;
     return cqi_cost_of_fit(fit);
 }
 
@@ -7658,7 +7658,7 @@ static uint32_t cqi_move_weight(cqi_equations *fit, int8_t *weight, int i, int32
     change = -change;
     weight[i] = (int8_t)(weight[i] + change);
     for (row = fit->rows->row; row < end; row++)
-        for (c = fit->first; c <= fit->last; c++) row->left[c] -= change * row->feature[c][i];
+        for (c = fit->first; c <= fit->last; c++) row->state[c] -= change * row->feature[c][i];
     return moved;
 }
 
@@ -7670,7 +7670,7 @@ static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, uint32_t co
     int i, c, step;
     cqi_widen(weight, fit->n, wide);
     for (row = fit->rows->row; row < end; row++)
-        for (c = fit->first; c <= fit->last; c++) row->left[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
+        for (c = fit->first; c <= fit->last; c++) row->state[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
     for (step = CQI_FIRST_STEP; step; step /= 2)
         for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
     return cost;
@@ -7710,7 +7710,7 @@ static void cqi_turn_rows(const cqi_rows *rows, int n, int across)
         for (k = 0; k < n; k++)
             row->feature[2][k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
         row->offset[2] = (int32_t)cqi_floor_shift_wide((int64_t)a * row->offset[0] + (int64_t)b * row->offset[1], 12);
-        row->share[2] = 0;
+        row->state[2] = 0;
     }
 }
 
