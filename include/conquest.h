@@ -7634,36 +7634,45 @@ static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int
     return least;
 }
 
-/* What the errors would cost if weight i were larger by `change`. */
-static uint32_t cqi_cost_of_change(cqi_equations *fit, int i, int32_t change)
+/* What the errors would cost if weight i were larger by `change`, and if it were less by that. */
+static void cqi_cost_changes(const cqi_equations *fit, int i, int32_t change, uint32_t *cost)
 {
     const cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int c;
-    memset(fit->size, 0, sizeof fit->size);
-    for (c = fit->first; c <= fit->last; c++)
-        for (row = fit->rows->row; row < end; row++)
-            fit->size[c][cqi_size_of_error(row->state[c] - change * row->feature[c][i])]++;
-    return cqi_cost_of_fit(fit);
+    cost[0] = cost[1] = 0;
+    for (c = fit->first; c <= fit->last; c++) {
+        uint32_t size[2][CQI_SIZES];
+        memset(size, 0, sizeof size);
+        for (row = fit->rows->row; row < end; row++) {
+            const int32_t part = change * row->feature[c][i];
+            size[0][cqi_size_of_error(row->state[c] - part)]++;
+            size[1][cqi_size_of_error(row->state[c] + part)]++;
+        }
+        cost[0] += cqi_cost_of_sizes(fit->rows, size[0]);
+        cost[1] += cqi_cost_of_sizes(fit->rows, size[1]);
+    }
 }
 
-/* Makes weight i larger by `change`, or less by that, if the errors cost less then. */
-static uint32_t cqi_move_weight(cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
+/* Makes weight i larger by `change`, or else less by that, if the errors cost less then. */
+static uint32_t cqi_move_weight(const cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
 {
     cqi_row *const end = fit->rows->row + fit->rows->count, *row;
-    uint32_t moved = cost;
-    int c, side;
-    for (side = 0; side < 2 && moved >= cost; side++, change = -change)
-        if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(fit, i, change);
-    if (moved >= cost) return cost;
-    change = -change;
+    uint32_t moved[2];
+    int c, side = 0;
+    cqi_cost_changes(fit, i, change, moved);
+    if (moved[0] >= cost || cqi_abs(weight[i] + change) > 127) {
+        side = 1;
+        change = -change;
+        if (moved[1] >= cost || cqi_abs(weight[i] + change) > 127) return cost;
+    }
     weight[i] = (int8_t)(weight[i] + change);
     for (row = fit->rows->row; row < end; row++)
         for (c = fit->first; c <= fit->last; c++) row->state[c] -= change * row->feature[c][i];
-    return moved;
+    return moved[side];
 }
 
 /* Moves the weights to and fro, by steps that get smaller. */
-static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, uint32_t cost)
+static uint32_t cqi_move_weights(const cqi_equations *fit, int8_t *weight, uint32_t cost)
 {
     cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int16_t wide[CQI_MOST];
@@ -7766,7 +7775,6 @@ static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight
 static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
-    const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     int k;
     memset(row, 0, sizeof *row);
     for (k = 0; k < n; k++) {
@@ -7779,10 +7787,15 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     row->offset[0] = cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far);
     row->offset[1] = cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far);
     row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
+}
+
+/* Fills in the direction of its edge, which fits with all passes ask for. */
+static void cqi_set_row_edge(cqi_row *row, const cqi_tilt *t)
+{
+    const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     row->edge_x = (int16_t)(4096 * t->edge_x / length);
     row->edge_y = (int16_t)(4096 * t->edge_y / length);
 }
-
 
 /* Shift of positions, by which most features are below 2^13; larger ones are clamped. */
 static int cqi_fit_shift(const cq_decoder *d)
@@ -7847,6 +7860,7 @@ static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, 
         if (part) cqi_set_tilt(t, edge, none, part);
         cqi_set_row(&rows->row[(uint32_t)part * rows->count + k], t, feature, n, offset, cqi_fit_shift(d));
     }
+    if (rows->parts == 1) cqi_set_row_edge(&rows->row[k], t);
 }
 
 static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
