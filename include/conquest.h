@@ -2584,9 +2584,10 @@ typedef struct cqi_seed {
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
-    int16_t feature[3][CQI_MOST];
+    int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
     int32_t offset[3];
-    int32_t left[3];                    /* of it by the weights at hand, 1/256 */
+    int32_t state[3];                   /* the shares of its equations in the sums; then what is left of the offset by
+                                           the weights at hand, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -2613,7 +2614,9 @@ typedef struct cqi_plan {
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* of CQI_ROWS vertices */
+    cqi_row *row;                       /* of CQI_ROWS vertices, */
+    uint32_t *log2;                     /* and of numbers up to CQI_ROWS the logarithm, see cqi_log2: */
+    uint32_t num_logs;                  /* so many are there */
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -7491,51 +7494,104 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_NO_POWER = -1 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_CHANGES = 4 };
 
-typedef struct cqi_equations {
+typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
-    uint32_t least;              /* cost of the best weights so far, in 1/8 bit, */
-    int8_t best[CQI_MOST];       /* and these */
-    uint32_t size[3][CQI_SIZES]; /* errors of each size, of each component */
-    int power;                   /* of the error that rows count by, -1/2; or that they do not count */
+} cqi_sums;
+
+/* Rows whose share in the sums has to change. */
+typedef struct cqi_changes {
+    const int16_t *x[CQI_CHANGES];
+    int32_t y[CQI_CHANGES], change[CQI_CHANGES];
+    int count;
+} cqi_changes;
+
+/* Rows to fit weights to. */
+typedef struct cqi_rows {
+    cqi_row *row;
+    uint32_t count;
+    int parts;                     /* 4: there are as many for each axes, one part behind the other; else 1 */
+    const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
+} cqi_rows;
+
+/* n weights that are fitted to components first .. last of rows. */
+typedef struct cqi_equations {
+    const cqi_rows *rows;
+    int first, last, n;
+    cqi_sums sums;                 /* below the diagonal and on it, of all rows by their shares, but for those changes */
+    cqi_changes changes;
+    uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
 
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
-static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_abs(cqi_floor_shift(error + 127, 8))); }
+static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
-/* What so many errors of each size cost, in 1/8 bit: the entropy of the sizes, and the bits of each error. */
-static uint32_t cqi_cost_of_sizes(const uint32_t *size)
+/* What the errors of a component of all rows cost, given how many have each size, in 1/8 bit: the entropy of the sizes,
+ * and the bits of each error. */
+static uint32_t cqi_cost_of_sizes(const cqi_rows *rows, const uint32_t *size)
 {
+    const uint32_t *const log2 = rows->log2, all = log2[rows->count];
     uint64_t cost = 0;
-    uint32_t n = 0, all;
     int k;
-    for (k = 0; k < CQI_SIZES; k++) n += size[k];
-    all = n ? cqi_log2(n) : 0;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (all - cqi_log2(size[k]) + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (all - log2[size[k]] + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
 }
 
-/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
-static int cqi_left(int32_t error) { return cqi_abs(error) < 128 ? 0 : cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28; }
+static uint32_t cqi_cost_of_fit(const cqi_equations *fit)
+{
+    uint32_t cost = 0;
+    int c;
+    for (c = fit->first; c <= fit->last; c++) cost += cqi_cost_of_sizes(fit->rows, fit->size[c]);
+    return cost;
+}
 
-/* Adds the equation of a row: its features x, and what their weighted sum in 1/16 should be. */
-static void cqi_add_equation(cqi_equations *fit, const int16_t *x, int n, int32_t y, int left)
+/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
+static uint32_t cqi_discount(int32_t error)
+{
+    return cqi_abs(error) < 128 ? 0 : (uint32_t)cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28;
+}
+
+/* The share of an equation with this error, which counts by the power -power/2 of it. */
+static int32_t cqi_share(int32_t error, uint32_t power)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
-    const int32_t share = root[fit->power * left / 2 % 8] >> cqi_at_most(fit->power * left / 16, 15);
+    const uint32_t less = power * cqi_discount(error) / 2;
+    return (int32_t)((uint32_t)root[less % 8] >> less / 8);
+}
+
+/* Makes changes to the sums: several at once, as most time goes by with loading and storing these. */
+static void cqi_make_changes(cqi_equations *fit)
+{
+    cqi_changes *const c = &fit->changes;
     int i, j;
-    for (i = 0; i < n; i++) {
-        const int32_t z = share * x[i];
-        if (!z) continue;
-        for (j = 0; j <= i; j++) fit->a[i][j] += (int64_t)z * x[j];
-        fit->b[i] += (int64_t)z * y;
+    for (; c->count < CQI_CHANGES; c->count++) {
+        c->x[c->count] = c->x[0];
+        c->change[c->count] = 0;
+    }
+    c->count = 0;
+    for (i = 0; i < fit->n; i++) {
+        const int64_t z0 = c->change[0] * c->x[0][i], z1 = c->change[1] * c->x[1][i];
+        const int64_t z2 = c->change[2] * c->x[2][i], z3 = c->change[3] * c->x[3][i];
+        for (j = 0; j <= i; j++)
+            fit->sums.a[i][j] += z0 * c->x[0][j] + z1 * c->x[1][j] + z2 * c->x[2][j] + z3 * c->x[3][j];
+        fit->sums.b[i] += z0 * c->y[0] + z1 * c->y[1] + z2 * c->y[2] + z3 * c->y[3];
     }
 }
 
+/* Has an equation count by another share in the sums: with features x, whose weighted sum should be y in 1/16. */
+static void cqi_change_share(cqi_equations *fit, const int16_t *x, int32_t y, int32_t change)
+{
+    cqi_changes *const c = &fit->changes;
+    c->x[c->count] = x;
+    c->y[c->count] = y;
+    c->change[c->count] = change;
+    if (++c->count == CQI_CHANGES) cqi_make_changes(fit);
+}
+
 /* Scales the equations to 28 bits, and adds a little to the diagonal, so that no feature is left undetermined. */
-static void cqi_scale_fit(cqi_equations *fit, int n)
+static void cqi_scale_fit(cqi_sums *fit, int n)
 {
     int64_t most = 0;
     int i, j, shift = 0;
@@ -7549,8 +7605,9 @@ static void cqi_scale_fit(cqi_equations *fit, int n)
 }
 
 /* Gaussian elimination; no pivots are needed, as the matrix is positive definite. Returns 1 if a weight changes. */
-static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
+static int cqi_solve(const cqi_sums *sums, int8_t *weight, int n)
 {
+    cqi_sums scaled = *sums, *const fit = &scaled;
     int64_t x[CQI_MOST];
     int i, j, k, changed = 0;
     cqi_scale_fit(fit, n);
@@ -7574,165 +7631,201 @@ static int cqi_solve(cqi_equations *fit, int8_t *weight, int n)
     return changed;
 }
 
-/* Component c of a row: 0 .. 2 as it is; or along the edge, or across it. */
-enum { CQI_ALONG = 3, CQI_ACROSS };
-static const int16_t *cqi_row_component(const cqi_row *row, int c, int n, int16_t *x, int32_t *y)
-{
-    const int32_t a = c == CQI_ALONG ? row->edge_x : -row->edge_y, b = c == CQI_ALONG ? row->edge_y : row->edge_x;
-    int k;
-    *y = row->offset[c < 3 ? c : 0];
-    if (c < 3) return row->feature[c];
-    *y = (int32_t)cqi_floor_shift_wide((int64_t)a * *y + (int64_t)b * row->offset[1], 12);
-    for (k = 0; k < n; k++) x[k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
-    return x;
-}
-
 /* The error that the weights leave in a row, in 1/256. */
-static int32_t cqi_left_of(const int8_t *weight, const int16_t *x, int n, int32_t y)
+static int32_t cqi_left_of(const int16_t *weight, const int16_t *x, int32_t y)
 {
-    int32_t error = 16 * y;
+    int32_t sum = 0;
     int i;
-    for (i = 0; i < n; i++) error -= (int32_t)weight[i] * x[i];
-    return error;
+    for (i = 0; i < CQI_FINE; i++) sum += (int32_t)weight[i] * x[i];
+    return 16 * y - sum - (int32_t)weight[CQI_FINE] * x[CQI_FINE];
 }
 
-/* Counts the sizes of the errors; and if there is a power, sets up the equations for better weights. */
-static void cqi_sum_equations(cqi_equations *fit, const cqi_row *row, uint32_t rows, int first, int last,
-                              const int8_t *weight, int n)
+/* The weights with zeros behind them: so all loops that multiply them are of the same length. */
+static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
 {
-    uint32_t k;
+    int i;
+    for (i = 0; i < CQI_MOST; i++) wide[i] = i < n ? weight[i] : 0;
+}
+
+/* What the errors cost that the weights leave. Each equation then counts by its error to the power -power/2, if this is
+ * not below 0. */
+static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
+{
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    int16_t wide[CQI_MOST];
     int c;
-    memset(fit->a, 0, sizeof fit->a);
-    memset(fit->b, 0, sizeof fit->b);
+    cqi_widen(weight, fit->n, wide);
     memset(fit->size, 0, sizeof fit->size);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) {
-            int16_t turned[CQI_MOST];
-            int32_t y;
-            const int16_t *x = cqi_row_component(&row[k], c, n, turned, &y);
-            const int32_t error = cqi_left_of(weight, x, n, y);
-            fit->size[c - first][cqi_size_of_error(error)]++;
-            if (fit->power >= 0) cqi_add_equation(fit, x, n, y, cqi_left(error));
+    for (c = fit->first; c <= fit->last; c++)
+        for (row = fit->rows->row; row < end; row++) {
+            const int32_t error = cqi_left_of(wide, row->feature[c], row->offset[c]);
+            int32_t share;
+            fit->size[c][cqi_size_of_error(error)]++;
+            if (power < 0) continue;
+            share = cqi_share(error, (uint32_t)power);
+            if (share == row->state[c]) continue;
+            cqi_change_share(fit, row->feature[c], row->offset[c], share - row->state[c]);
+            row->state[c] = share;
         }
+    if (fit->changes.count) cqi_make_changes(fit);
+    return cqi_cost_of_fit(fit);
 }
 
-/* Fits n weights to components first .. last of the rows, starting with those given, or first with least squares.
- * Returns about what the errors cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not
- * either. */
-static uint32_t cqi_fit_from(const cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes,
-                             int squares)
+/* Fits the weights, starting with those given, or first with least squares. Returns about what the errors cost, in 1/8
+ * bit. If a pass changes nothing, further ones with the same power would not either. */
+static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int squares)
 {
-    cqi_equations fit;
-    uint32_t cost;
+    int8_t best[CQI_MOST];
+    uint32_t least = UINT32_MAX;
     int pass;
-    fit.least = UINT32_MAX;
     for (pass = -squares; pass <= passes; pass++) {
-        fit.power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : CQI_NO_POWER;
-        cqi_sum_equations(&fit, row, rows, first, last, weight, n);
-        cost = cqi_cost_of_sizes(fit.size[0]) + cqi_cost_of_sizes(fit.size[1]) + cqi_cost_of_sizes(fit.size[2]);
-        if (cost < fit.least) {
-            fit.least = cost;
-            memcpy(fit.best, weight, (size_t)n);
+        const int power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : -1;
+        const uint32_t cost = cqi_sum_equations(fit, weight, power);
+        if (cost < least) {
+            least = cost;
+            memcpy(best, weight, (size_t)fit->n);
         }
-        if (fit.power == CQI_NO_POWER) break;
-        if (cqi_solve(&fit, weight, n)) continue;
-        if (fit.power == 3) break;
+        if (power < 0) break;
+        if (cqi_solve(&fit->sums, weight, fit->n)) continue;
+        if (power == 3) break;
         pass = passes / 2 - 1;
     }
-    memcpy(weight, fit.best, (size_t)n);
-    return fit.least;
+    memcpy(weight, best, (size_t)fit->n);
+    return least;
 }
 
-/* What the errors would cost if weight i were larger by `change`. */
-static uint32_t cqi_cost_of_change(const cqi_row *row, uint32_t rows, int first, int last, int i, int32_t change)
+/* What the errors would cost if weight i were larger by `change`, and if it were less by that. */
+static void cqi_cost_changes(const cqi_equations *fit, int i, int32_t change, uint32_t *cost)
 {
-    uint32_t size[3][CQI_SIZES], k;
+    const cqi_row *const end = fit->rows->row + fit->rows->count, *row;
     int c;
-    memset(size, 0, sizeof size);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) size[c][cqi_size_of_error(row[k].left[c] - change * row[k].feature[c][i])]++;
-    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]) + cqi_cost_of_sizes(size[2]);
+    cost[0] = cost[1] = 0;
+    for (c = fit->first; c <= fit->last; c++) {
+        uint32_t size[2][CQI_SIZES];
+        memset(size, 0, sizeof size);
+        for (row = fit->rows->row; row < end; row++) {
+            const int32_t part = change * row->feature[c][i];
+            size[0][cqi_size_of_error(row->state[c] - part)]++;
+            size[1][cqi_size_of_error(row->state[c] + part)]++;
+        }
+        cost[0] += cqi_cost_of_sizes(fit->rows, size[0]);
+        cost[1] += cqi_cost_of_sizes(fit->rows, size[1]);
+    }
 }
 
-/* Makes weight i larger by `change`, or less by that, if the errors cost less then. */
-static uint32_t cqi_move_weight(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int i, int32_t change,
-                                uint32_t cost)
+/* Makes weight i larger by `change`, or else less by that, if the errors cost less then. */
+static uint32_t cqi_move_weight(const cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
 {
-    uint32_t moved = cost, k;
-    int c, side;
-    for (side = 0; side < 2 && moved >= cost; side++, change = -change)
-        if (cqi_abs(weight[i] + change) <= 127) moved = cqi_cost_of_change(row, rows, first, last, i, change);
-    if (moved >= cost) return cost;
-    change = -change;
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    uint32_t moved[2];
+    int c, side = 0;
+    cqi_cost_changes(fit, i, change, moved);
+    if (moved[0] >= cost || cqi_abs(weight[i] + change) > 127) {
+        side = 1;
+        change = -change;
+        if (moved[1] >= cost || cqi_abs(weight[i] + change) > 127) return cost;
+    }
     weight[i] = (int8_t)(weight[i] + change);
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++) row[k].left[c] -= change * row[k].feature[c][i];
-    return moved;
+    for (row = fit->rows->row; row < end; row++)
+        for (c = fit->first; c <= fit->last; c++) row->state[c] -= change * row->feature[c][i];
+    return moved[side];
+}
+
+/* Moves the weights to and fro, by steps that get smaller. */
+static uint32_t cqi_move_weights(const cqi_equations *fit, int8_t *weight, uint32_t cost)
+{
+    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    int16_t wide[CQI_MOST];
+    int i, c, step;
+    cqi_widen(weight, fit->n, wide);
+    for (row = fit->rows->row; row < end; row++)
+        for (c = fit->first; c <= fit->last; c++) row->state[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
+    for (step = CQI_FIRST_STEP; step; step /= 2)
+        for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
+    return cost;
 }
 
 /* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
-static uint32_t cqi_fit_weights(cqi_row *row, uint32_t rows, int first, int last, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
 {
-    uint32_t cost, k;
-    int i, c, step, given = 0;
+    cqi_equations fit;
+    uint32_t cost;
+    int i, given = 0;
+    memset(&fit, 0, sizeof fit);
+    fit.rows = rows;
+    fit.first = first;
+    fit.last = last;
+    fit.n = n;
     for (i = 0; i < n; i++) given |= weight[i];
-    cost = cqi_fit_from(row, rows, first, last, weight, n, passes, 0);
+    cost = cqi_fit_from(&fit, weight, passes, 0);
     if (passes < CQI_PASSES) return cost;
     for (i = 0; i <= (given != 0); i++) {
         int8_t other[CQI_MOST] = { 0 };
-        const uint32_t other_cost = cqi_fit_from(row, rows, first, last, other, n, passes / 2, !i);
+        const uint32_t other_cost = cqi_fit_from(&fit, other, passes / 2, !i);
         if (other_cost >= cost) continue;
         cost = other_cost;
         memcpy(weight, other, (size_t)n);
     }
-    for (k = 0; k < rows; k++)
-        for (c = first; c <= last; c++)
-            row[k].left[c] = cqi_left_of(weight, row[k].feature[c], n, row[k].offset[c]);
-    for (step = CQI_FIRST_STEP; step; step /= 2)
-        for (i = 0; i < n; i++) cost = cqi_move_weight(row, rows, first, last, weight, i, step, cost);
-    return cost;
+    return cqi_move_weights(&fit, weight, cost);
+}
+
+/* Makes component 2 of the rows what components 0 and 1 are along the edge, or across it. */
+static void cqi_turn_rows(const cqi_rows *rows, int n, int across)
+{
+    cqi_row *const end = rows->row + rows->count, *row;
+    for (row = rows->row; row < end; row++) {
+        const int32_t a = across ? -row->edge_y : row->edge_x, b = across ? row->edge_x : row->edge_y;
+        int k;
+        for (k = 0; k < n; k++)
+            row->feature[2][k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
+        row->offset[2] = (int32_t)cqi_floor_shift_wide((int64_t)a * row->offset[0] + (int64_t)b * row->offset[1], 12);
+        row->state[2] = 0;
+    }
 }
 
 /* The cost of the errors in x and y, with 3 n weights. */
-static uint32_t cqi_cost_of_weights(const cqi_row *row, uint32_t rows, const int8_t *weight, int n)
+static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, int n)
 {
-    uint32_t size[2][CQI_SIZES], r;
+    const cqi_row *const end = rows->row + rows->count, *row;
+    uint32_t size[2][CQI_SIZES];
     memset(size, 0, sizeof size);
-    for (r = 0; r < rows; r++) {
-        int32_t x = 16 * row[r].offset[0], y = 16 * row[r].offset[1], part = 0;
+    for (row = rows->row; row < end; row++) {
+        int32_t x = 16 * row->offset[0], y = 16 * row->offset[1], part = 0;
         int k;
         for (k = 0; k < n; k++) {
-            x -= (int32_t)weight[k] * row[r].feature[0][k];
-            y -= (int32_t)weight[k] * row[r].feature[1][k];
+            x -= (int32_t)weight[k] * row->feature[0][k];
+            y -= (int32_t)weight[k] * row->feature[1][k];
             part += weight[2 * n + k] *
-                    cqi_floor_shift(row[r].edge_x * row[r].feature[0][k] + row[r].edge_y * row[r].feature[1][k], 12);
+                    cqi_floor_shift(row->edge_x * row->feature[0][k] + row->edge_y * row->feature[1][k], 12);
         }
-        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_x, 12);
-        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row[r].edge_y, 12);
+        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_x, 12);
+        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_y, 12);
         size[0][cqi_size_of_error(x)]++;
         size[1][cqi_size_of_error(y)]++;
     }
-    return cqi_cost_of_sizes(size[0]) + cqi_cost_of_sizes(size[1]);
+    return cqi_cost_of_sizes(rows, size[0]) + cqi_cost_of_sizes(rows, size[1]);
 }
 
 /* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
  * edge only differ from those across it if that saves more than the n bytes that it takes. */
-static uint32_t cqi_fit_all(cqi_row *row, uint32_t rows, cq_index count, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
     uint32_t cost, other_cost, above;
     int k;
     memset(weight + 2 * n, 0, (size_t)n);
-    cost = cqi_fit_weights(row, rows, 0, 1, weight, n, passes);
-    above = cqi_fit_weights(row, rows, 2, 2, weight + n, n, passes);
+    cost = cqi_fit_weights(rows, 0, 1, weight, n, passes);
+    above = cqi_fit_weights(rows, 2, 2, weight + n, n, passes);
     if (passes < CQI_PASSES) return cost + above;
     memcpy(along, weight, (size_t)n);
     memcpy(other, weight, (size_t)n);
-    cqi_fit_weights(row, rows, CQI_ALONG, CQI_ALONG, along, n, passes / 2);
-    cqi_fit_weights(row, rows, CQI_ACROSS, CQI_ACROSS, other, n, passes / 2);
+    for (k = 0; k < 2; k++) {
+        cqi_turn_rows(rows, n, k);
+        cqi_fit_weights(rows, 2, 2, k ? other : along, n, passes / 2);
+    }
     for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
-    other_cost = cqi_cost_of_weights(row, rows, other, n);
-    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows) return cost + above;
+    other_cost = cqi_cost_of_weights(rows, other, n);
+    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows->count) return cost + above;
     memcpy(weight, other, (size_t)n);
     memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
     return other_cost + above;
@@ -7742,8 +7835,8 @@ static uint32_t cqi_fit_all(cqi_row *row, uint32_t rows, cq_index count, int8_t 
 static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
 {
     const int32_t most = 8191, far = 65535;
-    const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     int k;
+    memset(row, 0, sizeof *row);
     for (k = 0; k < n; k++) {
         const cqi_vector f = cqi_above(t, feature[k]);
         row->feature[0][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
@@ -7754,10 +7847,15 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     row->offset[0] = cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far);
     row->offset[1] = cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far);
     row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
+}
+
+/* Fills in the direction of its edge, which fits with all passes ask for. */
+static void cqi_set_row_edge(cqi_row *row, const cqi_tilt *t)
+{
+    const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
     row->edge_x = (int16_t)(4096 * t->edge_x / length);
     row->edge_y = (int16_t)(4096 * t->edge_y / length);
 }
-
 
 /* Shift of positions, by which most features are below 2^13; larger ones are clamped. */
 static int cqi_fit_shift(const cq_decoder *d)
@@ -7781,15 +7879,6 @@ static cqi_vector cqi_plan_position(const cq_decoder *d, cq_index v)
     return cqi_seen(d, values);
 }
 
-/* Fits weights to rows: those of positions, or of another channel. */
-static uint32_t cqi_fit_view(cq_decoder *d, uint32_t rows, int8_t *weight, int n, int passes)
-{
-    const uint32_t k = d->regular.view, last = d->shape.channel[k].components - 1;
-    if ((int)k == d->located) return cqi_fit_all(d->plan->row, rows, d->regular.count, weight, n, passes);
-    memset(d->regular.weight[k], 0, CQI_MOST);
-    return cqi_fit_weights(d->plan->row, rows, 0, last < 2 ? (int)last : 2, d->regular.weight[k], n, passes);
-}
-
 /* Axes as they are; no edge. */
 static void cqi_set_plain(cqi_tilt *t)
 {
@@ -7806,17 +7895,37 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* The number of rows for a level, at most so many: half as many as vertices, or a quarter of the most if that is more. */
-static uint32_t cqi_num_rows(const cqi_regular *r, uint32_t most)
+/* Rows for a level, in so many parts: half as many as vertices; or a quarter of what there is room for, if that is more. */
+static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
-    const uint32_t half = r->count / 2, least = most / 4;
-    most = half < least ? least : half < most ? half : most;
-    return r->count < most ? r->count : most;
+    cqi_plan *const p = d->plan;
+    const uint32_t all = d->regular.count, half = all / 2, most = CQI_ROWS / (uint32_t)parts, least = most / 4;
+    cqi_rows rows;
+    rows.count = half < least ? least : half < most ? half : most;
+    if (rows.count > all) rows.count = all;
+    rows.row = p->row;
+    rows.parts = parts;
+    rows.log2 = p->log2;
+    for (; p->num_logs <= rows.count; p->num_logs++) p->log2[p->num_logs] = p->num_logs ? cqi_log2(p->num_logs) : 0;
+    return rows;
 }
 
-static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
+/* Fills the row of sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
+static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, cq_index h, cqi_tilt *t,
+                         const cqi_vector *feature, int n, cqi_vector offset)
 {
-    const cq_index h = d->mesh.out[v], a = d->mesh.origin[h];
+    const cqi_vector edge = cqi_from(d, d->mesh.origin[h], cq_target(&d->mesh, h)), none = { 0, 0, 0 };
+    int part;
+    for (part = 0; part < rows->parts; part++) {
+        if (part) cqi_set_tilt(t, edge, none, part);
+        cqi_set_row(&rows->row[(uint32_t)part * rows->count + k], t, feature, n, offset, cqi_fit_shift(d));
+    }
+    if (rows->parts == 1) cqi_set_row_edge(&rows->row[k], t);
+}
+
+static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
+{
+    const cq_index v = cqi_sample(&d->regular, rows->count, k), h = d->mesh.out[v], a = d->mesh.origin[h];
     const int other = (int)d->regular.view != d->located;
     cqi_vector feature[CQI_FIXED], offset;
     cqi_tilt t;
@@ -7826,17 +7935,16 @@ static void cqi_fixed_row(cq_decoder *d, cq_index v, cqi_row *row)
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
-    cqi_set_row(row, &t, feature, CQI_FIXED, offset, cqi_fit_shift(d));
+    cqi_set_rows(d, rows, k, h, &t, feature, CQI_FIXED, offset);
 }
 
-/* Fits the weights of the fixed prediction; returns what the residuals cost, about. */
-static uint32_t cqi_fit_fixed(cq_decoder *d, int passes, uint32_t rows)
+/* Rows for the fixed prediction. */
+static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
 {
-    cqi_regular *r = &d->regular;
+    const cqi_rows rows = cqi_take_rows(d, parts);
     uint32_t k;
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) cqi_fixed_row(d, cqi_sample(r, rows, k), &d->plan->row[k]);
-    return cqi_fit_view(d, rows, r->fixed, CQI_FIXED, passes);
+    for (k = 0; k < rows.count; k++) cqi_fixed_row(d, &rows, k);
+    return rows;
 }
 
 /* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
@@ -7885,16 +7993,16 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 #ifndef CQ_NO_WEDGES
 
 /* The same for rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
-static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
+static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 {
+    const cqi_rows rows = cqi_take_rows(d, 1);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     cq_index v = r->vertices;
     uint32_t k, c;
     cqi_rewind_slots(d);
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) {
-        const cq_index sample = cqi_sample(r, rows, k), first = cqi_first_row(d, sample);
+    for (k = 0; k < rows.count; k++) {
+        const cq_index sample = cqi_sample(r, rows.count, k), first = cqi_first_row(d, sample);
         cqi_vector feature[CQI_MOST];
         cq_value values[CQ_MAX_COMPONENTS];
         cqi_tilt t;
@@ -7905,29 +8013,29 @@ static uint32_t cqi_fit_rows(cq_decoder *d, int passes, uint32_t rows)
                      feature);
         for (c = 0; c < d->shape.channel[r->view].components; c++)
             values[c] = (cq_value)cqi_plan_bits(d, r->view, c, d->plan->wedge_of_row[first]);
-        cqi_set_row(&d->plan->row[k], &t, feature, cqi_num_fine(d, r->view),
+        cqi_set_row(&rows.row[k], &t, feature, cqi_num_fine(d, r->view),
                     cqi_scale(cqi_minus(cqi_seen(d, values), cqi_at(d, first)), 16), 0);
     }
-    return cqi_fit_view(d, rows, NULL, cqi_num_fine(d, r->view), passes);
+    return rows;
 }
 
 #endif
 
-/* Fits the weights of the fine prediction; returns what the residuals cost, about. */
-static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
+/* Rows for the fine prediction. */
+static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
 {
+    const cqi_rows rows = cqi_take_rows(d, parts);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
     cq_index v = r->vertices;
     uint32_t k;
 #ifndef CQ_NO_WEDGES
-    if (cqi_has_row_values(d, r->view)) return cqi_fit_rows(d, passes, rows);
+    if (cqi_has_row_values(d, r->view)) return cqi_fine_rows_of_rows(d);
 #endif
     cqi_rewind_slots(d);
-    rows = cqi_num_rows(r, rows);
-    for (k = 0; k < rows; k++) {
-        const cq_index sample = cqi_sample(r, rows, k);
+    for (k = 0; k < rows.count; k++) {
+        const cq_index sample = cqi_sample(r, rows.count, k);
         const int other = (int)r->view != d->located;
         cqi_vector feature[CQI_MOST];
         cq_value place[12][CQ_MAX_COMPONENTS];
@@ -7939,60 +8047,73 @@ static uint32_t cqi_fit_fine(cq_decoder *d, int passes, uint32_t rows)
         cqi_find_fine(d, sample, m->out[sample], feature, other ? NULL : &t);
         cqi_exchange(d, sample, place, 1);
         if (fine > CQI_FINE) cqi_plan_normal(d, sample, &feature[CQI_FINE]);
-        cqi_set_row(&d->plan->row[k], &t, feature, fine,
-                    cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16), cqi_fit_shift(d));
+        cqi_set_rows(d, &rows, k, m->out[sample], &t, feature, fine,
+                     cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16));
     }
-    return cqi_fit_view(d, rows, r->fine, fine, passes);
+    return rows;
 }
 
-/* Fits a prediction's weights, with all passes from those of the level before on. */
-static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, int passes, uint32_t rows)
+/* Fits a prediction's weights with these axes, with all passes from those of the level before on. */
+static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
+    cqi_rows rows;
     d->regular.axes = axes;
-    if (passes < CQI_PASSES) memset(weight, 0, 3 * (size_t)n);
-    else memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
-    return n == CQI_FINE ? cqi_fit_fine(d, passes, rows) : cqi_fit_fixed(d, passes, rows);
+    rows = fill(d, 1);
+    memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
+    return cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES);
 }
 
 /* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
  * ones, if they cost less than a 16th more there, and less with all rows. */
-static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n)
+static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     int8_t kept[3 * CQI_FINE];
     uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
-    for (axes = 0; axes < 4; axes++) {
-        cost[axes] = cqi_fit_axes(d, weight, n, axes, CQI_PASSES / 2, CQI_ROWS / 4);
+    cqi_rows rows;
+    d->regular.axes = 0;
+    rows = fill(d, 4);
+    for (axes = 0; axes < 4; axes++, rows.row += rows.count) {
+        memset(weight, 0, 3 * (size_t)n);
+        cost[axes] = cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES / 2);
         if (cost[axes] < cost[first]) first = axes;
     }
     for (axes = 0; axes < 4; axes++)
         if (axes != first && (second < 0 || cost[axes] < cost[second])) second = axes;
     if (cost[second] - cost[first] < cost[first] / 16) {
-        other = cqi_fit_axes(d, weight, n, second, CQI_PASSES, CQI_ROWS);
+        other = cqi_fit_axes(d, weight, n, second, fill);
         memcpy(kept, weight, 3 * (size_t)n);
     }
-    if (cqi_fit_axes(d, weight, n, first, CQI_PASSES, CQI_ROWS) > other) {
+    if (cqi_fit_axes(d, weight, n, first, fill) > other) {
         d->regular.axes = second;
         memcpy(weight, kept, 3 * (size_t)n);
     }
     memcpy(d->plan->before[n == CQI_FINE], weight, 3 * (size_t)n);
 }
 
+/* Fits the weights of another channel. */
+static void cqi_plan_others(cq_decoder *d, uint32_t k, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
+{
+    const cqi_rows rows = fill(d, 1);
+    memset(d->regular.weight[k], 0, CQI_MOST);
+    cqi_fit_weights(&rows, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n, CQI_PASSES);
+}
+
 /* The weights of all channels, for one of the two predictions. */
-static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n,
-                                 uint32_t (*fit)(cq_decoder *d, int passes, uint32_t rows))
+static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     uint32_t k;
     if (d->located >= 0) {
-        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n);
+        if (CQI_ENCODING(d)) cqi_plan_weights(d, weight, n, fill);
         cqi_code_weights(d, weight, n);
         cqi_charge_channel(d, (uint32_t)d->located);
     }
     for (k = 0; k < d->shape.num_channels; k++) {
+        const int n_of_k = n == CQI_FIXED ? n : cqi_num_fine(d, k);
         if (!cqi_is_expected(d, k) || (n == CQI_FIXED && cqi_class(&d->shape, k) == CQI_OF_ROW)) continue;
         cqi_look_at(d, k, 0);
-        if (CQI_ENCODING(d)) fit(d, CQI_PASSES, CQI_ROWS);
-        cqi_code_signed(d, d->regular.weight[k], n == CQI_FIXED ? n : cqi_num_fine(d, k));
+        if (CQI_ENCODING(d)) cqi_plan_others(d, k, n_of_k, fill);
+        cqi_code_signed(d, d->regular.weight[k], n_of_k);
         cqi_charge_channel(d, k);
     }
     cqi_look_at_positions(d);
@@ -8009,7 +8130,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         return CQ_OK;
     }
     if (!r->at) {
-        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fit_fixed);
+        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fixed_rows);
         if (cqi_starved(d)) return CQ_TRUNCATED;
     }
     cqi_look_ahead(d, d->mesh.out[v]);
@@ -8122,7 +8243,7 @@ static cq_result cqi_step_records(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     if (r->at < r->count) return cqi_write_record(d, (cq_index)(r->vertices + r->at++)) ? CQ_OK : CQ_ERROR_CORRUPT;
-    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fit_fine);
+    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fine_rows);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     cqi_rewind_slots(d);
     r->at = 0;
@@ -9540,16 +9661,26 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
 
 #ifndef CQ_NO_ENCODER
 
+/* What a pass may take over from the one before, whose notes of these regular levels are still there. */
+typedef struct cqi_known {
+    uint32_t levels;                        /* the finest ones; 0 if the input had to be prepared */
+    cq_index count_of[CQI_MAX_REGULAR + 1];
+    uint8_t alike[CQI_MAX_REGULAR + 1];     /* of the labels of each */
+    int is_sharp, limit, found;             /* of the labels of the finest one */
+} cqi_known;
+
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
     cq_input coded;           /* as the input, but what the mesh became */
-    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared */
+    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared, */
+    cqi_known known;          /* and so does this */
 } cqi_encoder;
 
 /* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
-#define CQI_ENCODER_BYTES (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + 7) / 8 * 8)
+#define CQI_ENCODER_BYTES \
+    (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + (CQI_ROWS + 1) * sizeof(uint32_t) + 7) / 8 * 8)
 
 #ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
@@ -11598,7 +11729,7 @@ static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
 
 static int cqi_is_cut(const cqi_labels *l, cq_index h)
 {
-    const cq_index a = l->mesh->origin[h], b = cq_target(l->mesh, h);
+    const cq_index a = l->mesh->origin[h], b = l->mesh->origin[l->mesh->twin[h]];
     if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
     return !cqi_is_odd(l, b) || cqi_is_parent(l, a, b);
 }
@@ -11666,13 +11797,14 @@ static int cqi_read_region(const cqi_labels *l, cq_index f, int most, cqi_polygo
 /* Does the region have 3 corners, or 4 real ones, and are all its vertices different? Fills in corners and joined. */
 static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
 {
+    cq_index at[CQI_POLYGON_FACES + 2];
     int k, j, any_virtual = 0;
     p->corners = p->undone = 0;
     p->even = p->second = 0;
     for (k = 0; k < p->size; k++) {
-        const cq_index v = cqi_place(l, p, k);
+        const cq_index v = at[k] = cqi_place(l, p, k);
         for (j = 0; j < k; j++)
-            if (v == cqi_place(l, p, j)) return 0;
+            if (v == at[j]) return 0;
         p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
         if (cqi_is_odd(l, v)) continue;
         if (p->corners == 4) return 0;
@@ -11881,11 +12013,11 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
  * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
  * waves meet and disagree. */
 
-/* The vertex straight behind the target of h: on the opposite spoke of an even valence, which must be 6 unless
- * `any_valence`; or along a boundary. CQ_NONE: there is none. */
-static cq_index cqi_behind(const cq_mesh *m, cq_index h, int any_valence)
+/* The vertex straight behind the target of `back`, seen from there: on the opposite spoke of an even valence, which must
+ * be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
+static cq_index cqi_behind(const cq_mesh *m, cq_index back, int any_valence)
 {
-    const cq_index back = m->twin[h], v = m->origin[back];
+    const cq_index v = m->origin[back];
     const int only_boundary = !any_valence && m->valence[v] != 6;
     cq_index ahead;
     int two;
@@ -11913,16 +12045,16 @@ static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
         const cq_index v = l->queue[head++];
         cq_index h = m->out[v];
         do {
-            const cq_index w = cq_target(m, h);
+            const cq_index back = m->twin[h], w = m->origin[back];
             if (cqi_label(l, w) == CQI_UNLABELLED) {
-                const cq_index b = cqi_behind(m, h, any_valence);
+                const cq_index b = cqi_behind(m, back, any_valence);
                 if (b != CQ_NONE && !cqi_is_odd(l, b) && !cq_is_virtual(m, b)) {
                     cqi_make_odd(l, w, v, b);
                     if (cqi_label(l, b) == CQI_UNLABELLED) l->queue[tail++] = b;
                     l->label[b] = CQI_EVEN;
                 }
             }
-            h = cq_clockwise(m, h);
+            h = cq_next(back);
         } while (h != m->out[v]);
     }
 }
@@ -12317,11 +12449,16 @@ static cq_index cqi_side_end(const cqi_labels *l, cq_index v, cq_index h, cq_ind
 /* The corner opposite v in the polygon of 4 corners that face f lies in. */
 static cq_index cqi_opposite_corner(const cqi_labels *l, cq_index v, cq_index f, cqi_polygon *p)
 {
-    int k = 0;
+    int k, of_v = 0;
     cqi_read_region(l, f, CQI_POLYGON_FACES, p);
-    cqi_find_corners(l, p);
-    while (cqi_place(l, p, p->corner[k]) != v) k++;
-    return cqi_place(l, p, p->corner[(k + 2) % 4]);
+    p->corners = 0;
+    for (k = 0; k < p->size; k++) {
+        const cq_index w = cqi_place(l, p, k);
+        if (cqi_is_odd(l, w)) continue;
+        if (w == v) of_v = p->corners;
+        p->corner[p->corners++ & 3] = k;
+    }
+    return cqi_place(l, p, p->corner[(of_v + 2) & 3]);
 }
 
 /* Lists the odd vertices near v that must become even because a vertex lies around v twice; returns their number. */
@@ -12772,6 +12909,14 @@ static cq_index cqi_find_labels(cqi_labels *l)
     return cqi_label_with(l, number, 0);
 }
 
+/* The labels that notes were written by, see cqi_undo_level. */
+static void cqi_recall_labels(cqi_labels *l, const cqi_collapse *note, cq_index count)
+{
+    cq_index k;
+    memset(l->label, CQI_EVEN, cqi_vertex_slots(l->mesh));
+    for (k = 0; k < count; k++) cqi_make_odd(l, note[k].removed, note[k].kept, note[k].face[0]);
+}
+
 /* -- Regular levels: undoing one --
  *
  * Polygons are flipped back to coarse faces, then odd vertices collapsed into a parent. */
@@ -12928,6 +13073,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
     p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
+    p->log2 = (uint32_t *)(p->row + CQI_ROWS);
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE) || s->num_materials;
     p->materials = in->materials;
     p->clean = in->clean;
@@ -13130,8 +13276,30 @@ static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_ind
     return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
 }
 
+/* The labels of the next regular level: those that are known, or the best ones. Returns the number of odd vertices. */
+static cq_index cqi_next_labels(const cqi_plan *p, cqi_known *known, cqi_labels *l)
+{
+    const uint32_t level = p->num_regular + 1;
+    if (level > known->levels) {
+        known->count_of[level] = cqi_find_labels(l);
+        known->alike[level] = (uint8_t)l->alike;
+        if (level > 1) return known->count_of[level];
+        known->is_sharp = l->is_sharp;
+        known->limit = l->limit;
+        known->found = l->found;
+    }
+    else {
+        cqi_recall_labels(l, p->note + p->num_notes, known->count_of[level]);
+        l->alike = known->alike[level];
+        l->is_sharp = known->is_sharp;
+        l->limit = known->limit;
+        l->found = known->found;
+    }
+    return known->count_of[level];
+}
+
 /* Takes regular levels while they are worth it; memory that is idle. */
-static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *idle)
+static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, const cqi_arena *idle)
 {
     cq_index live = (cq_index)in->shape.num_vertices;
     const int channel = cqi_context_channel(&in->shape);
@@ -13145,7 +13313,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         cq_index n;
         if (!cqi_labels_carve(&l, &p->mesh, scratch.next, scratch.left)) return;
         l.positions = p->measured;
-        l.input = in;
+        l.input = p->face_state || in->shape.num_materials || cqi_all_components(&in->shape, CQI_OF_FACE) ? in : NULL;
         l.input_face = p->face_of_input;
         l.face_state = p->face_state;
         l.locked = p->locked;
@@ -13158,7 +13326,7 @@ static void cqi_take_regular(cqi_plan *p, const cq_input *in, const cqi_arena *i
         l.step = channel < 0
                      ? 0
                      : (int32_t)1 << (in->shape.channel[channel].bits > 12 ? in->shape.channel[channel].bits - 12 : 0);
-        n = cqi_find_labels(&l);
+        n = cqi_next_labels(p, known, &l);
         if (n < live / 12 + 1 || n < 24 || !cqi_is_worth_comparing(p, &l, live)) return;
         p->num_regular++;
         p->count_of[p->num_regular] = n;
@@ -13471,8 +13639,8 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     is_manifold = result == CQ_OK;
     e->coded = *in;
 #ifndef CQ_NO_WEDGES
-    if (cqi_is_mesh_error(result) || (is_manifold && in->shape.num_boundary_loops && cqi_has_places(&in->shape) &&
-                                      cqi_borders_may_meet(e, in, arena))) {
+    if (cqi_is_mesh_error(result) || (is_manifold && !e->known.levels && in->shape.num_boundary_loops &&
+                                      cqi_has_places(&in->shape) && cqi_borders_may_meet(e, in, arena))) {
         result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
         if (result == CQ_DONE)
             result = cq_mesh_build(&e->plan.mesh, &in->shape, in->indices, arena->next, arena->left, place);
@@ -13525,7 +13693,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     if (report) report->prepared = counts;
     e->replay.report = report;
     e->plan.most_regular = most_regular;
-    cqi_take_regular(&e->plan, coded, &arena);
+    cqi_take_regular(&e->plan, &e->known, coded, &arena);
+    e->known.levels = e->plan.row_of_vertex ? 0 : e->plan.num_regular;
     e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
     cqi_simplify_all(e, coded);
     if (cqi_replay(e, coded) != CQ_DONE) return CQ_ERROR_CORRUPT;
@@ -13599,8 +13768,9 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     cq_input plain;
     size_t without = 0, room, k;
     uint32_t best;
-    cq_result result =
-        cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
+    cq_result result;
+    e->known.levels = 0;
+    result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     plain = *in;
     plain.progress = NULL;
     if (result == CQ_ERROR_CORRUPT)
