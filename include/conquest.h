@@ -7519,7 +7519,7 @@ typedef struct cqi_rows {
 typedef struct cqi_equations {
     const cqi_rows *rows;
     int first, last, n;
-    cqi_sums sums;                 /* below the diagonal and on it, of all rows by their shares, but for those changes */
+    cqi_sums sums;                 /* of all rows by their shares, but for those changes; not above the diagonal */
     cqi_changes changes;
     uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
@@ -7825,7 +7825,8 @@ static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight
     }
     for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
     other_cost = cqi_cost_of_weights(rows, other, n);
-    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows->count) return cost + above;
+    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows->count)
+        return cost + above;
     memcpy(weight, other, (size_t)n);
     memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
     return other_cost + above;
@@ -7895,7 +7896,7 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* Rows for a level, in so many parts: half as many as vertices; or a quarter of what there is room for, if that is more. */
+/* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
 static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
     cqi_plan *const p = d->plan;
@@ -7992,7 +7993,7 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 #ifndef CQ_NO_WEDGES
 
-/* The same for rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
+/* Such rows of rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
 static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 {
     const cqi_rows rows = cqi_take_rows(d, 1);
@@ -8096,7 +8097,8 @@ static void cqi_plan_others(cq_decoder *d, uint32_t k, int n, cqi_rows (*fill)(c
 {
     const cqi_rows rows = fill(d, 1);
     memset(d->regular.weight[k], 0, CQI_MOST);
-    cqi_fit_weights(&rows, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n, CQI_PASSES);
+    cqi_fit_weights(&rows, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n,
+                    CQI_PASSES);
 }
 
 /* The weights of all channels, for one of the two predictions. */
@@ -12013,8 +12015,8 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
  * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
  * waves meet and disagree. */
 
-/* The vertex straight behind the target of `back`, seen from there: on the opposite spoke of an even valence, which must
- * be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
+/* The vertex straight behind the origin of `back`, seen from its target: on the opposite spoke of an even valence, which
+ * must be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
 static cq_index cqi_behind(const cq_mesh *m, cq_index back, int any_valence)
 {
     const cq_index v = m->origin[back];
