@@ -911,7 +911,7 @@ typedef struct cqi_fan {
     int asked;                                   /* and so many were: */
     int question[CQI_SAMES];
     int32_t common[CQI_SAMES];
-    int gain_same, gain_left;                    /* saved by the first question, and by the others, in 1/64 bit */
+    int gain_same[2];                            /* saved by the first question, and by the others, in 1/64 bit */
     cqi_vector feature[CQI_FEATURES];            /* other predictions, minus the mean; */
     int32_t height[CQI_FEATURES];                /* above the plane */
     cq_index vertex[CQ_MAX_VALENCE + 1];
@@ -1074,7 +1074,7 @@ typedef struct cqi_material {
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
-    int32_t worth_rivals, worth_flat, worth_same, worth_left; /* by asking all questions of a vertex, see gain */
+    int32_t worth_rivals, worth_flat, worth_same[2];         /* by asking all questions of a vertex, see gain */
     int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
                                                                 those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
@@ -3105,7 +3105,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (; k < CQI_MODELS; k++) m->bit[k] = 256u * 240u + 128u;
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = (int16_t)(cqi_prior_linear[k] * 128);
-    m->worth_rivals = m->worth_flat = m->worth_same = m->worth_left = 16 * 16;
+    m->worth_rivals = m->worth_flat = m->worth_same[0] = m->worth_same[1] = 16 * 16;
     m->skin[0] = m->skin[1] = m->trust[0] = m->trust[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
@@ -4332,38 +4332,24 @@ static int cqi_residual_cost(int32_t x, int shift)
  *
  * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* The coordinate c that most of the fan's vertices have; of equally common ones that nearest to a prediction. */
-static int32_t cqi_commonest(cqi_fan *f, int c, int32_t predicted)
+/* Of the coordinates of the vertices that are left, one at least: the commonest if it is the first one, of equally common
+ * ones that nearest to a prediction; else the nearest. */
+static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int32_t predicted)
 {
-    int32_t *const x = f->scratch, off = 0, common = 0;
+    const int32_t *const x = f->scratch;
+    int32_t off = 0, common = 0;
     int k, j, most = 0;
     for (k = 0; k < f->size; k++) {
-        const int32_t here = c == 0 ? f->at[k].x : c == 1 ? f->at[k].y : f->at[k].z;
-        const int32_t apart = (int32_t)cqi_abs(here - predicted);
+        const int32_t apart = (int32_t)cqi_abs(x[k] - predicted);
         int many = 1;
-        x[k] = here;
-        for (j = 0; j < k; j++) many += x[j] == here;
-        if (many > most || (many == most && apart < off)) {
-            most = many;
-            off = apart;
-            common = here;
-        }
+        if (!(left >> k & 1)) continue;
+        for (j = 0; first && j < k; j++) many += x[j] == x[k];
+        if (many < most || (many == most && apart >= off)) continue;
+        most = many;
+        off = apart;
+        common = x[k];
     }
     return common;
-}
-
-/* Of the same coordinates, those of the vertices that are left, of which there is one: that nearest to the prediction. */
-static int32_t cqi_nearest_left(const cqi_fan *f, uint32_t left, int32_t predicted)
-{
-    int32_t off = -1, nearest = 0;
-    int k;
-    for (k = 0; k < f->size; k++) {
-        const int32_t apart = (int32_t)cqi_abs(f->scratch[k] - predicted);
-        if (!(left >> k & 1) || (off >= 0 && apart >= off)) continue;
-        off = apart;
-        nearest = f->scratch[k];
-    }
-    return nearest;
 }
 
 /* Takes the vertices that have it from those that are left. Returns how many. */
@@ -4390,9 +4376,11 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
 {
     cqi_fan *const f = &d->now.fan;
     uint32_t left = ((uint32_t)1 << f->size) - 1;
+    int k;
+    for (k = 0; k < f->size && f->same; k++)
+        f->scratch[k] = place == CQI_AT_X ? f->at[k].x : place == CQI_AT_Y ? f->at[k].y : f->at[k].z;
     while (f->asked < f->same && left) {
-        const int32_t common = f->asked ? cqi_nearest_left(f, left, predicted)
-                                        : cqi_commonest(f, cqi_at_most(place, 2), predicted);
+        const int32_t common = cqi_choose_common(f, left, !f->asked, predicted);
         const int32_t same = cqi_floor_shift(common, d->ring.shift);
         const int question = CQI_SAME + 8 * (4 * f->asked + place) + cqi_at_most(cqi_take_equal(f, common, &left), 7);
         f->common[f->asked] = common;
@@ -4413,11 +4401,8 @@ static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
     int k, yes = 0;
     for (k = 0; k < f->asked && !yes; k++) {
         const int saved = cqi_residual_cost(f->common[k] - predicted, shift) + CQI_EXACT_SAVES;
-        int gain;
         yes = value == cqi_floor_shift(f->common[k], shift);
-        gain = cqi_learn_question(&d->model, f->question[k], yes, saved);
-        if (k) f->gain_left += gain;
-        else f->gain_same += gain;
+        f->gain_same[k > 0] += cqi_learn_question(&d->model, f->question[k], yes, saved);
     }
 }
 
@@ -4533,12 +4518,13 @@ static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
     cqi_fan *f = &d->now.fan;
     cqi_model *m = &d->model;
     const int probe = d->mesh.num_vertices % CQI_PROBE == 0, rivals = probe || m->worth_rivals > CQI_WORTH_IT;
-    int half_bits, hit;
+    int half_bits, hit, k;
     cqi_vector place, above = { 0, 0, 0 };
     int32_t plane, rise;
-    f->same = !probe && m->worth_same <= CQI_WORTH_IT ? 0 : !probe && m->worth_left <= CQI_WORTH_IT ? 1 : CQI_SAMES;
+    f->same = probe || m->worth_same[0] > CQI_WORTH_IT;
+    if (f->same && (probe || m->worth_same[1] > CQI_WORTH_IT)) f->same = CQI_SAMES;
     f->flat_sides = (probe || m->worth_flat > CQI_WORTH_IT) && !cqi_is_flat(f, d->ring.shift);
-    f->gain_same = f->gain_left = f->num_rivals = 0;
+    f->gain_same[0] = f->gain_same[1] = f->num_rivals = 0;
     if (rivals || f->same || f->flat_sides) cqi_turn_fan(&d->ring, f, p, q);
     if (rivals) cqi_list_rivals(f);
     place.x = cqi_scaled(value->x, &d->ring);
@@ -4555,8 +4541,8 @@ static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
     cqi_code_above(d, hit, half_bits, plane + rise, &place, &value->z);
     cqi_learn_linear(m, f, place, place.z - plane);
     cqi_learn_hit(d, &f->along, place, 2, &m->worth_rivals);
-    if (f->same) m->worth_same += cqi_floor_shift((int32_t)16 * f->gain_same - m->worth_same, 6);
-    if (f->same > 1) m->worth_left += cqi_floor_shift((int32_t)16 * f->gain_left - m->worth_left, 6);
+    for (k = 0; k < 2 && k < f->same; k++)
+        m->worth_same[k] += cqi_floor_shift((int32_t)16 * f->gain_same[k] - m->worth_same[k], 6);
 }
 
 /* Codes the position of B into `to`. 0 if what was decoded is not a position. */

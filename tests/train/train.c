@@ -49,7 +49,7 @@ static void reset_model(void)
     memset(&model, 0, sizeof model);
     for (k = 0; k < CQI_MODELS; k++) model.bit[k] = CQ_BIT_MODEL_INIT;
     for (k = 0; k < CQI_QUESTIONS; k++) model.yes[k] = 20000;
-    model.worth_rivals = model.worth_flat = model.worth_same = model.worth_left = 1 << 20;
+    model.worth_rivals = model.worth_flat = model.worth_same[0] = model.worth_same[1] = 1 << 20;
 }
 
 /* As the decoder does it. */
