@@ -91,7 +91,7 @@ stage() { # name include-directory
     same) for build in fast fast-16; do library $build "$2" && sha256sum <"$2/$build.o"; done ;;
     portability)
         program "$build" "$2" tests/portability/portability.c || return 2
-        limited 10 "$work/program" "${meshes[@]}"
+        limited 6 "$work/program" "${meshes[@]}"
         ;;
     unit/*)
         program "$build" "$2" "tests/$test.c" || return 2
