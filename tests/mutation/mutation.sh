@@ -9,6 +9,8 @@
 # compile is none, nor is one that an optimising compiler makes the same code of. Survivors that change nothing that
 # anybody could see are listed in explained.txt, with the reason, and do not count.
 #
+# Those that are explained are not tried, unless they are asked for.
+#
 # JOBS mutants are tried at once, as many as there are cores if it is not said. A run that was interrupted goes on where
 # it was: build/mutation/HASH.tsv keeps what became of the mutants of a header.
 # Survivors are tried again, for the tests may have become better. The last line is `N passed, N failed`: 1 passed if at
@@ -16,25 +18,55 @@
 set -u
 shopt -s nullglob
 cd "$(dirname "$0")/../.." || exit 1
-root=$PWD
 clang=${CLANG:-clang-19}
 jobs=${JOBS:-$(nproc)}
 base=build/mutation
 work=$base
 least=97
 killed=0 survived=0 explained=0 same=0 invalid=0
-flags=(-w -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
-sanitizers=(-fsanitize=address,undefined -fno-sanitize-recover=all)
+flags=(-w -DTEST_STOPS -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
+private='cqi_|CQI_|define CQ_(ASSERT|NO_)'
 meshes=(ref_data/*.off ref_data/bad/*.off)
 mutate() { python3 tests/mutation/mutate.py include/conquest.h "$@"; }
 
-compile() { # include-directory program source... options
-    local include=$1 program=$2
+# A build is quick to compile, or fast to run, or checked by sanitizers, at which an optimising compiler is slow; also with
+# 16-bit indices.
+compile() { # build argument...
+    local build=$1 by=("$clang")
+    shift
+    case $build in
+    fast*) by=(gcc -O2) ;;
+    checked*) by+=(-O1) ;;
+    esac
+    case $build in *checked*) by+=(-fsanitize=address,undefined -fno-sanitize-recover=all) ;; esac
+    case $build in *-16) by+=(-DCQ_INDEX_BITS=16) ;; esac
+    case " $* " in *.cpp\ *) by+=(-x c++ -std=c++17) ;; *) by+=(-std=c99) ;; esac
+    "${by[@]}" "${flags[@]}" "$@" 2>"$work/log"
+}
+
+# The header, compiled once for each build, beside it.
+library() { # build include-directory
+    [ -e "$2/$1.o" ] || compile "$1" -DCONQUEST_IMPLEMENTATION -c -x c "$2/conquest.h" -o "$2/$1.o"
+}
+
+# A program that looks at what is private compiles its own. Others are compiled once: mutants are in the implementation.
+program() { # build include-directory source...
+    local build=$1 include=$2 source object objects=()
     shift 2
-    case $1 in
-    *.cpp) g++ -std=c++17 -I"$include" "${flags[@]}" "$@" -lrapidcheck -o "$program" ;;
-    *) "$clang" -std=c99 -I"$include" "${flags[@]}" "$@" -lm -o "$program" ;;
-    esac 2>"$program.log"
+    if grep -qE "$private" "$@"; then
+        compile "$build" -I"$include" "$@" -lm -o "$work/program"
+        return
+    fi
+    for source; do
+        object=$base/objects/$build/$source.o
+        mkdir -p "${object%/*}"
+        [ -e "$object" ] ||
+            compile "$build" -Iinclude -DCONQUEST_IMPLEMENTATION_DONE -c "$source" -o "$object" || return
+        objects+=("$object")
+    done
+    library "$build" "$include" || return
+    case $1 in *.cpp) objects+=(-lrapidcheck -lstdc++) ;; esac
+    compile "$build" "${objects[@]}" "$include/$build.o" -lm -o "$work/program"
 }
 
 # Seconds of processor time, and bytes in a file: so that a loaded machine kills no more than an idle one.
@@ -46,54 +78,34 @@ limited() { # seconds command...
     )
 }
 
-# The stages, those first that kill most in the least time; each prints what must be the same as without a mutant. 2: it
-# does not compile. Not optimised: that is built ten times as fast.
-stages=(portability unit/range_coder unit/header unit/quantiser unit/mesh unit/encoder unit/decoder unit/levels unit/lods
-    unit/wedges unit/attributes unit/labels unit/polygon
-    same_code unit-16/header unit-16/mesh unit-16/encoder unit-16/decoder fuzz ref_data narrow
-    checked/range_coder checked/header checked/mesh checked/encoder checked/decoder checked/levels
-    property/range_coder property/quantiser property/mesh property/codec regular)
+# The stages, BUILD/TEST, those first that kill most in the least time; each prints what must be the same as without a
+# mutant. 2: it does not compile.
+stages=(quick/portability quick/unit/{range_coder,header,quantiser,mesh,planes,lods,attributes,labels,polygon} fast/same
+    quick/cqm fast/unit/{wedges,levels,decoder} quick-checked/unit/{range_coder,header,mesh} quick/unit/encoder
+    fast/unit/regular quick-checked/fuzz quick-16/unit/{header,mesh,encoder} fast-16/unit/decoder
+    quick-checked-16/portability fast/property/{range_coder,quantiser,mesh,codec} checked/unit/{levels,decoder,encoder})
 
 stage() { # name include-directory
-    local program=$work/program status
-    case $1 in
+    local build=${1%%/*} test=${1#*/}
+    case $test in
+    same) for build in fast fast-16; do library $build "$2" && sha256sum <"$2/$build.o"; done ;;
     portability)
-        compile "$2" "$program" tests/portability/portability.c || return 2
-        limited 5 "$program" "${meshes[@]}"
+        program "$build" "$2" tests/portability/portability.c || return 2
+        limited 6 "$work/program" "${meshes[@]}"
         ;;
     unit/*)
-        compile "$2" "$program" "tests/$1.c" || return 2
-        limited 20 "$program"
+        program "$build" "$2" "tests/$test.c" || return 2
+        limited 60 "$work/program"
         ;;
-    regular)
-        compile "$2" "$program" tests/unit/regular.c -O1 || return 2
-        limited 60 "$program"
-        ;;
-    unit-16/*)
-        compile "$2" "$program" "tests/unit/${1#*/}.c" -DCQ_INDEX_BITS=16 || return 2
-        limited 20 "$program"
-        ;;
-    checked/*)
-        compile "$2" "$program" "tests/unit/${1#*/}.c" -O1 "${sanitizers[@]}" || return 2
-        limited 20 "$program"
-        ;;
-    narrow)
-        compile "$2" "$program" tests/portability/portability.c -DCQ_INDEX_BITS=16 "${sanitizers[@]}" || return 2
-        limited 20 "$program" "${meshes[@]}"
-        ;;
-    ref_data)
-        compile "$2" "$program" examples/cqm/*.c examples/mesh_file/*.c || return 2
-        replay "$program" >"$work/said" 2>&1
-        status=$?
-        sed "s,$work/,,g" "$work/said"
-        return $status
-        ;;
-    fuzz) fuzz_replay "$2" "$program" ;;
-    same_code) code "$2" ;;
     property/*)
-        compile "$2" "$program" "tests/$1.cpp" -O1 || return 2
-        RC_PARAMS="seed=1" limited 20 "$program"
+        program "$build" "$2" "tests/$test.cpp" || return 2
+        RC_PARAMS="seed=1" limited 60 "$work/program"
         ;;
+    cqm)
+        program "$build" "$2" examples/cqm/*.c examples/mesh_file/*.c || return 2
+        replay "$work/program"
+        ;;
+    fuzz) fuzz_replay "$build" "$2" ;;
     esac
 }
 
@@ -109,34 +121,30 @@ replay() { # program
     done
 }
 
-# The committed inputs, those of the operations and of hostile streams.
-fuzz_replay() { # include-directory program
-    local source name objects=()
-    for source in fuzz/*.c; do
-        name=$(basename "${source%.c}")
-        case $name in work | mutator) continue ;; esac
-        "$clang" -std=c99 -w -I"$1" -Iexamples -Itests/support "${sanitizers[@]}" -DLLVMFuzzerTestOneInput="fuzz_$name" \
-            -c "$source" -o "$work/$name.o" 2>/dev/null || return 2
-        objects+=("$work/$name.o")
+# The committed inputs, those of the operations and of hostile streams. The header is compiled once for most targets.
+fuzz_replay() { # build include-directory
+    local name all=()
+    for name in decode lean chunks truncate flip roundtrip triangles mesh_ops; do
+        printf '#define LLVMFuzzerTestOneInput fuzz_%s\n#include "fuzz/%s.c"\n#undef LLVMFuzzerTestOneInput\n' $name $name
+    done >"$work/all.c"
+    for name in range_coder mesh_file run; do
+        all+=("$work/$name.o")
+        compile "$1" -I"$2" -DLLVMFuzzerTestOneInput=fuzz_$name -c fuzz/$name.c -o "$work/$name.o" || return 2
     done
-    "$clang" "${sanitizers[@]}" "${objects[@]}" -lm -o "$2" && limited 30 "$2"
+    compile "$1" -I"$2" -I. "$work/all.c" "${all[@]}" -lm -o "$work/program" && limited 60 "$work/program"
 }
 
-# The header compiled, with both widths of indices.
-code() { # include-directory
-    local bits
-    for bits in 32 16; do
-        gcc -std=c99 -O2 -S -w -DCONQUEST_IMPLEMENTATION -DCQ_INDEX_BITS=$bits -x c - -o - <"$1/conquest.h"
-    done
-}
-
-# What a stage prints without a mutant, twice the same; found when it is first needed.
+# What a stage prints without a mutant, twice the same; found when it is first needed, while other jobs wait.
 expect() { # name
-    [ -e "$base/expected/$1" ] && return 0
-    mkdir -p "$(dirname "$base/expected/$1")"
-    stage "$1" "$root/include" >"$work/now" 2>&1 </dev/null &&
-        stage "$1" "$root/include" >"$work/again" 2>&1 </dev/null &&
-        cmp -s "$work/now" "$work/again" && mv "$work/again" "$base/expected/$1"
+    local expected=$base/expected/$1
+    (
+        flock 9
+        [ -e "$expected" ] && exit 0
+        mkdir -p "${expected%/*}"
+        stage "$1" "$base/header" >"$work/now" 2>&1 </dev/null &&
+            stage "$1" "$base/header" >"$work/again" 2>&1 </dev/null &&
+            cmp -s "$work/now" "$work/again" && mv "$work/again" "$expected"
+    ) 9>"$base/lock"
 }
 
 # Prints the stage that notices the header in a directory, or `none`, `same` or `invalid`; or `broken` and a stage that
@@ -147,11 +155,11 @@ first_to_notice() { # include-directory
         expect "$name" || { echo "broken $name"; return; }
         stage "$name" "$1" >"$work/now" 2>&1 </dev/null
         status=$?
-        if [ "$name" = same_code ]; then
+        if [ "$name" = fast/same ]; then
             if cmp -s "$work/now" "$base/expected/$name"; then echo same; return; fi
             continue
         fi
-        if [ $status = 2 ] && [ "$name" = portability ]; then echo invalid; return; fi
+        if [ $status = 2 ] && [ "$name" = "${stages[0]}" ]; then echo invalid; return; fi
         if [ $status != 0 ] || ! cmp -s "$work/now" "$base/expected/$name"; then echo "$name"; return; fi
     done
     echo none
@@ -168,15 +176,19 @@ known() { # number
 
 # Every jobs-th mutant of the list, in a directory of its own.
 try_some() { # which
-    local number by at=0
+    local number line column old new source by at=0
     work=$base/job-$1
-    mkdir -p "$work/mutant"
-    while IFS=$'\t' read -r number _; do
+    while IFS=$'\t' read -r number line column old new source; do
         [ $((at++ % jobs)) = "$1" ] || continue
-        by=$(known "$number")
-        [ -n "$by" ] && [ "$by" != none ] && continue
+        case $(known "$number") in '' | none | explained) ;; *) continue ;; esac
+        rm -rf "$work"
+        mkdir -p "$work/mutant"
         mutate write "$number" "$work/mutant/conquest.h"
-        by=$(first_to_notice "$work/mutant")
+        if [ "$which" = sample ] && is_explained "$column" "$old" "$new" "$source"; then
+            by=explained
+        else
+            by=$(first_to_notice "$work/mutant")
+        fi
         printf '%s\t%s\n' "$number" "$by" >>"$results"
         case $by in broken*) return 1 ;; esac
     done <<<"$list"
@@ -193,7 +205,7 @@ count() { # number line column old new source
         ;;
     invalid) invalid=$((invalid + 1)) ;;
     same) same=$((same + 1)) ;;
-    none)
+    none | explained)
         if is_explained "$3" "$4" "$5" "$6"; then
             explained=$((explained + 1)) by=explained
         else
@@ -205,13 +217,16 @@ count() { # number line column old new source
     printf '%-20s  %s: line %d, column %d: %s -> %s in: %s\n' "$by" "$1" "$2" "$3" "$4" "$5" "$6"
 }
 
-rm -rf "$base/expected"
-mkdir -p "$base/expected"
+rm -rf "$base"/{expected,objects,header}
+mkdir -p "$base/header"
+cp include/conquest.h "$base/header"
+which=sample
 results=$work/$(sha256sum <include/conquest.h | cut -c 1-16).tsv
 touch "$results"
 sed -i '/\tbroken/d' "$results"
 if [ "${1:-}" = only ]; then
     shift
+    which=only
     list=$(for number; do mutate list | grep "^$number	"; done)
 else
     list=$(mutate sample "${1:-300}")

@@ -5,12 +5,14 @@
  *
  * The name of a test is a sentence. CHECK notes a failure and goes on, REQUIRE leaves the test. The last line of the
  * output is `N passed, N failed`; the exit status is 0 only if something ran and nothing failed. With an argument only
- * the tests whose name contains it run: `build/tests/unit/mesh bow_tie`. */
+ * the tests whose name contains it run: `build/tests/unit/mesh bow_tie`. With TEST_STOPS the first that fails is the
+ * last. */
 #ifndef CQ_TESTS_TEST_H
 #define CQ_TESTS_TEST_H
 
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { TEST_MAX_LINES = 8 };   /* failures printed per test */
@@ -48,6 +50,9 @@ static inline void test_run(void (*test)(void), const char *name) {
         printf("FAIL  %s (%d)\n", sentence, test_state.failures);
     }
     fflush(stdout);
+#ifdef TEST_STOPS
+    if (test_state.failures > 0) exit(1);
+#endif
 }
 
 static inline void test_begin(int argc, char **argv) {
