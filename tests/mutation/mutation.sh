@@ -38,7 +38,7 @@ compile() { # build argument...
     fast*) by=(gcc -O2) ;;
     checked*) by+=(-O1) ;;
     esac
-    case $build in *checked*) by+=(-fsanitize=address,undefined -fno-sanitize-recover=all) ;; esac
+    case $build in *checked*) by+=("-fsanitize=address,undefined" -fno-sanitize-recover=all) ;; esac
     case $build in *-16) by+=(-DCQ_INDEX_BITS=16) ;; esac
     case " $* " in *.cpp\ *) by+=(-x c++ -std=c++17) ;; *) by+=(-std=c99) ;; esac
     "${by[@]}" "${flags[@]}" "$@" 2>"$work/log"
@@ -81,7 +81,7 @@ limited() { # seconds command...
 # The stages, BUILD/TEST, those first that kill most in the least time; each prints what must be the same as without a
 # mutant. 2: it does not compile.
 stages=(quick/portability quick/unit/{range_coder,header,quantiser,mesh,planes,lods,attributes,labels,polygon} fast/same
-    quick/cqm fast/unit/{wedges,levels,decoder} quick-checked/unit/{range_coder,header,mesh} quick/unit/encoder
+    quick/cqm quick/channels fast/unit/{wedges,levels,decoder} quick-checked/unit/{range_coder,header,mesh} quick/unit/encoder
     fast/unit/regular quick-checked/fuzz quick-16/unit/{header,mesh,encoder} fast-16/unit/decoder
     quick-checked-16/portability fast/property/{range_coder,quantiser,mesh,codec} checked/unit/{levels,decoder,encoder})
 
@@ -105,6 +105,10 @@ stage() { # name include-directory
         program "$build" "$2" examples/cqm/*.c examples/mesh_file/*.c || return 2
         replay "$work/program"
         ;;
+    channels)
+        program "$build" "$2" tests/reference/channels.c || return 2
+        hash_streams "$work/program"
+        ;;
     fuzz) fuzz_replay "$build" "$2" ;;
     esac
 }
@@ -118,6 +122,17 @@ replay() { # program
         limited 5 "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
         limited 5 "$1" decode --quiet --bytes 80 "$work/stream" "$work/decoded.off"
         sha256sum <"$work/decoded.off"
+    done
+}
+
+# Streams with channels of all kinds, without and with seams, of surfaces with and without boundary.
+hash_streams() { # program
+    local mesh seed
+    for mesh in ref_data/{components_open,random_genus_holes,disc,cylinder_40x1}.off; do
+        for seed in {1..12} {1000..1011}; do
+            limited 5 "$1" "$seed" <"$mesh" >"$work/stream" || return 1
+            sha256sum <"$work/stream"
+        done
     done
 }
 
