@@ -217,7 +217,7 @@ void claim_add_plane(void)
 /* Rivals, once they are added. */
 static int rival_holds(cqi_vector a)
 {
-    return cqi_abs(a.x) < 1 << CQI_RING_BITS && cqi_abs(a.y) < 1 << CQI_RING_BITS && fits(a.z, 16);
+    return within(a.x, (1 << CQI_RING_BITS) - 1) && within(a.y, (1 << CQI_RING_BITS) - 1) && fits(a.z, 16);
 }
 
 static void any_rivals(cqi_fan *f)
@@ -225,7 +225,9 @@ static void any_rivals(cqi_fan *f)
     int k;
     f->num_rivals = any_between(0, CQI_RIVALS);
     for (k = 0; k < CQI_RIVALS; k++) {
-        f->rival[k] = any_vector(31);
+        f->rival[k].x = nondet_int();
+        f->rival[k].y = nondet_int();
+        f->rival[k].z = nondet_int();
         ASSUME(rival_holds(f->rival[k]));
     }
 }
