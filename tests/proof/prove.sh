@@ -87,7 +87,7 @@ plant() { # harness claim replace options expression
     mkdir -p "$work/planted.$$"
     sed "$5" "$root/include/conquest.h" >"$work/planted.$$/conquest.h"
     cmp -s "$root/include/conquest.h" "$work/planted.$$/conquest.h" && { echo "the bug changes nothing"; return; }
-    verdict=$(verify "$work/planted.$$" "$1" "$2" "$3" $options)
+    verdict=$(verify "$work/planted.$$" "$1" "$2" "$3" $options --stop-on-fail)
     [ "$verdict" = refuted ] && echo ok || echo "the bug is not found ($verdict)"
 }
 
