@@ -4512,7 +4512,7 @@ static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predic
     cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
 
-/* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, 30 in the scale of the ring. */
+/* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, hardly more than 2^30 in the scale of the ring. */
 static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
