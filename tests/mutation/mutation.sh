@@ -117,6 +117,8 @@ stage() { # name include-directory
 replay() { # program
     local mesh
     for mesh in ref_data/*.off; do
+        limited 5 "$1" encode --connectivity "$mesh" "$work/stream" || return 1
+        sha256sum <"$work/stream"
         limited 5 "$1" encode "$mesh" "$work/stream" || return 1
         limited 5 "$1" info --json "$work/stream" || return 1
         limited 5 "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
