@@ -492,6 +492,43 @@ TEST(what_is_no_surface_comes_back)
     CHECK_EQ(last.shape.num_faces, 288);
 }
 
+/* The quad beyond the middle of a strip has rows of its own there. */
+TEST(an_edge_between_rows_is_a_seam)
+{
+    cq_index row[2];
+    int k;
+    begin(15);
+    add_sheet(4, 1, 0, 0);
+    for (k = 0; k < 2; k++) {
+        row[k] = copy_row((cq_index)(2 + 5 * k));
+        scene.uv[2 * row[k]] ^= 64;
+    }
+    for (k = 12; k < 18; k++) {
+        if (scene.index[k] == 2) scene.index[k] = row[0];
+        if (scene.index[k] == 7) scene.index[k] = row[1];
+    }
+    check_round_trip();
+    CHECK_EQ(last.prepared.seam_edges, 1);
+    CHECK_EQ(last.prepared.cut_edges, 0);
+}
+
+/* As much as there may be, and one byte more. */
+TEST(metadata_has_a_largest_size)
+{
+    static char text[CQ_MAX_METADATA + 1];
+    coded c;
+    begin(15);
+    add_sheet(1, 1, 0, 0);
+    add_metadata(text, CQ_MAX_METADATA);
+    code(&c, &scene.input);
+    CHECK_EQ(c.result, CQ_OK);
+    uncode(&c);
+    add_metadata(text, CQ_MAX_METADATA + 1);
+    code(&c, &scene.input);
+    CHECK_EQ(c.result, CQ_ERROR_ARGUMENT);
+    uncode(&c);
+}
+
 TEST(nothing_but_what_is_aside)
 {
     begin(3);
@@ -579,6 +616,8 @@ int main(int argc, char **argv)
     RUN(random_cuts_stay_open);
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
+    RUN(an_edge_between_rows_is_a_seam);
+    RUN(metadata_has_a_largest_size);
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
     RUN(each_material_is_one_range);
