@@ -1271,6 +1271,12 @@ static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_
 
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
+/* x, or -x if `negative` is 1: without a branch, as signs of residuals cannot be foretold. */
+static inline uint32_t cqi_negated(uint32_t x, int negative)
+{
+    return (x ^ ((uint32_t)0 - (uint32_t)negative)) + (uint32_t)negative;
+}
+
 /* x, or -1 - x if x is negative: has as many bits. */
 static inline uint32_t cqi_fold_sign(int32_t x) { return x < 0 ? ~(uint32_t)x : (uint32_t)x; }
 
@@ -3663,14 +3669,14 @@ static inline int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint3
     if (low || !modelled) raw = cqi_code_raw(d, raw, low + !modelled);
     if (!modelled) negative = (int)(raw >> low);
     x = x << low | (raw & (((uint32_t)1 << low) - 1));
-    return (int32_t)(negative ? (uint32_t)0 - x : x);
+    return (int32_t)cqi_negated(x, negative);
 }
 
 /* A residual: number of bits, magnitude and sign. kind: its tables of models; row: the one for the number of bits. */
 static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int fraction,
                                  int32_t residual)
 {
-    const uint32_t magnitude = cqi_abs(residual);
+    const uint32_t magnitude = CQI_ENCODING(d) ? cqi_abs(residual) : 0;
     const int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
     if (bits > most) return CQI_WILD;
@@ -4418,7 +4424,7 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
         const int fraction = shift >= 2 ? cqi_floor_shift(near + (1 << (shift - 1)), shift - 2) & 3 : -1;
         const int kind = CQI_FIRST + place * CQI_RESIDUAL_MODELS;
         const int32_t x = cqi_code_expected(d, kind, f->halves, 26, fraction, *value - p);
-        f->halves = cqi_half_bits(cqi_abs(x));
+        f->halves = cqi_half_bits(cqi_negated((uint32_t)x, x < 0));
         *value = p + x;
     }
     cqi_learn_same(d, predicted, *value);
