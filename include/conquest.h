@@ -3952,13 +3952,12 @@ static inline void cqi_nudge(int16_t *weight, int32_t by)
 }
 
 /* Adapts a weight of a linear prediction: it moves by a constant step in the direction of the sign of error times input
- * (sign-sign LMS). */
+ * (sign-sign LMS), without a branch, as that cannot be foretold. */
 #define CQI_LINEAR_BITS 13 /* such weights are in 2^-13, between -4 and 4 */
 #define CQI_LINEAR_STEP 25
 static inline void cqi_follow(int16_t *weight, int64_t product)
 {
-    const int32_t step = CQI_TUNED(linear, CQI_LINEAR_STEP);
-    cqi_nudge(weight, product > 0 ? step : product < 0 ? -step : 0);
+    cqi_nudge(weight, CQI_TUNED(linear, CQI_LINEAR_STEP) * ((product > 0) - (product < 0)));
 }
 
 /* -- Positions: what the neighbours of B tell --
