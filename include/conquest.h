@@ -2157,13 +2157,14 @@ static void cqi_encode_interval(cq_range_encoder *e, uint32_t offset, uint32_t w
 
 static inline void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t width)
 {
-    d->code -= offset;
-    d->range = width;
-    while (d->range < CQI_MIN_RANGE) {
-        d->range <<= 8;
-        d->code = d->code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
+    uint32_t code = d->code - offset;
+    while (width < CQI_MIN_RANGE) {
+        width <<= 8;
+        code = code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
         d->count++;
     }
+    d->code = code;
+    d->range = width;
 }
 
 void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
