@@ -2203,9 +2203,12 @@ static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
 static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
 {
     const uint32_t one = cqi_one_width(d->range, p);
-    const int bit = d->code < one;
-    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
-    return bit;
+    if (d->code < one) {
+        cqi_decode_interval(d, 0, one);
+        return 1;
+    }
+    cqi_decode_interval(d, one, d->range - one);
+    return 0;
 }
 
 /* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
@@ -2225,9 +2228,15 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 static inline int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    const int bit = cqi_decode_part(d, *model);
-    cqi_adapt_bit(model, rate, bit);
-    return bit;
+    const uint32_t one = cqi_one_width(d->range, *model);
+    if (d->code < one) {
+        cqi_adapt_bit(model, rate, 1);
+        cqi_decode_interval(d, 0, one);
+        return 1;
+    }
+    cqi_adapt_bit(model, rate, 0);
+    cqi_decode_interval(d, one, d->range - one);
+    return 0;
 }
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
