@@ -3697,7 +3697,7 @@ static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected,
 static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
-    return cqi_code_residual(d, kind, row, half_bits / 2, most, fraction, residual);
+    return cqi_code_residual(d, kind, row, half_bits >> 1, most, fraction, residual);
 }
 
 /* Twice the base-2 logarithm of x, as a number of bits: what to expect of a residual of this size, in half bits. */
@@ -4392,7 +4392,7 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
     cqi_fan *const f = &d->now.fan;
     uint32_t left = ((uint32_t)1 << f->size) - 1;
     int k;
-    for (k = 0; k < f->size && f->same; k++)
+    for (k = 0; k < f->size; k++)
         f->scratch[k] = place == CQI_AT_X ? f->at[k].x : place == CQI_AT_Y ? f->at[k].y : f->at[k].z;
     while (f->asked < f->same && left) {
         const int32_t common = cqi_choose_common(f, left, !f->asked, predicted);
@@ -4428,7 +4428,7 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     const int shift = d->ring.shift;
     f->halves = half_bits < 0 ? 0 : half_bits;
     f->asked = 0;
-    if (shift < 0 || place == CQI_AT_AGREED || !cqi_code_same(d, place, predicted, value)) {
+    if (!f->same || shift < 0 || place == CQI_AT_AGREED || !cqi_code_same(d, place, predicted, value)) {
         const int32_t near = cqi_clamp(predicted, -CQI_FAR, CQI_FAR), p = cqi_unscaled(near, shift);
         const int fraction = shift >= 2 ? cqi_floor_shift(near + (1 << (shift - 1)), shift - 2) & 3 : -1;
         const int kind = CQI_FIRST + place * CQI_RESIDUAL_MODELS;
