@@ -4239,8 +4239,7 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Places of the rivals along the surface, and how many agree with each, twice if closely. Places behind the last rival are
- * zero. */
+/* Places of the rivals along the surface, and how many agree with each, twice if closely. */
 typedef struct {
     int16_t x[CQI_RIVALS], y[CQI_RIVALS], of[CQI_RIVALS];
 } cqi_votes;
@@ -4251,8 +4250,8 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
     const int16_t x = v->x[from], y = v->y[from], half = (int16_t)(radius / 2);
     int k, all = 0;
     for (k = 0; k < count; k++) {
-        const int16_t dx = (int16_t)(v->x[k] - x), dy = (int16_t)(v->y[k] - y);
-        const int16_t ax = (int16_t)(dx < 0 ? -dx : dx), ay = (int16_t)(dy < 0 ? -dy : dy);
+        const int16_t east = (int16_t)(v->x[k] - x), west = (int16_t)(x - v->x[k]), ax = east > west ? east : west;
+        const int16_t north = (int16_t)(v->y[k] - y), south = (int16_t)(y - v->y[k]), ay = north > south ? north : south;
         const int16_t apart = ax > ay ? ax : ay, vote = (int16_t)((apart < radius) + (apart < half));
         v->of[k] = (int16_t)(v->of[k] + vote);
         all += vote;
@@ -4261,11 +4260,15 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
 }
 
 /* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
- * themselves, which is subtracted, and for places behind the last one, where nobody looks. */
+ * themselves, which is subtracted, and for places behind the last one, zeros where nobody looks. */
 static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
-    memset(v, 0, sizeof *v);
+#if CQI_VECTORS
+    memset(v->x, 0, sizeof v->x);
+    memset(v->y, 0, sizeof v->y);
+    memset(v->of, 0, sizeof v->of);
+#endif
     for (k = 0; k < f->num_rivals; k++) {
         v->x[k] = (int16_t)f->rival[k].x;
         v->y[k] = (int16_t)f->rival[k].y;
