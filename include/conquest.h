@@ -7048,16 +7048,18 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
  * its product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
-    int64_t part = 0;
+    int64_t part = 0, sum_x = 0, sum_y = 0, sum_z = 0;
     int k;
-    sum[0] = sum[1] = sum[2] = 0;
     for (k = 0; k < n; k++) {
         const cqi_vector x = cqi_above(t, feature[k]);
-        sum[0] += (int64_t)weight[k] * x.x;
-        sum[1] += (int64_t)weight[k] * x.y;
-        sum[2] += (int64_t)weight[n + k] * x.z;
+        sum_x += (int64_t)weight[k] * x.x;
+        sum_y += (int64_t)weight[k] * x.y;
+        sum_z += (int64_t)weight[n + k] * x.z;
         if (weight[2 * n + k]) part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
     }
+    sum[0] = sum_x;
+    sum[1] = sum_y;
+    sum[2] = sum_z;
     if (!part) return;
     part = cqi_floor_shift_wide(cqi_floor_shift_wide(part, 12) * t->inverse, 15);
     sum[0] += cqi_floor_shift_wide(part * t->edge_x, 12);
@@ -7239,10 +7241,11 @@ static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
  * there if that is dissolved. */
 static int cqi_spokes_of(const cq_decoder *d, cq_index h)
 {
-    const cq_index f = (cq_index)(h / 3), opposite = cq_next(h);
-    const int state = cqi_state_of(d, f), on = state >> (h - 3 * f) & 1 || !cqi_is_dissolved(d, h);
-    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, opposite);
-    return on + 2 * (cqi_hub_of(state) == (int)(opposite - 3 * f));
+    const cq_index f = (cq_index)(h / 3);
+    const int side = (int)(h - 3 * f), opposite = side == 2 ? 0 : side + 1;
+    const int state = cqi_state_of(d, f), on = state >> side & 1 || !cqi_is_dissolved(d, h);
+    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, (cq_index)(3 * f + (cq_index)opposite));
+    return on + 2 * (cqi_hub_of(state) == opposite);
 }
 
 static cq_index cqi_spoke_end(const cq_decoder *d, cq_index h, int inside)
