@@ -1271,6 +1271,12 @@ static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_
 
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
+/* x, or -x if `negative` is 1: without a branch, as signs of residuals cannot be foretold. */
+static inline uint32_t cqi_negated(uint32_t x, int negative)
+{
+    return (x ^ ((uint32_t)0 - (uint32_t)negative)) + (uint32_t)negative;
+}
+
 /* x, or -1 - x if x is negative: has as many bits. */
 static inline uint32_t cqi_fold_sign(int32_t x) { return x < 0 ? ~(uint32_t)x : (uint32_t)x; }
 
@@ -2151,13 +2157,14 @@ static void cqi_encode_interval(cq_range_encoder *e, uint32_t offset, uint32_t w
 
 static inline void cqi_decode_interval(cq_range_decoder *d, uint32_t offset, uint32_t width)
 {
-    d->code -= offset;
-    d->range = width;
-    while (d->range < CQI_MIN_RANGE) {
-        d->range <<= 8;
-        d->code = d->code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
+    uint32_t code = d->code - offset;
+    while (width < CQI_MIN_RANGE) {
+        width <<= 8;
+        code = code << 8 | (d->count < d->size ? d->data[d->count] : 0u);
         d->count++;
     }
+    d->code = code;
+    d->range = width;
 }
 
 void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size)
@@ -2196,9 +2203,12 @@ static inline void cqi_encode_part(cq_range_encoder *e, uint32_t p, int bit)
 static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
 {
     const uint32_t one = cqi_one_width(d->range, p);
-    const int bit = d->code < one;
-    cqi_decode_interval(d, bit ? 0 : one, bit ? one : d->range - one);
-    return bit;
+    if (d->code < one) {
+        cqi_decode_interval(d, 0, one);
+        return 1;
+    }
+    cqi_decode_interval(d, one, d->range - one);
+    return 0;
 }
 
 /* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
@@ -2218,9 +2228,15 @@ void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit)
 
 static inline int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
 {
-    const int bit = cqi_decode_part(d, *model);
-    cqi_adapt_bit(model, rate, bit);
-    return bit;
+    const uint32_t one = cqi_one_width(d->range, *model);
+    if (d->code < one) {
+        cqi_adapt_bit(model, rate, 1);
+        cqi_decode_interval(d, 0, one);
+        return 1;
+    }
+    cqi_adapt_bit(model, rate, 0);
+    cqi_decode_interval(d, one, d->range - one);
+    return 0;
 }
 
 int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate)
@@ -3678,14 +3694,14 @@ static inline int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint3
     if (low || !modelled) raw = cqi_code_raw(d, raw, low + !modelled);
     if (!modelled) negative = (int)(raw >> low);
     x = x << low | (raw & (((uint32_t)1 << low) - 1));
-    return (int32_t)(negative ? (uint32_t)0 - x : x);
+    return (int32_t)cqi_negated(x, negative);
 }
 
 /* A residual: number of bits, magnitude and sign. kind: its tables of models; row: the one for the number of bits. */
 static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected, int most, int fraction,
                                  int32_t residual)
 {
-    const uint32_t magnitude = cqi_abs(residual);
+    const uint32_t magnitude = CQI_ENCODING(d) ? cqi_abs(residual) : 0;
     const int bits = cqi_code_bits(d, kind + CQI_BITS + 16 * row, expected, cqi_bit_length(magnitude));
     if (bits == 0) return 0;
     if (bits > most) return CQI_WILD;
@@ -3696,7 +3712,7 @@ static int32_t cqi_code_residual(cq_decoder *d, int kind, int row, int expected,
 static int32_t cqi_code_expected(cq_decoder *d, int kind, int half_bits, int most, int fraction, int32_t residual)
 {
     const int limit = CQI_EXPECTED - 2, row = half_bits < limit ? half_bits : limit + half_bits % 2;
-    return cqi_code_residual(d, kind, row, half_bits / 2, most, fraction, residual);
+    return cqi_code_residual(d, kind, row, half_bits >> 1, most, fraction, residual);
 }
 
 /* Twice the base-2 logarithm of x, as a number of bits: what to expect of a residual of this size, in half bits. */
@@ -3961,13 +3977,12 @@ static inline void cqi_nudge(int16_t *weight, int32_t by)
 }
 
 /* Adapts a weight of a linear prediction: it moves by a constant step in the direction of the sign of error times input
- * (sign-sign LMS). */
+ * (sign-sign LMS), without a branch, as that cannot be foretold. */
 #define CQI_LINEAR_BITS 13 /* such weights are in 2^-13, between -4 and 4 */
 #define CQI_LINEAR_STEP 25
 static inline void cqi_follow(int16_t *weight, int64_t product)
 {
-    const int32_t step = CQI_TUNED(linear, CQI_LINEAR_STEP);
-    cqi_nudge(weight, product > 0 ? step : product < 0 ? -step : 0);
+    cqi_nudge(weight, CQI_TUNED(linear, CQI_LINEAR_STEP) * ((product > 0) - (product < 0)));
 }
 
 /* -- Positions: what the neighbours of B tell --
@@ -4239,8 +4254,7 @@ static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
     return x > y ? x : y;
 }
 
-/* Places of the rivals along the surface, and how many agree with each, twice if closely. Places behind the last rival are
- * zero. */
+/* Places of the rivals along the surface, and how many agree with each, twice if closely. */
 typedef struct {
     int16_t x[CQI_RIVALS], y[CQI_RIVALS], of[CQI_RIVALS];
 } cqi_votes;
@@ -4251,8 +4265,8 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
     const int16_t x = v->x[from], y = v->y[from], half = (int16_t)(radius / 2);
     int k, all = 0;
     for (k = 0; k < count; k++) {
-        const int16_t dx = (int16_t)(v->x[k] - x), dy = (int16_t)(v->y[k] - y);
-        const int16_t ax = (int16_t)(dx < 0 ? -dx : dx), ay = (int16_t)(dy < 0 ? -dy : dy);
+        const int16_t east = (int16_t)(v->x[k] - x), west = (int16_t)(x - v->x[k]), ax = east > west ? east : west;
+        const int16_t north = (int16_t)(v->y[k] - y), south = (int16_t)(y - v->y[k]), ay = north > south ? north : south;
         const int16_t apart = ax > ay ? ax : ay, vote = (int16_t)((apart < radius) + (apart < half));
         v->of[k] = (int16_t)(v->of[k] + vote);
         all += vote;
@@ -4261,11 +4275,15 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
 }
 
 /* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
- * themselves, which is subtracted, and for places behind the last one, where nobody looks. */
+ * themselves, which is subtracted, and for places behind the last one, zeros where nobody looks. */
 static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
-    memset(v, 0, sizeof *v);
+#if CQI_VECTORS
+    memset(v->x, 0, sizeof v->x);
+    memset(v->y, 0, sizeof v->y);
+    memset(v->of, 0, sizeof v->of);
+#endif
     for (k = 0; k < f->num_rivals; k++) {
         v->x[k] = (int16_t)f->rival[k].x;
         v->y[k] = (int16_t)f->rival[k].y;
@@ -4392,7 +4410,7 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
     cqi_fan *const f = &d->now.fan;
     uint32_t left = ((uint32_t)1 << f->size) - 1;
     int k;
-    for (k = 0; k < f->size && f->same; k++)
+    for (k = 0; k < f->size; k++)
         f->scratch[k] = place == CQI_AT_X ? f->at[k].x : place == CQI_AT_Y ? f->at[k].y : f->at[k].z;
     while (f->asked < f->same && left) {
         const int32_t common = cqi_choose_common(f, left, !f->asked, predicted);
@@ -4428,12 +4446,12 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     const int shift = d->ring.shift;
     f->halves = half_bits < 0 ? 0 : half_bits;
     f->asked = 0;
-    if (shift < 0 || place == CQI_AT_AGREED || !cqi_code_same(d, place, predicted, value)) {
+    if (!f->same || shift < 0 || place == CQI_AT_AGREED || !cqi_code_same(d, place, predicted, value)) {
         const int32_t near = cqi_clamp(predicted, -CQI_FAR, CQI_FAR), p = cqi_unscaled(near, shift);
         const int fraction = shift >= 2 ? cqi_floor_shift(near + (1 << (shift - 1)), shift - 2) & 3 : -1;
         const int kind = CQI_FIRST + place * CQI_RESIDUAL_MODELS;
         const int32_t x = cqi_code_expected(d, kind, f->halves, 26, fraction, *value - p);
-        f->halves = cqi_half_bits(cqi_abs(x));
+        f->halves = cqi_half_bits(cqi_negated((uint32_t)x, x < 0));
         *value = p + x;
     }
     cqi_learn_same(d, predicted, *value);
@@ -7045,16 +7063,18 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
  * its product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
-    int64_t part = 0;
+    int64_t part = 0, sum_x = 0, sum_y = 0, sum_z = 0;
     int k;
-    sum[0] = sum[1] = sum[2] = 0;
     for (k = 0; k < n; k++) {
         const cqi_vector x = cqi_above(t, feature[k]);
-        sum[0] += (int64_t)weight[k] * x.x;
-        sum[1] += (int64_t)weight[k] * x.y;
-        sum[2] += (int64_t)weight[n + k] * x.z;
+        sum_x += (int64_t)weight[k] * x.x;
+        sum_y += (int64_t)weight[k] * x.y;
+        sum_z += (int64_t)weight[n + k] * x.z;
         if (weight[2 * n + k]) part += weight[2 * n + k] * ((int64_t)t->edge_x * x.x + (int64_t)t->edge_y * x.y);
     }
+    sum[0] = sum_x;
+    sum[1] = sum_y;
+    sum[2] = sum_z;
     if (!part) return;
     part = cqi_floor_shift_wide(cqi_floor_shift_wide(part, 12) * t->inverse, 15);
     sum[0] += cqi_floor_shift_wide(part * t->edge_x, 12);
@@ -7236,10 +7256,11 @@ static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
  * there if that is dissolved. */
 static int cqi_spokes_of(const cq_decoder *d, cq_index h)
 {
-    const cq_index f = (cq_index)(h / 3), opposite = cq_next(h);
-    const int state = cqi_state_of(d, f), on = state >> (h - 3 * f) & 1 || !cqi_is_dissolved(d, h);
-    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, opposite);
-    return on + 2 * (cqi_hub_of(state) == (int)(opposite - 3 * f));
+    const cq_index f = (cq_index)(h / 3);
+    const int side = (int)(h - 3 * f), opposite = side == 2 ? 0 : side + 1;
+    const int state = cqi_state_of(d, f), on = state >> side & 1 || !cqi_is_dissolved(d, h);
+    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, (cq_index)(3 * f + (cq_index)opposite));
+    return on + 2 * (cqi_hub_of(state) == opposite);
 }
 
 static cq_index cqi_spoke_end(const cq_decoder *d, cq_index h, int inside)
