@@ -218,14 +218,19 @@ TEST(channels_of_all_forms_come_back) {
     CHECK(with_rows > SCENES / 10 && with_aside > SCENES / 6 && with_regular > SCENES / 40);
 }
 
-/* Values that are there of a channel, and how many are not in its range. */
+/* With seams, its values are of rows. */
+static int channel_of_corner(const cq_channel *c) {
+    return c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_TANGENT || c->kind == CQ_COLOR;
+}
+
+/* How many values that are there are not in their ranges. */
 static uint32_t strays(const cq_decoder *d) {
     uint32_t k, i, n = 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *const c = &d->shape.channel[k];
         const int of_corner = d->vertex && c->merge != CQ_PER_FACE;
         uint32_t count = of_corner ? 0 : num_shown(d, k);
-        if (of_corner) count = (c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_TANGENT || c->kind == CQ_COLOR ? 0 : d->mesh.num_vertices) * c->components;
+        if (of_corner) count = channel_of_corner(c) ? 0 : (uint32_t)d->mesh.num_vertices * c->components;
         if (c->merge == CQ_PER_FACE && d->shape.num_materials) continue; /* there are gaps */
         for (i = 0; i < count; i++) n += !value_is_in_range(c, d->channel[k][i]);
     }
