@@ -1597,19 +1597,30 @@ TEST(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh) {
     CHECK(can > 50 && cannot > 50);
 }
 
-/* The limit of valences is that of the ends, too, though a collapse may leave fewer neighbours than one of them has. */
+/* Collapsing a vertex of three neighbours leaves a hub one neighbour less: 13 + 3 - 4. The limit is that of the hub before,
+ * too. */
 TEST(an_end_of_too_many_neighbours_cannot_be_collapsed) {
+    triangles t = triangles_bipyramid(12);
+    triangles more;
     built b;
-    cq_index h;
     int turn;
-    REQUIRE(build_and_check(&b, triangles_bipyramid(12)));
+    more.num_vertices = 15;
+    more.num_faces = 26;
+    more.indices = (cq_index *)exact_alloc(3 * 26 * sizeof(cq_index));
+    memcpy(more.indices, t.indices, 3 * 24 * sizeof(cq_index));
+    more.indices[0] = 14, more.indices[1] = 1, more.indices[2] = 12; /* 0 1 12 becomes three faces around 14 */
+    more.indices[72] = 0, more.indices[73] = 14, more.indices[74] = 12;
+    more.indices[75] = 0, more.indices[76] = 1, more.indices[77] = 14;
+    triangles_free(&t);
+    REQUIRE(build_and_check(&b, more));
+    CHECK_EQ(b.mesh.valence[12], 13);
     for (turn = 0; turn < 2; ++turn) {
-        h = turn ? find_halfedge(&b.mesh, 12, 0) : find_halfedge(&b.mesh, 0, 12);
-        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 12), 1);
-        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 11), 0);
+        const cq_index h = turn ? find_halfedge(&b.mesh, 12, 14) : find_halfedge(&b.mesh, 14, 12);
+        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 13), 1);
+        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 12), 0);
         cqi_mark_ring(&b.mesh, b.mesh.origin[h], 1);
-        CHECK_EQ(cqi_collapsible(&b.mesh, h, 12, 0), 1);
-        CHECK_EQ(cqi_collapsible(&b.mesh, h, 11, 0), 0);
+        CHECK_EQ(cqi_collapsible(&b.mesh, h, 13, 0), 1);
+        CHECK_EQ(cqi_collapsible(&b.mesh, h, 12, 0), 0);
         cqi_mark_ring(&b.mesh, b.mesh.origin[h], 0);
     }
     unbuild(&b);
