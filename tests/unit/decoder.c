@@ -1199,6 +1199,47 @@ TEST(changes_in_blocks_are_those_of_their_elements) {
     }
 }
 
+/* Steps of all channels full of weights are the largest ones: they fit the buffer of the decoder, whatever the pieces. */
+TEST(all_channels_full_of_weights_come_back_in_any_pieces) {
+    static const size_t pieces[] = { 1, 7, 1000, 100000 };
+    uint64_t random = 5;
+    uint32_t k, v;
+    sample s;
+    sample_begin(&s, triangles_torus(5, 5));
+    for (k = 0; k < CQ_MAX_CHANNELS; ++k) {
+        sample_channel(&s, CQ_WEIGHTS, 4, SAMPLE_EXACT_BITS);
+        for (v = 0; v < 4 * s.mesh.num_vertices; ++v)
+            s.values[k][v] = (cq_value)(next_random(&random) & (CQ_INDEX_BITS == 16 ? 0x3fff : 0xffffffff));
+    }
+    for (k = 0; k < sizeof pieces / sizeof *pieces; ++k) check_round_trip(&s, pieces[k]);
+    sample_free(&s);
+}
+
+/* No stream needs more room in the queue than there is; if one did, that would be an error. */
+TEST(a_queue_without_room_is_an_error) {
+    uint32_t capacity, errors = 0;
+    for (capacity = 0; capacity < 12; ++capacity) {
+        sample s;
+        coded c;
+        decoding d;
+        cq_bytes in;
+        REQUIRE_EQ(sample_code(&s, &c, 4), CQ_OK);
+        decoding_begin(&d, c.bytes, c.size);
+        in.data = c.bytes;
+        in.size = c.size;
+        while (d.decoder->level == 0) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
+        d.decoder->walk.capacity = (cq_index)capacity;
+        while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+        CHECK(d.decoder->status == CQ_ERROR_CORRUPT || d.decoder->status == CQ_DONE);
+        errors += d.decoder->status == CQ_ERROR_CORRUPT;
+        CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+        decoding_free(&d);
+        uncode(&c);
+        sample_free(&s);
+    }
+    CHECK(errors > 1);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_stream_gives_back_the_mesh_and_the_values);
@@ -1249,5 +1290,7 @@ int main(int argc, char **argv) {
     RUN(levels_are_counted_as_they_begin);
     RUN(what_has_arrived_never_changes_but_for_corners_of_marked_faces);
     RUN(changes_in_blocks_are_those_of_their_elements);
+    RUN(all_channels_full_of_weights_come_back_in_any_pieces);
+    RUN(a_queue_without_room_is_an_error);
     return TEST_END();
 }

@@ -389,6 +389,17 @@ static int check_losses(const triangles *t, int32_t noise, int shift) {
     return turned;
 }
 
+/* The code of an error stands for no less, and the code before it for no more. */
+TEST(errors_have_the_nearest_code_that_is_not_less) {
+    uint32_t error, step;
+    for (error = 0, step = 1; error < 0x10000000u; error += step, step = 1 + error / 500) {
+        const uint32_t code = cqi_error_code(error);
+        CHECK(cqi_error_of_code(code) >= error);
+        CHECK(!code || cqi_error_of_code(code - 1) <= error);
+        CHECK(error || !code);
+    }
+}
+
 TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything) {
     triangles closed = triangles_torus(6, 6), open = triangles_sheet(6, 6);
     int32_t noise;
@@ -546,9 +557,12 @@ TEST(an_output_that_is_larger_than_needed_gets_the_same_bytes) {
             uint8_t *out = (uint8_t *)exact_alloc(c.size + extra);
             cq_input in = s.input;
             size_t stream_size = 0;
-            CHECK_EQ(cq_encode(&in, memory, memory_size, out, c.size + extra, &stream_size, NULL, NULL), CQ_OK);
+            cq_report *report = extra < 2 ? NULL : (cq_report *)exact_alloc(sizeof *report);
+            CHECK_EQ(cq_encode(&in, memory, memory_size, out, c.size + extra, &stream_size, NULL, report), CQ_OK);
             CHECK_EQ(stream_size, c.size);
             CHECK(memcmp(out, c.bytes, c.size) == 0);
+            if (report) CHECK(memcmp(report, c.report, sizeof *report) == 0);
+            if (report) exact_free(report);
             exact_free(out);
         }
         exact_free(memory);
@@ -616,10 +630,68 @@ TEST(null_arguments_of_encode_are_an_error) {
     sample_free(&s);
 }
 
+TEST(materials_and_metadata_that_are_announced_are_there) {
+    cq_index materials[20];
+    uint8_t byte = 7;
+    sample s;
+    memset(materials, 0, sizeof materials);
+    sample_begin(&s, triangles_icosahedron());
+    s.input.shape.num_materials = CQ_MAX_MATERIALS;
+    s.input.materials = materials;
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_OK);
+    s.input.shape.num_materials = CQ_MAX_MATERIALS + 1;
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_ERROR_ARGUMENT);
+    s.input.shape.num_materials = 2;
+    s.input.materials = NULL;
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_ERROR_ARGUMENT);
+    s.input.shape.num_materials = 1; /* one is none */
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_OK);
+    s.input.shape.metadata_bytes = 1;
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_ERROR_ARGUMENT);
+    s.input.metadata = &byte;
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_OK);
+    sample_free(&s);
+}
+
+/* Where faces went is found out for materials, even if nobody asks for it. */
+TEST(materials_make_the_same_stream_without_a_face_map) {
+    cq_index materials[288];
+    sample s;
+    coded c;
+    uint32_t f;
+    sample_begin(&s, triangles_torus(12, 12));
+    sample_channel(&s, CQ_POSITION, 3, 12);
+    for (f = 0; f < 288; ++f) materials[f] = (cq_index)(f / 50 % 3);
+    s.input.shape.num_materials = 3;
+    s.input.materials = materials;
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK_EQ(encode_once(&s.input, NULL), CQ_OK);
+    CHECK(memcmp(encoded_once, c.bytes, c.size) == 0);
+    uncode(&c);
+    sample_free(&s);
+}
+
+TEST(a_bad_value_is_found_in_any_channel) {
+    uint32_t k;
+    for (k = 0; k < 3; ++k) {
+        sample s;
+        cq_place place;
+        sample_begin(&s, triangles_icosahedron());
+        sample_channel(&s, CQ_GENERIC, 1, 3);
+        sample_channel(&s, CQ_GENERIC, 1, 3);
+        sample_channel(&s, CQ_GENERIC, 1, 3);
+        s.values[k][7] = 8;
+        CHECK_EQ(encode_once(&s.input, &place), CQ_ERROR_VALUE);
+        CHECK_EQ(place.vertex, 7);
+        sample_free(&s);
+    }
+}
+
 TEST(channels_outside_their_ranges_are_an_argument_error) {
     static const struct { int kind, components, bits, merge; } bad[] = {
         {CQ_GENERIC, 0, 8, 0}, {CQ_GENERIC, 5, 8, 0}, {CQ_GENERIC, 255, 8, 0}, {CQ_GENERIC, 3, 0, 0},
-        {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_TURNED, 1, 8, 0}, {CQ_TANGENT, 1, 8, 0}, {CQ_TANGENT + 1, 1, 8, 0}, {255, 3, 8, 0},
+        {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_TURNED, 1, 8, 0}, {CQ_TURNED, 1, 1, CQ_PER_FACE}, {CQ_TANGENT, 1, 8, 0}, {CQ_TANGENT + 1, 1, 8, 0}, {255, 3, 8, 0},
         {CQ_POSITION, 2, 8, 0}, {CQ_POSITION, 1, 8, 0}, {CQ_POSITION, 4, 8, 0}, {CQ_GENERIC, 3, 8, CQ_PER_FACE},
         {CQ_GENERIC, 1, 8, CQ_PER_FACE + 1}, {CQ_GENERIC, 1, 8, 255}, {CQ_NUMBER, 2, 8, 0}, {CQ_GROUP, 2, 8, 0},
         {CQ_NORMAL, 1, 8, 0}, {CQ_NORMAL, 4, 8, 0}, {CQ_TEXCOORD, 3, 8, 0}, {CQ_COLOR, 2, 8, 0},
@@ -667,6 +739,31 @@ TEST(counts_that_an_index_cannot_number_are_too_large_to_encode) {
         sample_free(&s);
     }
 }
+
+#if CQ_INDEX_BITS == 16
+/* Closed, the faces can be numbered; with a face beyond each of their edges, or with rows of their own, no more. */
+TEST(meshes_that_only_grow_too_large_are_told) {
+    static cq_index index[3 * 6000];
+    cq_input in;
+    coded c;
+    uint32_t f, book;
+    for (book = 0; book < 2; ++book) {
+        memset(&in, 0, sizeof in);
+        in.indices = index;
+        in.shape.num_faces = 6000;
+        in.shape.num_vertices = book ? 6002 : 18000;
+        for (f = 0; f < 6000; ++f) {
+            index[3 * f] = (cq_index)(book ? 0 : 3 * f);
+            index[3 * f + 1] = (cq_index)(book ? 1 : 3 * f + 1);
+            index[3 * f + 2] = (cq_index)(book ? 2 + f : 3 * f + 2);
+        }
+        CHECK(cq_encoder_bytes(&in.shape) > 0);
+        code(&c, &in);
+        CHECK_EQ(c.result, CQ_ERROR_TOO_LARGE);
+        uncode(&c);
+    }
+}
+#endif
 
 TEST(more_than_eight_channels_are_an_argument_error) {
     sample s;
@@ -914,6 +1011,7 @@ int main(int argc, char **argv) {
     RUN(connectivity_costs_less_with_positions);
     RUN(the_goal_balanced_keeps_planes_creases_and_boundaries);
     RUN(losses_are_compared_by_their_logarithms);
+    RUN(errors_have_the_nearest_code_that_is_not_less);
     RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
@@ -926,9 +1024,15 @@ int main(int argc, char **argv) {
     RUN(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory);
     RUN(the_input_is_not_changed);
     RUN(null_arguments_of_encode_are_an_error);
+    RUN(materials_and_metadata_that_are_announced_are_there);
+    RUN(materials_make_the_same_stream_without_a_face_map);
+    RUN(a_bad_value_is_found_in_any_channel);
     RUN(channels_outside_their_ranges_are_an_argument_error);
     RUN(values_wider_than_a_build_has_are_not_supported);
     RUN(counts_that_an_index_cannot_number_are_too_large_to_encode);
+#if CQ_INDEX_BITS == 16
+    RUN(meshes_that_only_grow_too_large_are_told);
+#endif
     RUN(more_than_eight_channels_are_an_argument_error);
     RUN(a_value_outside_its_bits_is_an_error_at_its_vertex);
     RUN(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face);

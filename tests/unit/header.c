@@ -388,20 +388,60 @@ TEST(regular_levels_with_rows_have_as_many_components_as_a_step_may) {
     }
 }
 
-/* A stream of nothing but rows aside and a mesh of so many vertices. */
-static header of_rows_aside(uint32_t vertices, uint32_t rows) {
+/* A stream of a mesh of so many vertices and five numbers: rows, rows and faces aside, bytes of metadata, materials. */
+static header of_numbers(uint32_t vertices, const uint32_t *numbers) {
     header h;
+    int k;
     put_start(&h, vertices, 0, 0, vertices > 0);
-    put(&h, 0x80, 1);
-    put_varint(&h, 0);
-    put_varint(&h, rows);
-    put_varint(&h, 0);
-    put_varint(&h, 0);
-    put_varint(&h, 0);
+    put(&h, EXTENDED, 1);
+    for (k = 0; k < 5; ++k) put_varint(&h, numbers[k]);
     put_varint(&h, 0);
     put(&h, 0, 4);
     put(&h, crc32(h.bytes, h.size), 2);
     return h;
+}
+
+/* A stream of nothing but rows aside and a mesh of so many vertices. */
+static header of_rows_aside(uint32_t vertices, uint32_t rows) {
+    uint32_t numbers[5] = { 0, 0, 0, 0, 0 };
+    numbers[1] = rows;
+    return of_numbers(vertices, numbers);
+}
+
+TEST(numbers_that_no_encoder_writes_are_corrupt) {
+    static const struct { uint32_t numbers[5]; cq_result result; } cases[] = {
+        { { 0, 0, 0, 0, 0 }, CQ_ERROR_CORRUPT },                    /* then there would be none of them */
+        { { 0, 0, 0, 0, 1 }, CQ_ERROR_CORRUPT },                    /* one material is none */
+        { { 0, 0, 0, 0, 2 }, CQ_OK },
+        { { 0, 0, 0, 0, CQ_MAX_MATERIALS }, CQ_OK },
+        { { 0, 0, 0, 0, CQ_MAX_MATERIALS + 1 }, CQ_ERROR_CORRUPT },
+        { { 0, 0, 0, CQ_MAX_METADATA, 0 }, CQ_OK },
+        { { 0, 0, 0, CQ_MAX_METADATA + 1, 0 }, CQ_ERROR_CORRUPT },
+        { { 4, 0, 0, 0, 0 }, CQ_ERROR_CORRUPT },                    /* as many rows as vertices need no rows */
+        { { 5, 0, 0, 0, 0 }, CQ_OK },
+        { { 12, 0, 0, 0, 0 }, CQ_OK },                              /* as many as corners */
+        { { 13, 0, 0, 0, 0 }, CQ_ERROR_CORRUPT },
+    };
+    size_t k;
+    for (k = 0; k < sizeof cases / sizeof *cases; ++k) {
+        const header h = of_numbers(4, cases[k].numbers);
+        cq_shape shape;
+        CHECK_EQ(peek(&h, &shape), cases[k].result);
+    }
+}
+
+/* A face aside names rows, of which there is none. */
+TEST(a_face_aside_needs_a_row) {
+    static const uint32_t numbers[5] = { 0, 0, 1, 0, 0 };
+    const header h = of_numbers(0, numbers);
+    cq_decoder d;
+    cq_bytes in;
+    uint32_t memory[1024];
+    in.data = h.bytes;
+    in.size = h.size;
+    CHECK_EQ(cq_decoder_init(&d, memory, sizeof memory), CQ_OK);
+    CHECK_EQ(cq_decode(&d, &in, CQ_NO_LIMIT), CQ_ERROR_CORRUPT);
+    CHECK_EQ(d.aside.num_faces, 0);
 }
 
 TEST(rows_aside_without_values_take_no_time) {
@@ -496,6 +536,19 @@ TEST(memory_for_counts_that_cannot_be_numbered_is_zero) {
     shape.num_boundary_loops = 0x80000000u;
     CHECK_EQ(cq_decoder_bytes(&shape), 0);
     CHECK_EQ(cq_encoder_bytes(&shape), 0);
+    shape.num_vertices = 4;
+    shape.num_boundary_loops = 0;
+    CHECK(cq_decoder_bytes(&shape) > 0 && cq_encoder_bytes(&shape) > 0);
+    shape.num_aside_faces = CQ_INDEX_BITS == 16 ? 0x5556 : 0x55555556;
+    CHECK_EQ(cq_decoder_bytes(&shape), 0);
+    CHECK_EQ(cq_encoder_bytes(&shape), 0);
+    shape.num_aside_faces = 0;
+    shape.num_materials = CQ_MAX_MATERIALS + 1;
+    CHECK_EQ(cq_decoder_bytes(&shape), 0);
+    CHECK_EQ(cq_encoder_bytes(&shape), 0);
+    shape.num_materials = 0;
+    shape.num_rows = 0x10000;
+    CHECK_EQ(cq_decoder_bytes(&shape) == 0, CQ_INDEX_BITS == 16);
 }
 
 TEST(memory_for_no_shape_is_zero) {
@@ -551,6 +604,8 @@ int main(int argc, char **argv) {
     RUN(more_channels_than_there_may_be_are_not_supported);
     RUN(regular_levels_have_any_channels_and_rows);
     RUN(regular_levels_with_rows_have_as_many_components_as_a_step_may);
+    RUN(numbers_that_no_encoder_writes_are_corrupt);
+    RUN(a_face_aside_needs_a_row);
     RUN(rows_aside_without_values_take_no_time);
     RUN(rows_and_rows_aside_are_no_more_than_can_be_numbered);
 #if CQ_INDEX_BITS == 16

@@ -415,6 +415,24 @@ TEST(all_kinds_of_flips_were_seen) {
     CHECK(seen_seconds > 0);
 }
 
+TEST(labels_take_exactly_the_memory_that_they_tell) {
+    built b;
+    cqi_labels l;
+    triangles t = triangles_torus(5, 4);
+    void *memory;
+    size_t size;
+    REQUIRE_EQ(build(&b, &t), CQ_OK);
+    size = CQI_LABEL_BYTES((size_t)b.mesh.first_virtual + b.mesh.max_virtual,
+                           (size_t)b.mesh.first_virtual_face + b.mesh.max_virtual_faces);
+    memory = exact_alloc(size);
+    CHECK(!cqi_labels_carve(&l, &b.mesh, memory, size - 1));
+    CHECK(cqi_labels_carve(&l, &b.mesh, memory, size));
+    CHECK((uint8_t *)l.face + 3 * 0 >= (uint8_t *)memory && l.face + b.mesh.first_virtual_face <= (uint8_t *)memory + size);
+    exact_free(memory);
+    unbuild(&b);
+    triangles_free(&t);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(polygons_of_four_corners_lead_back_to_themselves);
@@ -426,5 +444,6 @@ int main(int argc, char **argv) {
     RUN(quads_with_random_diagonals_are_undone_in_strips);
     RUN(a_limit_keeps_vertices_even);
     RUN(all_kinds_of_flips_were_seen);
+    RUN(labels_take_exactly_the_memory_that_they_tell);
     return TEST_END();
 }

@@ -231,6 +231,69 @@ TEST(levels_of_all_samples_are_kept) {
     }
 }
 
+/* A sheet with three materials: each level has the faces of one material behind those of the other. In a plane, errors are
+ * 0 at once. */
+TEST(levels_have_their_faces_by_material) {
+    chain t;
+    cq_index materials[2 * 11 * 9], of_material[2][3], m, first, count, sum;
+    uint32_t f, v, k;
+    size_t before = 0;
+    cq_bytes in;
+    memset(&t, 0, sizeof t);
+    sample_begin(&t.s, triangles_sheet(12, 10));
+    sample_channel(&t.s, CQ_POSITION, 3, 12);
+    for (v = 0; v < 120; ++v) {
+        t.s.values[0][3 * v] = (cq_value)(v % 12 * 300);
+        t.s.values[0][3 * v + 1] = (cq_value)(v / 12 * 300);
+        t.s.values[0][3 * v + 2] = 5;
+    }
+    for (f = 0; f < 2 * 11 * 9; ++f) materials[f] = (cq_index)(f % 22 / 8);
+    t.s.input.shape.num_materials = 3;
+    t.s.input.materials = materials;
+    code(&t.c, &t.s.input);
+    REQUIRE_EQ(t.c.result, CQ_OK);
+    decoding_begin(&t.d, t.c.bytes, t.c.size);
+    t.indices = (cq_index *)exact_alloc(2 * 3 * 198 * sizeof(cq_index));
+    t.lod[0].min_vertices = 60;
+    t.lod[1].min_vertices = 120;
+    t.lod[0].max_error = t.lod[1].max_error = 0;
+    t.lod[0].of_material = of_material[0];
+    t.lod[1].of_material = of_material[1];
+    in.data = t.c.bytes;
+    in.size = t.c.size;
+    do {
+        t.d.result = cq_decode(t.d.decoder, &in, 1);
+        t.kept = cq_keep_lods(t.d.decoder, t.lod, 2, t.indices, 2 * 3 * 198);
+        if (t.kept == 1 && before == 0)
+            for (m = sum = 0; m < 3; ++m) {
+                cq_material(t.d.decoder, m, &first, &count);
+                CHECK_EQ(of_material[0][m], count);
+                CHECK(!memcmp(t.indices + 3 * sum, t.d.decoder->index + 3 * first, 3 * count * sizeof(cq_index)));
+                sum = (cq_index)(sum + count);
+            }
+        before = t.kept;
+    } while (t.d.result == CQ_OK);
+    CHECK_EQ(t.kept, 2);
+    CHECK(t.lod[0].num_vertices >= 60 && t.lod[0].num_vertices < 120);
+    for (k = 0; k < 2; ++k) CHECK_EQ(of_material[k][0] + of_material[k][1] + of_material[k][2], t.lod[k].num_faces);
+    CHECK_EQ(of_material[1][0], 72);
+    CHECK_EQ(of_material[1][1], 72);
+    CHECK_EQ(of_material[1][2], 54);
+    chain_free(&t);
+}
+
+TEST(nothing_is_a_level_of_nothing) {
+    cq_decoder d;
+    cq_lod lod;
+    cq_index index[3];
+    uint32_t memory[1024];
+    memset(&lod, 0, sizeof lod);
+    lod.max_error = CQ_NO_LIMIT;
+    CHECK_EQ(cq_decoder_init(&d, memory, sizeof memory), CQ_OK);
+    CHECK_EQ(cq_keep_lods(&d, &lod, 1, index, 3), 0);
+    CHECK_EQ(lod.num_vertices, 0);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not);
@@ -241,5 +304,7 @@ int main(int argc, char **argv) {
     RUN(a_level_without_room_is_not_kept_nor_are_those_behind_it);
     RUN(levels_with_seams_have_indices_of_rows);
     RUN(levels_of_all_samples_are_kept);
+    RUN(levels_have_their_faces_by_material);
+    RUN(nothing_is_a_level_of_nothing);
     return TEST_END();
 }

@@ -1567,6 +1567,65 @@ TEST(the_check_of_a_good_mesh_changes_nothing) {
     }
 }
 
+/* After the definition: all four vertices of the two faces are real, both ends keep three neighbours, and the other two
+ * are two vertices without an edge. */
+static int may_flip(const cq_mesh *m, cq_index h) {
+    const cq_index g = m->twin[h];
+    const cq_index a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
+    if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, x) || cq_is_virtual(m, y)) return 0;
+    return m->valence[a] > 3 && m->valence[b] > 3 && x != y && find_halfedge(m, x, y) == CQ_NONE;
+}
+
+TEST(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh) {
+    uint32_t which, h, can = 0, cannot = 0;
+    for (which = 0; which < 6; ++which) {
+        built b;
+        REQUIRE(build_and_check(&b, which == 0   ? triangles_sheet(5, 4)
+                                    : which == 1 ? triangles_pillow()
+                                    : which == 2 ? triangles_annulus(6)
+                                    : which == 3 ? triangles_bipyramid(3)
+                                    : which == 4 ? triangles_disc(7)
+                                                 : triangles_torus(4, 5)));
+        for (h = 0; h < 3 * ((uint32_t)b.mesh.first_virtual_face + b.mesh.num_virtual_faces); ++h) {
+            const int may = may_flip(&b.mesh, (cq_index)h);
+            CHECK_EQ(cqi_can_flip(&b.mesh, (cq_index)h), may);
+            can += may != 0;
+            cannot += !may;
+        }
+        unbuild(&b);
+    }
+    CHECK(can > 50 && cannot > 50);
+}
+
+/* Collapsing a vertex of three neighbours leaves a hub one neighbour less: 13 + 3 - 4. The limit is that of the hub before,
+ * too. */
+TEST(an_end_of_too_many_neighbours_cannot_be_collapsed) {
+    triangles t = triangles_bipyramid(12);
+    triangles more;
+    built b;
+    int turn;
+    more.num_vertices = 15;
+    more.num_faces = 26;
+    more.indices = (cq_index *)exact_alloc(3 * 26 * sizeof(cq_index));
+    memcpy(more.indices, t.indices, 3 * 24 * sizeof(cq_index));
+    more.indices[0] = 14, more.indices[1] = 1, more.indices[2] = 12; /* 0 1 12 becomes three faces around 14 */
+    more.indices[72] = 0, more.indices[73] = 14, more.indices[74] = 12;
+    more.indices[75] = 0, more.indices[76] = 1, more.indices[77] = 14;
+    triangles_free(&t);
+    REQUIRE(build_and_check(&b, more));
+    CHECK_EQ(b.mesh.valence[12], 13);
+    for (turn = 0; turn < 2; ++turn) {
+        const cq_index h = turn ? find_halfedge(&b.mesh, 12, 14) : find_halfedge(&b.mesh, 14, 12);
+        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 13), 1);
+        CHECK_EQ(cq_mesh_can_collapse(&b.mesh, h, 12), 0);
+        cqi_mark_ring(&b.mesh, b.mesh.origin[h], 1);
+        CHECK_EQ(cqi_collapsible(&b.mesh, h, 13, 0), 1);
+        CHECK_EQ(cqi_collapsible(&b.mesh, h, 12, 0), 0);
+        cqi_mark_ring(&b.mesh, b.mesh.origin[h], 0);
+    }
+    unbuild(&b);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(a_tetrahedron_builds_in_one_try);
@@ -1659,5 +1718,7 @@ int main(int argc, char **argv) {
     RUN(the_check_catches_a_virtual_vertex_in_a_real_face);
     RUN(the_check_catches_a_halfedge_that_is_its_own_twin);
     RUN(the_check_of_a_good_mesh_changes_nothing);
+    RUN(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh);
+    RUN(an_end_of_too_many_neighbours_cannot_be_collapsed);
     return TEST_END();
 }

@@ -297,6 +297,70 @@ TEST(heights_of_a_roof_come_back_and_planes_save_most_of_their_bits) {
     }
 }
 
+/* -- Numbers ------------------------------------------------------------------------------------------------------- */
+
+TEST(lengths_of_numbers_are_those_of_their_halves) {
+    int bits;
+    CHECK_EQ(cqi_bit_length_wide(0), 0);
+    for (bits = 0; bits < 64; ++bits) {
+        const uint64_t x = (uint64_t)1 << bits;
+        CHECK_EQ(cqi_bit_length_wide(x), bits + 1);
+        CHECK_EQ(cqi_bit_length_wide(x | (x - 1)), bits + 1);
+        CHECK_EQ(cqi_bit_length_wide(x - 1), bits);
+    }
+}
+
+/* An incomplete ring, which has fewer than three vertices or a boundary, has a class of its own. */
+TEST(fans_are_classed_by_their_size_if_they_are_complete) {
+    cqi_fan f;
+    int size;
+    memset(&f, 0, sizeof f);
+    for (size = 1; size < 20; ++size) {
+        f.size = size;
+        f.boundary = 0;
+        CHECK_EQ(cqi_fan_class(&f), size < 3 ? 0 : (size < 9 ? size : 9) - 2);
+        f.boundary = 1;
+        CHECK_EQ(cqi_fan_class(&f), 0);
+    }
+}
+
+/* Of one triangle, on either side; of two, the sum. */
+TEST(the_normal_of_an_edge_is_the_sum_of_those_beside_it) {
+    const cqi_vector b = vector(100, 0, 0), c = vector(30, 50, 0), e = vector(20, -7, 40);
+    const cqi_vector left = cqi_normal_of(b, &c, NULL), right = cqi_normal_of(b, NULL, &e), both = cqi_normal_of(b, &c, &e);
+    CHECK(left.x == 0 && left.y == 0 && left.z == 5000);
+    CHECK(right.x == 0 && right.y == 4000 && right.z == 700);
+    CHECK(both.x == 0 && both.y == 4000 && both.z == 5700);
+}
+
+/* One for every 16 old ones, and for every 32 faces. */
+TEST(a_regular_level_needs_new_vertices_for_its_vertices_and_faces) {
+    cqi_regular r;
+    memset(&r, 0, sizeof r);
+    r.vertices = 160;
+    r.real_faces = 320;
+    for (r.count = 0; r.count < 40; ++r.count) CHECK_EQ(cqi_is_worth_it(&r), r.count >= CQI_MIN_SPLITS(160) && r.count > 10);
+    r.real_faces = 960;
+    for (r.count = 0; r.count < 40; ++r.count) CHECK_EQ(cqi_is_worth_it(&r), r.count > 30);
+}
+
+/* Rows have values if they have channels: without, their number is not bounded by what is read for them. */
+TEST(rows_have_the_values_of_channels_that_are_not_of_faces) {
+    cq_shape s;
+    memset(&s, 0, sizeof s);
+    CHECK(!cqi_has_rows(&s));
+    s.num_channels = 1;
+    s.channel[0].components = 1;
+    s.channel[0].merge = CQ_PER_FACE;
+    CHECK(!cqi_has_rows(&s));
+    s.channel[0].merge = CQ_AVERAGE;
+    s.channel[0].kind = CQ_TEXCOORD;
+    s.channel[0].components = 2;
+    CHECK(cqi_has_rows(&s));
+    s.num_rows = 9; /* then they are of rows, and not of vertices */
+    CHECK(cqi_has_rows(&s));
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(heights_are_exact_where_slopes_are_multiples_of_2_to_the_minus_14);
@@ -307,5 +371,10 @@ int main(int argc, char **argv) {
     RUN(planes_are_those_across_edges_and_those_of_two_edges);
     RUN(flat_is_less_than_four_steps_from_the_plane);
     RUN(heights_of_a_roof_come_back_and_planes_save_most_of_their_bits);
+    RUN(lengths_of_numbers_are_those_of_their_halves);
+    RUN(fans_are_classed_by_their_size_if_they_are_complete);
+    RUN(the_normal_of_an_edge_is_the_sum_of_those_beside_it);
+    RUN(a_regular_level_needs_new_vertices_for_its_vertices_and_faces);
+    RUN(rows_have_the_values_of_channels_that_are_not_of_faces);
     return TEST_END();
 }

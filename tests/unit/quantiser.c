@@ -185,6 +185,14 @@ TEST(floats_that_are_none_are_an_error_with_a_place) {
         CHECK_EQ(place.face, CQ_NONE);
         CHECK_EQ(cq_quantise_normals(8, from, 3, values, &place), CQ_ERROR_VALUE);
         CHECK_EQ(place.vertex, 1);
+        from[3] = from[5];                 /* in the other coordinates, too */
+        from[5] = 5;
+        CHECK_EQ(cq_quantise_normals(8, from, 3, values, &place), CQ_ERROR_VALUE);
+        CHECK_EQ(place.vertex, 1);
+        from[4] = from[3];
+        from[3] = 3;
+        CHECK_EQ(cq_quantise_normals(8, from, 3, values, &place), CQ_ERROR_VALUE);
+        CHECK_EQ(place.vertex, 1);
     }
 }
 
@@ -222,6 +230,7 @@ TEST(bad_arguments_of_the_quantiser_are_refused) {
     CHECK_EQ(cq_quantise_normals(8, NULL, 1, to, NULL), CQ_ERROR_ARGUMENT);
     CHECK_EQ(cq_quantise_normals(8, from + 1, 1, NULL, NULL), CQ_ERROR_ARGUMENT);
     CHECK_EQ(cq_quantise_normals(8, NULL, 0, NULL, NULL), CQ_OK);
+    CHECK_EQ(cq_align_grid(&c, 1, NULL, 0, NULL), cq_fit_grid(&c, NULL, 0, NULL));
     c.components = 0;
     CHECK_EQ(cq_align_grid(&c, 1, from, 1, NULL), CQ_ERROR_ARGUMENT);
     CHECK_EQ(cq_fit_grid(&c, from, 1, NULL), CQ_ERROR_ARGUMENT);

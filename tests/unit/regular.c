@@ -799,6 +799,104 @@ TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
     decoding_free(&d);
 }
 
+/* A stream with seams, decoded up to its first regular level; *in is what follows. 0: it has none. */
+static int begin_with_seams(sample *s, coded *c, decoding *d, cq_bytes *in, int which) {
+    shape_sample(s, which, POSITIONS);
+    add_seam(s);
+    code(c, &s->input);
+    CHECK_EQ(c->result, CQ_OK);
+    decoding_begin(d, c->bytes, c->size);
+    if (!reach_regular_level(d->decoder, c)) return 0;
+    in->size = d->decoder->input.payload_left;
+    in->data = c->bytes + c->size - in->size;
+    return d->decoder->seams != NULL;
+}
+
+static void end_with_seams(sample *s, coded *c, decoding *d) {
+    decoding_free(d);
+    uncode(c);
+    sample_free(s);
+}
+
+/* Marks make rows: more than the header has are found at once. */
+TEST(no_more_rows_are_made_than_the_header_has) {
+    int which, tries, in_marks = 0;
+    for (which = 0; which < SHAPES; ++which)
+        for (tries = 0; tries < 4; ++tries) {
+            sample s;
+            coded c;
+            decoding d;
+            cq_bytes in;
+            if (begin_with_seams(&s, &c, &d, &in, which)) {
+                const cq_index most = (cq_index)(d.decoder->seams->num_rows + (cq_index)(5 * tries));
+                d.decoder->shape.num_rows = most;
+                while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+                CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
+                CHECK_EQ(d.decoder->seams->num_rows, most);
+                CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+                in_marks += d.decoder->phase == CQI_MARKS;
+            }
+            end_with_seams(&s, &c, &d);
+        }
+    CHECK(in_marks > SHAPES);
+}
+
+TEST(any_marks_and_flips_leave_each_row_one_vertex) {
+    uint64_t random = 4;
+    int which, tries, reached = 0, done = 0;
+    for (which = 0; which < SHAPES; ++which)
+        for (tries = 0; tries < 12; ++tries) {
+            const uint32_t marks = 2000 + (uint32_t)(next_random(&random) % 30000);
+            const uint32_t flips = 500 + (uint32_t)(next_random(&random) % 40000);
+            sample s;
+            coded c;
+            decoding d;
+            cq_bytes in;
+            if (begin_with_seams(&s, &c, &d, &in, which)) {
+                ++reached;
+                do {
+                    check_rows(d.decoder);
+                    set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, marks);
+                    set_models(d.decoder, CQI_DISSOLVED, CQI_TWO, 35000);
+                    set_models(d.decoder, CQI_TWO, CQI_NEW_ALONG, flips);
+                } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
+                done += d.decoder->phase == CQI_LEVEL;
+                CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
+                CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
+                check_rows(d.decoder);
+            }
+            end_with_seams(&s, &c, &d);
+        }
+    printf("  %d of %d levels are complete\n", done, reached);
+    CHECK(reached > 50);
+}
+
+/* A flip turns the rows with the corners; an edge that is a seam on either side is left as it is. */
+TEST(an_edge_that_is_a_seam_is_not_flipped) {
+    built b;
+    triangles t = triangles_torus(5, 4);
+    cq_index index[3 * 40], before[3 * 40], h, g, k;
+    int way;
+    REQUIRE_EQ(build(&b, &t), CQ_OK);
+    for (way = 0; way < 4; ++way)
+        for (h = 0; h < 3 * 40; ++h) {
+            if (!cqi_can_flip(&b.mesh, h)) continue;
+            memcpy(index, b.mesh.origin, sizeof index);
+            g = b.mesh.twin[h];
+            if (way & 1) index[h] = 50;
+            if (way & 2) index[cq_next(h)] = 51;
+            memcpy(before, index, sizeof index);
+            CHECK_EQ(cqi_flip_index(&b.mesh, index, h), way == 0);
+            if (way) CHECK(!memcmp(index, before, sizeof index));
+            if (way) continue;
+            cqi_flip(&b.mesh, h);
+            for (k = 0; k < 3 * 40; ++k) CHECK_EQ(index[k], b.mesh.origin[k]);
+            CHECK_EQ(b.mesh.twin[h], g);
+        }
+    unbuild(&b);
+    triangles_free(&t);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
@@ -813,5 +911,8 @@ int main(int argc, char **argv) {
     RUN(damaged_streams_leave_a_valid_mesh);
     RUN(any_marks_and_flips_leave_a_valid_mesh);
     RUN(no_vertex_goes_into_two_faces_that_share_their_edges);
+    RUN(no_more_rows_are_made_than_the_header_has);
+    RUN(any_marks_and_flips_leave_each_row_one_vertex);
+    RUN(an_edge_that_is_a_seam_is_not_flipped);
     return TEST_END();
 }

@@ -492,6 +492,31 @@ TEST(what_is_no_surface_comes_back)
     CHECK_EQ(last.shape.num_faces, 288);
 }
 
+/* Triangles of any rows at four to seven places: edges of many faces, faces more than once, edges that would join a vertex
+ * to itself, and pairs of edges that join the same two vertices. */
+TEST(random_triangles_at_few_places_come_back)
+{
+    uint32_t k, n, detached = 0, glued = 0;
+    for (k = 0; k < 400 && !test_state.failures; k++) {
+        const uint32_t places = 4 + k % 4, rows = places + k / 4 % 9;
+        seed = k * 2654435761u + 7;
+        begin((int)(k % 64));
+        for (n = 0; n < rows; n++) {
+            const int32_t place = (int32_t)(n % places);
+            add_row(500 * place, 300 * (place * place % 5), 700 * (place * 3 % 7));
+        }
+        for (n = 3 + draw(16); n; n--) {
+            const cq_index a = (cq_index)draw(rows), b = (cq_index)draw(rows);
+            add_face(a, b, (cq_index)draw(rows));
+        }
+        check_round_trip();
+        detached += last.prepared.detached_faces > 0;
+        glued += edges_shared > 0;
+    }
+    printf("  %d of 400 with faces that were cut off, %d without an open edge that two faces share\n", (int)detached, (int)glued);
+    CHECK(detached > 10 && glued > 100);
+}
+
 /* The quad beyond the middle of a strip has rows of its own there. */
 TEST(an_edge_between_rows_is_a_seam)
 {
@@ -616,6 +641,7 @@ int main(int argc, char **argv)
     RUN(random_cuts_stay_open);
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
+    RUN(random_triangles_at_few_places_come_back);
     RUN(an_edge_between_rows_is_a_seam);
     RUN(metadata_has_a_largest_size);
     RUN(what_is_no_surface_comes_back);
