@@ -4183,11 +4183,11 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
  * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
  * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Adds a prediction, unless it is further away than the ring may be large. */
+/* Adds a prediction, unless it is further away than the ring may be large, a power of 2. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
-    if (f->num_rivals == CQI_RIVALS || cqi_abs(a.x) >= limit || cqi_abs(a.y) >= limit) return;
+    if (f->num_rivals == CQI_RIVALS || (cqi_abs(a.x) | cqi_abs(a.y)) >= limit) return;
     f->rival[f->num_rivals++] = a;
 }
 
