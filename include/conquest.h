@@ -3992,6 +3992,9 @@ static inline void cqi_follow(int16_t *weight, int64_t product)
  * predicted above the fan's plane at the x and y that are known by then: a shear instead of a rotation, so that all is
  * exact in integers (A. Paeth, "A Fast Algorithm for General Raster Rotation", 1986). */
 
+/* x, y, or from 2 on z. */
+static inline int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+
 /* The components in the cyclic order in which component `last` is the last. */
 static inline cqi_vector cqi_in_cycle(cqi_vector a, int last)
 {
@@ -4410,8 +4413,7 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
     cqi_fan *const f = &d->now.fan;
     uint32_t left = ((uint32_t)1 << f->size) - 1;
     int k;
-    for (k = 0; k < f->size; k++)
-        f->scratch[k] = place == CQI_AT_X ? f->at[k].x : place == CQI_AT_Y ? f->at[k].y : f->at[k].z;
+    for (k = 0; k < f->size; k++) f->scratch[k] = cqi_component(f->at[k], place);
     while (f->asked < f->same && left) {
         const int32_t common = cqi_choose_common(f, left, !f->asked, predicted);
         const int32_t same = cqi_floor_shift(common, d->ring.shift);
@@ -6935,8 +6937,6 @@ typedef struct cqi_tilt {
     int32_t inverse;             /* 2^39 / its square; both 0: it has no direction there */
 } cqi_tilt;
 
-static int32_t cqi_component(cqi_vector a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
-
 /* Sets the direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
 static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
 {
@@ -8047,15 +8047,16 @@ static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 /* Rows for the fine prediction. */
 static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
 {
-    const cqi_rows rows = cqi_take_rows(d, parts);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
     cq_index v = r->vertices;
+    cqi_rows rows;
     uint32_t k;
 #ifndef CQ_NO_WEDGES
     if (cqi_has_row_values(d, r->view)) return cqi_fine_rows_of_rows(d);
 #endif
+    rows = cqi_take_rows(d, parts);
     cqi_rewind_slots(d);
     for (k = 0; k < rows.count; k++) {
         const cq_index sample = cqi_sample(r, rows.count, k);
