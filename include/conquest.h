@@ -1313,12 +1313,12 @@ static int cqi_bit_length_wide(uint64_t x)
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
-    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits);
+    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits); /* unreachable: where >> keeps signs */
 }
 
 static inline int64_t cqi_floor_shift_wide(int64_t x, int bits)
 {
-    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits);
+    return CQI_SHIFTS_SIGNS || x >= 0 ? x >> bits : ~(~x >> bits); /* unreachable: where >> keeps signs */
 }
 
 const char *cq_result_string(cq_result result)
@@ -2487,7 +2487,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     payload_size = cqi_read_varint(r);
     h->payload_size = (size_t)payload_size;
     h->payload_crc = cqi_read_uint(r, 4);
-    if (h->payload_size != payload_size || h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES)
+    if (h->payload_size != payload_size || h->payload_size > SIZE_MAX - CQ_MAX_HEADER_BYTES) /* unreachable: size_t of 64 bits */
         return CQ_ERROR_TOO_LARGE; /* unreachable: size_t of 64 bits */
     return r->result;
 }

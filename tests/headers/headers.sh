@@ -99,9 +99,11 @@ finish() {
 }
 
 for compiler in gcc "$clang"; do
+    optimised=-O2
+    [ "$compiler" = gcc ] || optimised=-O0 # clang warns of the same
     for standard in c99 c11 c++11 c++17; do
         for bits in 16 32; do
-            options=(-x "${standard%%[0-9]*}" "-std=$standard" "-DCQ_INDEX_BITS=$bits" -O2 "${warnings[@]}" -I"$include")
+            options=(-x "${standard%%[0-9]*}" "-std=$standard" "-DCQ_INDEX_BITS=$bits" "$optimised" "${warnings[@]}" -I"$include")
             case $standard${1:-} in
             c11 | c++11 | *quick)
                 syntax "$compiler" "${options[@]}"

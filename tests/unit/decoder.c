@@ -1230,14 +1230,55 @@ TEST(a_queue_without_room_is_an_error) {
         while (d.decoder->level == 0) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
         d.decoder->walk.capacity = (cq_index)capacity;
         while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
-        CHECK(d.decoder->status == CQ_ERROR_CORRUPT || d.decoder->status == CQ_DONE);
-        errors += d.decoder->status == CQ_ERROR_CORRUPT;
+        CHECK_EQ(d.decoder->status, d.decoder->walk.full ? CQ_ERROR_CORRUPT : CQ_DONE);
+        errors += d.decoder->walk.full != 0;
         CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
         decoding_free(&d);
         uncode(&c);
         sample_free(&s);
     }
     CHECK(errors > 1);
+}
+
+/* Two components of 1600 vertices, of which at least three quarters are in the base. To find the component that is next,
+ * each step looks at a part of them only, so that some steps do nothing else. */
+TEST(a_base_of_thousands_of_vertices_is_prepared_in_steps) {
+    static uint8_t locked[3200];
+    triangles t = triangles_torus(40, 40);
+    sample s;
+    coded c;
+    decoding d;
+    cq_bytes in;
+    uint32_t v, f, level = 0, idle = 0;
+    triangles_append(&t, triangles_torus(40, 40));
+    sample_begin(&s, t);
+    for (v = 0; v < 3200; ++v) locked[v] = v % 4 != 1;
+    s.input.locked = locked;
+    s.input.conquest_only = 1;
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK(c.report->base_vertices >= 2400 && c.report->num_levels > 0);
+    decoding_begin(&d, c.bytes, c.size);
+    in.data = c.bytes;
+    in.size = c.size;
+    do {
+        const cq_index before = d.decoder->mesh.num_vertices, patches = d.decoder->walk.head;
+        level = d.decoder->level;
+        d.result = cq_decode(d.decoder, &in, 1);
+        idle += level && d.decoder->level == level && d.decoder->mesh.num_vertices == before && d.decoder->walk.head == patches;
+    } while (d.result == CQ_OK);
+    CHECK_EQ(d.result, CQ_DONE);
+    CHECK(idle > 4 * c.report->num_levels);
+    for (f = 0; f < s.mesh.num_faces; ++f) {
+        const cq_index *to = d.decoder->mesh.origin + 3 * c.face_map[f], *from = s.mesh.indices + 3 * f;
+        uint32_t k = 0;
+        while (k < 3 && to[k] != c.map[from[0]]) ++k;
+        CHECK(k < 3 && to[(k + 1) % 3] == c.map[from[1]] && to[(k + 2) % 3] == c.map[from[2]]);
+    }
+    printf("  %d idle steps of %d levels\n", (int)idle, (int)c.report->num_levels);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
 }
 
 int main(int argc, char **argv) {
@@ -1292,5 +1333,6 @@ int main(int argc, char **argv) {
     RUN(changes_in_blocks_are_those_of_their_elements);
     RUN(all_channels_full_of_weights_come_back_in_any_pieces);
     RUN(a_queue_without_room_is_an_error);
+    RUN(a_base_of_thousands_of_vertices_is_prepared_in_steps);
     return TEST_END();
 }

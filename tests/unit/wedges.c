@@ -480,6 +480,24 @@ TEST(turned_faces_are_turned_back)
     CHECK_EQ(last.prepared.cut_edges, 0);
 }
 
+/* That faces were turned takes a channel: if all are taken, they stay as they are, and edges beside them are open. */
+TEST(without_a_channel_left_no_face_is_turned)
+{
+    int k;
+    for (k = 0; k < 2; k++) {
+        begin(1);
+        seed = 5;
+        add_sheet(20, 16, 3, 0);
+        while (scene.input.shape.num_channels + !k < CQ_MAX_CHANNELS) add_channel(CQ_GENERIC, 2, 12, CQ_AVERAGE, scene.uv);
+        damage(9, 8);
+        damage(9, 8);
+        damage(9, 8);
+        check_round_trip();
+        CHECK_EQ(last.prepared.turned_faces > 0, !k);
+        CHECK_EQ(last.shape.num_boundary_edges > 0, k);
+    }
+}
+
 TEST(what_is_no_surface_comes_back)
 {
     begin(11);
@@ -644,6 +662,7 @@ int main(int argc, char **argv)
     RUN(random_triangles_at_few_places_come_back);
     RUN(an_edge_between_rows_is_a_seam);
     RUN(metadata_has_a_largest_size);
+    RUN(without_a_channel_left_no_face_is_turned);
     RUN(what_is_no_surface_comes_back);
     RUN(nothing_but_what_is_aside);
     RUN(each_material_is_one_range);
