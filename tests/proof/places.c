@@ -400,7 +400,7 @@ void claim_along(void)
 
 void stub_list_planes(cqi_fan *of, cqi_vector place)
 {
-    PROVE(of == f && within(place.x, CQI_FAR) && within(place.y, CQI_FAR));
+    PROVE(of == f && near_zero(place, CQI_FAR));
     f->num_rivals = any_between(0, CQI_RIVALS);
 }
 
