@@ -152,7 +152,7 @@ static int is_decided(void)
     return holds;
 }
 
-/* Any answers about the corners of a split of the top. */
+/* Any answers about the corners of a split of the top. A solver did not end within 100 s. */
 void claim_rows_are_decided(void)
 {
     any_pair();
