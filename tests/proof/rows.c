@@ -129,8 +129,8 @@ static cq_index vertex_after(cq_index row)
     return v;
 }
 
-/* What is decided about the corners of a split: those that go to B have rows of A that A does not keep, or new ones; and
- * each corner of the new faces has a row of its vertex. */
+/* What is decided about the corners of a split: those that go to B have rows of A that A does not keep, or new ones;
+ * and each corner of the new faces has a row of its vertex. */
 static int is_decided(void)
 {
     int k, j, holds = d.num_rows <= seams.num_rows && seams.num_rows <= d.shape.num_rows;
