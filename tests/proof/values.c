@@ -1,6 +1,6 @@
 /* Proofs about the values of all channels, whatever a stream says: what is stored is in the range of its channel, or it
- * is refused; sums do not overflow. Channels are any that a header may name, values any that they may have, of which exact
- * ones are any 32 bits; what is coded is any answer. */
+ * is refused; sums do not overflow. Channels are any that a header may name, values any that they may have, of which
+ * exact ones are any 32 bits; what is coded is any answer. */
 #include "vectors.h"
 
 enum { ROWS = 3 };
