@@ -6,31 +6,14 @@
  *     offsets of a ring      14
  *     features of regular levels                                         27 or 28
  */
-#include "proof.h"
+#include "vectors.h"
 
 #ifndef SIZE
 #define SIZE 4 /* vertices of a ring or fan */
 #endif
-
-/* Any number of so many bits and a sign; as the verifier sees best which bits are equal. */
-static int32_t any_signed(int bits) { return (int32_t)(nondet_u32() << (31 - bits)) >> (31 - bits); }
-
-static int fits(int64_t x, int bits) { return x >= -((int64_t)1 << bits) && x < (int64_t)1 << bits; }
-
-static int within(int64_t x, int64_t most) { return x >= -most && x <= most; }
-
-static cqi_vector any_vector(int bits)
-{
-    cqi_vector v;
-    v.x = any_signed(bits);
-    v.y = any_signed(bits);
-    v.z = any_signed(bits);
-    return v;
-}
-
-static int vector_fits(cqi_vector v, int bits) { return fits(v.x, bits) && fits(v.y, bits) && fits(v.z, bits); }
-
-static cq_value any_value(void) { return (cq_value)(nondet_u32() & 0xffffff); }
+#ifndef RING
+#define RING 8 /* the largest one where a claim is not about all valences */
+#endif
 
 /* -- Offsets of the ring ------------------------------------------------------------------------------------------- */
 
@@ -316,21 +299,9 @@ void stub_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 
 /* A mean of as many as a fan may have, each at most so far from 0. */
 static int32_t furthest = 1 << 16;
-static int near_zero(cqi_vector a, int32_t most)
-{
-    return within(a.x, most) && within(a.y, most) && within(a.z, most);
-}
-
 static int sum_holds(cqi_vector sum, int32_t n)
 {
     return n >= 1 && n <= CQ_MAX_VALENCE + 1 && near_zero(sum, n * furthest);
-}
-
-static cqi_vector any_near_zero(int32_t most)
-{
-    const cqi_vector a = any_vector(31);
-    ASSUME(near_zero(a, most));
-    return a;
 }
 
 /* Of what is not negative, none is. */
@@ -376,10 +347,6 @@ int stub_vote(const cqi_fan *f, cqi_contest *c)
     c->agreed = any_near_zero(1 << 16);
     return any_between(0, 2 * (CQI_RIVALS - 1));
 }
-
-/* The linear prediction, 13 times features of 20 bits, and where the place is at most: what an encoder knows. */
-#define MOST_LINEAR (13 << 20)
-#define MOST_PLACE ((1 << 30) + CQI_FAR)
 
 static int questions_of; /* a table of 8 by 8 */
 int stub_code_question(cq_decoder *d, int index, int yes)
@@ -457,6 +424,109 @@ void claim_height(void)
     PROVE(within(z, 2 << 20));
     a.z = any_signed(28);
     PROVE(cqi_height(&f, a) == a.z + z);
+    REACHED();
+}
+
+/* The scale of a ring, as cqi_locate_ring leaves it. */
+static void any_scale(cqi_ring *r)
+{
+    r->shift = any_between(-10, CQI_FRACTION);
+    r->right = r->shift < 0 ? -r->shift : 0;
+    r->factor = 1 << (r->shift + r->right);
+}
+
+/* A vertex beyond the ring, at any offset: one that is near has 15 bits. */
+void claim_locate_beyond(void)
+{
+    static cqi_ring r;
+    cq_value a[3], b[3];
+    cqi_vector x;
+    int k;
+    any_scale(&r);
+    for (k = 0; k < 3; k++) {
+        a[k] = any_value();
+        b[k] = any_value();
+    }
+    PROVE(!cqi_locate_beyond(&r, a, b, &x) || vector_fits(x, 15));
+    REACHED();
+}
+
+/* Vertices in front of the ring are any of the mesh, the last one virtual. */
+static const cq_value *all_values;
+int stub_locate_beyond(const cqi_ring *r, const cq_value *a, const cq_value *b, cqi_vector *x)
+{
+    (void)r;
+    PROVE(a >= all_values && a <= all_values + 3 * (SIZE - 1) && b >= all_values && b <= all_values + 3 * (SIZE - 1));
+    *x = any_vector(31);
+    if (nondet_int()) return 0;
+    ASSUME(vector_fits(*x, 15));
+    return 1;
+}
+
+static void any_ring(cqi_ring *r)
+{
+    int k;
+    r->size = any_between(2, RING);
+    r->boundary = any_between(0, CQ_MAX_VALENCE);
+    r->spoke[0] = 0;
+    for (k = 0; k < RING; k++) {
+        r->at[k] = any_vector(14);
+        r->front[k] = any_place();
+    }
+}
+
+/* What lies beyond a fan: feature 0, and for each edge an offset of 15 bits if it is known. */
+void claim_look_beyond(void)
+{
+    static cq_decoder d;
+    static cqi_fan f;
+    static cq_value values[3 * SIZE];
+    const int p = any_between(0, RING - 2), q = any_between(1, RING - 1);
+    cq_index origin[1];
+    int k;
+    origin[0] = (cq_index)any_between(0, SIZE - 1);
+    d.mesh.origin = origin;
+    d.mesh.first_virtual = SIZE;
+    all_values = values;
+    any_ring(&d.ring);
+    ASSUME(p < q && q < d.ring.size);
+    cqi_size_fan(&d.ring, &f, p, q);
+    f.above = any_between(0, 2);
+    furthest = 1 << 15;
+    cqi_look_beyond(&d, &f, values, any_near_zero(1 << 14), p, q);
+    PROVE(near_zero(f.feature[0], (1 << 15) + (1 << 14)));
+    for (k = 0; k <= RING; k++) PROVE(!(f.known >> k & 1) || vector_fits(f.outer[k], 15));
+    PROVE(f.known >> f.size == 0);
+    REACHED();
+}
+
+/* The fan along its axes: A, then each vertex of the ring but a virtual one. */
+void claim_turn_fan(void)
+{
+    static cqi_ring r;
+    static cqi_fan f;
+    cqi_vector at;
+    const int p = any_between(0, RING - 2), q = any_between(1, RING - 1);
+    int k;
+    any_ring(&r);
+    ASSUME(p < q && q < r.size);
+    cqi_size_fan(&r, &f, p, q);
+    f.above = any_between(0, 2);
+    f.known = nondet_u32();
+    for (k = 0; k <= RING; k++) {
+        f.outer[k] = any_vector(31);
+        ASSUME(!(f.known >> k & 1) || vector_fits(f.outer[k], 15));
+    }
+    cqi_turn_fan(&r, &f, p, q);
+    for (k = 0; k <= RING; k++) {
+        PROVE(k >= f.size || vector_fits(f.at[k], 14));
+        PROVE(!(f.known >> k & 1) || vector_fits(f.outer[k], 15));
+    }
+    k = any_between(0, RING - 1);
+    ASSUME(k >= p && k <= q && k != r.boundary);
+    at = cqi_in_cycle(r.at[k], f.above);
+    k = 1 + k - p - (r.boundary >= p && r.boundary < k);
+    PROVE(k < f.size && f.at[k].x == at.x && f.at[k].y == at.y && f.at[k].z == at.z);
     REACHED();
 }
 

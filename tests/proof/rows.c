@@ -107,8 +107,8 @@ int stub_code_with(cq_decoder *of, cq_bit_model *model, int bit)
     return any_between(0, 1);
 }
 
-/* Any split of the top, after any answers about its corners. */
-void claim_rows_of_split(void)
+/* The patch of the top, and a pair of it. */
+static void any_pair(void)
 {
     cq_index spoke;
     int k;
@@ -117,7 +117,64 @@ void claim_rows_of_split(void)
     for (k = 0; k < START; k++) spoke = cq_clockwise(&d.mesh, spoke);
     cqi_read_ring(&d.mesh, &d.ring, spoke);
     cqi_begin_corners(&d, 0, LAST);
-    if (cqi_step_corners(&d) != CQ_OK || cqi_apply_rows(&d) != CQ_OK) return;
+}
+
+/* The vertex that a row has once its split is done: that of B, if it is in the run that goes there. */
+static cq_index vertex_after(cq_index row)
+{
+    cq_index v = vertex_of[row];
+    int k;
+    for (k = 1; k <= LAST; k++)
+        if (seams.run[k] == row) v = d.mesh.num_vertices;
+    return v;
+}
+
+/* What is decided about the corners of a split: those that go to B have rows of A that A does not keep, or new ones;
+ * and each corner of the new faces has a row of its vertex. */
+static int is_decided(void)
+{
+    int k, j, holds = d.num_rows <= seams.num_rows && seams.num_rows <= d.shape.num_rows;
+    for (k = 1; k <= LAST; k++) {
+        const cq_index row = seams.run[k];
+        holds &= (row == CQ_NONE) == (cqi_row_at(&d, d.ring.spoke[k]) == CQ_NONE);
+        if (row == CQ_NONE) continue;
+        holds &= row < seams.num_rows;
+        if (row >= seams.num_rows) return 0;
+        holds &= vertex_of[row] == TOP || vertex_of[row] == d.mesh.num_vertices;
+        for (j = 0; j < d.ring.size; j++)
+            if (j < 1 || j > LAST) holds &= cqi_row_at(&d, d.ring.spoke[j]) != row;
+    }
+    for (k = 0; k < CQI_CORNERS; k++) {
+        if (d.ring.boundary == (k < 3 ? 0 : LAST)) continue;
+        if (seams.row[k] >= seams.num_rows) return 0;
+        holds &= vertex_after(seams.row[k]) == cqi_vertex_of_corner(&d, k);
+    }
+    return holds;
+}
+
+/* Any answers about the corners of a split of the top. A solver did not end within 100 s. */
+void claim_rows_are_decided(void)
+{
+    any_pair();
+    if (cqi_step_corners(&d) != CQ_OK) return;
+    PROVE(is_decided());
+    REACHED();
+}
+
+/* The split, whatever was decided. */
+void claim_rows_are_applied(void)
+{
+    cq_index h;
+    int k;
+    any_pair();
+    seams.num_rows = any_index();
+    ASSUME(seams.num_rows <= ROWS + MORE_ROWS);
+    for (k = 1; k <= LAST; k++) seams.run[k] = any_index();
+    for (k = 0; k < CQI_CORNERS; k++) seams.row[k] = any_index();
+    for (h = 0; h < ROWS + MORE_ROWS; h++)
+        if (h >= d.num_rows) vertex_of[h] = any_index();
+    ASSUME(is_decided());
+    if (cqi_apply_rows(&d) != CQ_OK) return;
     all_hold();
     PROVE(d.num_rows == seams.num_rows);
     REACHED();
