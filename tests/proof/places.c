@@ -108,12 +108,15 @@ uint32_t stub_raw_answer(cq_decoder *of, uint32_t value, int bits)
 
 void claim_residual_decodes(void)
 {
+    static cqi_plan plan;
     const int most = any_most(), expected = any_between(0, 39), fraction = any_between(-1, 3);
     const int32_t x = nondet_int();
     const int row = any_between(0, CQI_EXPECTED - 1);
     any_kind();
     ASSUME(most == 32 || within(x, (1 << 26) - 1));
+    d.plan = &plan; /* an encoder */
     PROVE(cqi_code_residual(&d, kind_of, row, expected, most, fraction, x) == x);
+    d.plan = NULL;
     replayed = 1;
     answers = 0;
     PROVE(cqi_code_residual(&d, kind_of, row, expected, most, fraction, 0) == x);
