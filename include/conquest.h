@@ -1671,7 +1671,6 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     cq_result r;
     arena.next = (uint8_t *)memory;
     arena.left = size;
-    if (!cqi_countable(s)) return CQ_ERROR_TOO_LARGE;
     if (!memory || !cqi_aligned(memory) || size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
     cqi_mesh_carve(m, s, &arena);
     r = cqi_match_twins(m, indices, s, place);
@@ -5389,7 +5388,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
     x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
-    if (!cqi_value_fits(&d->shape.channel[k], x)) return 0;
+    if (!cqi_value_fits(&d->shape.channel[k], x)) return 0; /* unreachable: a neighbour has it, or it has no more bits */
     *to = (cq_value)x;
     return 1;
 }
@@ -6327,7 +6326,7 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
     x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
-    if (!cqi_value_fits(channel, x)) return 0;
+    if (!cqi_value_fits(channel, x)) return 0; /* unreachable: as in cqi_code_copied */
     *to = (cq_value)x;
     return 1;
 }
@@ -6478,7 +6477,7 @@ static cq_result cqi_code_split(cq_decoder *d)
     const cq_index b = d->mesh.num_vertices;
     const cqi_collapse *note = CQI_ENCODING(d) ? &d->plan->note[d->plan->next] : NULL;
     int p = note ? note->p : 0, q = note ? note->q : 0;
-    if (b == d->mesh.first_virtual) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+    if (b == d->mesh.first_virtual) return CQ_ERROR_CORRUPT;
     cqi_code_pair(d, &p, &q);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
@@ -8565,7 +8564,8 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     if (d->materials) cqi_take_new_faces(d);
     if (!cqi_has_room(m, m->origin[cq_prev(h)], m->origin[cq_prev(g)])) return CQ_ERROR_CORRUPT;
     if (d->seams) cqi_split_index(d, v, h);
-    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) return CQ_ERROR_CORRUPT;
+    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE)
+        return CQ_ERROR_CORRUPT; /* unreachable: there is room */
     if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
     if (CQI_ENCODING(d)) cqi_plan_vertex(d->plan, input, v);
@@ -12559,7 +12559,7 @@ static cqi_vector cqi_nearest_point(cqi_vector a, cqi_vector b)
 {
     const cqi_vector along = cqi_minus(b, a);
     const int64_t length = cqi_wide_dot(along, along), at = -cqi_wide_dot(a, along);
-    const int64_t part = at <= 0 || !length ? 0 : at >= length ? 4096 : at * 4096 / length;
+    const int64_t part = at <= 0 ? 0 : at >= length ? 4096 : at * 4096 / length;
     cqi_vector x;
     x.x = (int32_t)(16 * (int64_t)a.x + part * along.x / 256);
     x.y = (int32_t)(16 * (int64_t)a.y + part * along.y / 256);

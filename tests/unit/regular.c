@@ -277,24 +277,30 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
 }
 
 /* Pieces of 17 x 17 vertices: bowls, whose coordinates are polynomials, and rough ones whose squares are cut along any
- * diagonal. Returns how many vertices are new in regular levels of the stream, from which all must come back. */
-static uint32_t code_pieces(uint32_t bowls, uint32_t rough) {
+ * diagonal. */
+static void pieces(sample *s, uint32_t bowls, uint32_t rough) {
     enum { SIDE = 17, VERTICES = SIDE * SIDE };
     uint64_t random = 5;
     triangles t = triangles_none();
+    uint32_t k;
+    for (k = 0; k < bowls + rough; ++k) triangles_append(&t, field(SIDE, SIDE, k < bowls ? 0 : 2, &random));
+    sample_begin(s, t);
+    sample_channel(s, CQ_POSITION, 3, 14);
+    for (k = 0; k < s->mesh.num_vertices; ++k) {
+        const uint32_t x = k % SIDE, y = k % VERTICES / SIDE, noise = k < bowls * VERTICES ? 1 : 40;
+        s->values[0][3 * k] = (cq_value)(64 * x + next_random(&random) % noise);
+        s->values[0][3 * k + 1] = (cq_value)(64 * y + 1200 * (k / VERTICES) + next_random(&random) % noise);
+        s->values[0][3 * k + 2] = (cq_value)(10 * (x * x + y * y) + next_random(&random) % noise);
+    }
+}
+
+/* How many vertices are new in regular levels of their stream, from which all must come back. */
+static uint32_t code_pieces(uint32_t bowls, uint32_t rough) {
     uint32_t k, n = 0;
     sample s;
     coded c;
     decoding d;
-    for (k = 0; k < bowls + rough; ++k) triangles_append(&t, field(SIDE, SIDE, k < bowls ? 0 : 2, &random));
-    sample_begin(&s, t);
-    sample_channel(&s, CQ_POSITION, 3, 14);
-    for (k = 0; k < s.mesh.num_vertices; ++k) {
-        const uint32_t x = k % SIDE, y = k % VERTICES / SIDE, noise = k < bowls * VERTICES ? 1 : 40;
-        s.values[0][3 * k] = (cq_value)(64 * x + next_random(&random) % noise);
-        s.values[0][3 * k + 1] = (cq_value)(64 * y + 1200 * (k / VERTICES) + next_random(&random) % noise);
-        s.values[0][3 * k + 2] = (cq_value)(10 * (x * x + y * y) + next_random(&random) % noise);
-    }
+    pieces(&s, bowls, rough);
     code(&c, &s.input);
     CHECK_EQ(c.result, CQ_OK);
     for (k = 0; k < c.report->num_levels; ++k) n += c.report->level[k].regular ? c.report->level[k].num_splits : 0;
@@ -311,6 +317,38 @@ TEST(parts_that_gain_little_are_left_out_of_regular_levels) {
     const uint32_t alone = code_pieces(1, 0);
     CHECK(alone > 0);
     CHECK_EQ(code_pieces(1, 1), alone);
+}
+
+/* The second try of a stream lies behind the first one, if there is room for it. */
+TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
+    int which, with_report;
+    for (which = 0; which < 2; ++which)
+        for (with_report = 0; with_report < 2; ++with_report) {
+            sample s;
+            coded c;
+            size_t memory_size, size;
+            cq_report *report = (cq_report *)exact_alloc(sizeof *report);
+            uint8_t *memory, *bytes;
+            cq_input in;
+            if (which) shape_sample(&s, 8, POSITIONS);
+            else pieces(&s, 1, 1);
+            code(&c, &s.input);
+            CHECK_EQ(c.result, CQ_OK);
+            in = s.input;
+            in.shape = c.shape;
+            memory_size = cq_encoder_bytes(&in.shape);
+            memory = (uint8_t *)exact_alloc(memory_size);
+            bytes = (uint8_t *)exact_alloc(3 * c.size);
+            CHECK_EQ(cq_encode(&in, memory, memory_size, bytes, 3 * c.size, &size, NULL, with_report ? report : NULL), CQ_OK);
+            CHECK_EQ(size, c.size);
+            CHECK_EQ(memcmp(bytes, c.bytes, c.size), 0);
+            if (with_report) CHECK_EQ(memcmp(report, c.report, sizeof *report), 0);
+            exact_free(bytes);
+            exact_free(memory);
+            exact_free(report);
+            uncode(&c);
+            sample_free(&s);
+        }
 }
 
 TEST(the_last_part_is_all_others) {
@@ -901,6 +939,7 @@ int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(parts_that_gain_little_are_left_out_of_regular_levels);
+    RUN(room_for_two_streams_does_not_change_the_one_that_is_taken);
     RUN(the_last_part_is_all_others);
     RUN(meshes_that_are_prepared_have_regular_levels_too);
     RUN(meshes_with_seams_have_regular_levels_too);
