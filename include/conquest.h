@@ -13829,22 +13829,20 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
 }
 
 /* Shall parts be left out of regular levels: those whose vertices there take more than 7/16 of what all others take in
- * the mean? Only if they take more than 9/4 of what those of the parts that stay do; else it has hardly ever paid. */
+ * the mean? Not if those are all. */
 static int cqi_leave_parts_out(const cqi_plan *p, cqi_known *known, size_t bytes, uint32_t num_vertices)
 {
-    uint64_t bytes_of[2] = { 0, 0 }, count_of[2] = { 0, 0 };
-    int k;
+    int left_out = 0, kept = 0, k;
     for (k = 1; k <= (int)p->num_regular; k++) {
         bytes -= p->bytes_of[k];
         num_vertices -= p->count_of[k];
     }
     for (k = 0; k < CQI_PARTS; k++) {
-        const int out = 16 * (uint64_t)num_vertices * p->bytes_of_part[k] > 7 * (uint64_t)bytes * p->count_of_part[k];
-        known->left_out[k] = (uint8_t)out;
-        bytes_of[out] += p->bytes_of_part[k];
-        count_of[out] += p->count_of_part[k];
+        known->left_out[k] = 16 * (uint64_t)num_vertices * p->bytes_of_part[k] > 7 * (uint64_t)bytes * p->count_of_part[k];
+        left_out |= known->left_out[k];
+        kept |= p->count_of_part[k] && !known->left_out[k];
     }
-    if (!p->copies_rows && 4 * bytes_of[1] * count_of[0] > 9 * bytes_of[0] * count_of[1]) return 1;
+    if (left_out && kept && !p->copies_rows) return 1;
     memset(known->left_out, 0, sizeof known->left_out);
     return 0;
 }
@@ -13905,9 +13903,8 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     return result;
 #endif
     plan = e->plan;
-    if (!plan.num_regular ||
-        cqi_encode_parts(&plain, memory, memory_size, out, out_size, stream_size, report, &result))
-        return result;
+    if (cqi_encode_parts(&plain, memory, memory_size, out, out_size, stream_size, report, &result)) plan = e->plan;
+    if (!plan.num_regular) return result;
     room = result == CQ_OK ? out_size - *stream_size : 0;
     best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
     if (!best) {
