@@ -2581,8 +2581,7 @@ typedef struct cqi_collapse {
     cq_index kept, removed;   /* A, B */
     cq_index face[2];         /* removed with B: the faces at p and at q */
     uint8_t p, q;             /* the two common neighbours, as places on the patch's ring */
-    uint8_t first;            /* at a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES. Of a
-                                 regular level: the part */
+    uint8_t first;            /* at a first gate: 1 + the side, see cqi_first_spoke; else 0. And see CQI_SIDES */
     uint8_t level;            /* 1 is the finest; 0: no collapse, but the end of a component's notes */
 } cqi_collapse;
 
@@ -2596,7 +2595,6 @@ typedef struct cqi_seed {
 } cqi_seed;
 
 #define CQI_MAX_REGULAR 32
-#define CQI_PARTS 256 /* see "Regular levels: parts" */
 #define CQI_ROWS 512
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
@@ -2627,7 +2625,7 @@ typedef struct cqi_plan {
     cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
     cq_index root;                      /* of the component that is measured: first in its list, see decoded */
     uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
-    uint8_t *passed;                    /* last level that passed over the vertex; before, its part */
+    uint8_t *passed;                    /* last level that passed over the vertex */
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
@@ -2649,8 +2647,6 @@ typedef struct cqi_plan {
     int surely_regular;                 /* and it is so regular that encoding without them need not be tried */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
-    cq_index count_of_part[CQI_PARTS];      /* and how many of these vertices each part has, */
-    uint32_t bytes_of_part[CQI_PARTS];      /* and what bytes their values take */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
     uint32_t level;                     /* being made or replayed; 1 is the finest */
     uint8_t level_error[CQ_MAX_LEVELS + 1];  /* of the mesh without the levels up to this one */
@@ -2682,9 +2678,6 @@ typedef struct cqi_plan {
  *
  * The encoder replays its collapses as splits, in the order of the decoder. Here it finds what to write: the next
  * component or collapse, and the numbers that vertices and faces have in its own mesh and in the decoded one. */
-
-/* Bytes that have been written. */
-static uint32_t cqi_plan_bytes(const cqi_plan *p) { return (uint32_t)(p->range.count + p->range.pending); }
 
 /* The halfedge from one vertex to a neighbour of it. */
 static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
@@ -2802,14 +2795,6 @@ static cq_index cqi_plan_mark(const cqi_plan *p, cq_index h)
 {
     const cq_index k = p->mesh.twin[h];
     return k == CQ_NONE ? k : p->note[k].removed;
-}
-
-/* The values of the vertex in this edge have been written behind so many bytes. */
-static void cqi_plan_charge(cqi_plan *p, cq_index h, uint32_t bytes)
-{
-    const int part = p->note[p->mesh.twin[h]].first;
-    p->count_of_part[part]++;
-    p->bytes_of_part[part] += cqi_plan_bytes(p) - bytes;
 }
 
 /* The note of a decoded vertex that is new at this level. */
@@ -8551,11 +8536,9 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     const cq_index v = m->num_vertices, slot = m->out[v], h = cqi_current_edge(d, slot);
     const cq_index input = CQI_ENCODING(d) ? cqi_plan_mark(d->plan, slot) : 0;
     const cq_index g = m->twin[h];
-    const uint32_t bytes = CQI_ENCODING(d) ? cqi_plan_bytes(d->plan) : 0;
     int ok;
     if (m->valence[m->origin[h]] == 2 || !cqi_take_slots(d, h)) return CQ_ERROR_CORRUPT;
     ok = cqi_code_new_values(d, v, h, input);
-    if (CQI_ENCODING(d)) cqi_plan_charge(d->plan, slot, bytes);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok) return CQ_ERROR_CORRUPT;
     if (CQI_HAS_ATTRIBUTES) cqi_copy_faces(d, h, g);
@@ -8725,7 +8708,7 @@ static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_ve
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
-    const uint32_t bytes = cqi_plan_bytes(p);
+    const uint32_t bytes = (uint32_t)(p->range.count + p->range.pending);
     p->bytes_of[p->level] = bytes - (end ? p->bytes_of[p->level] : 0);
     if (end) return;
     while (p->note[first].level != p->level) first++;
@@ -9272,7 +9255,7 @@ static cq_result cqi_step_active(cq_decoder *d)
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
-    p->bytes_at[p->level] = cqi_plan_bytes(p);
+    p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
 }
 
 /* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
@@ -9694,7 +9677,6 @@ typedef struct cqi_known {
     cq_index count_of[CQI_MAX_REGULAR + 1];
     uint8_t alike[CQI_MAX_REGULAR + 1];     /* of the labels of each */
     int is_sharp, limit, found;             /* of the labels of the finest one */
-    uint8_t left_out[CQI_PARTS];            /* parts that regular levels shall leave as they are */
 } cqi_known;
 
 typedef struct cqi_encoder {
@@ -10808,25 +10790,18 @@ static void cqi_union(cq_index *parent, cq_index a, cq_index b)
     parent[a < b ? b : a] = a < b ? a : b;
 }
 
-/* Unites the vertices of each component. */
-static void cqi_unite(const cq_mesh *m, cq_index *parent)
-{
-    cq_index v, f;
-    for (v = 0; v < m->num_vertices; v++) parent[v] = v;
-    for (f = 0; f < m->num_faces; f++) {
-        if (!cqi_is_face(m, f)) continue;
-        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 1]);
-        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 2]);
-    }
-}
-
 /* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
  * p->decoded, beginning with the smallest. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
     cq_index *next = p->decoded, v, f;
-    cqi_unite(m, parent);
+    for (v = 0; v < m->num_vertices; v++) parent[v] = v;
+    for (f = 0; f < m->num_faces; f++) {
+        if (!cqi_is_face(m, f)) continue;
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 1]);
+        cqi_union(parent, m->origin[3 * f], m->origin[3 * f + 2]);
+    }
     for (v = 0; v < m->num_vertices; v++) next[v] = CQ_NONE;
     for (v = m->num_vertices; v--;) {
         const cq_index root = cqi_find_root(parent, v);
@@ -11702,7 +11677,6 @@ typedef struct cqi_labels {
     const cq_index *input_face;  /* numbers of faces in the input; NULL: the same; */
     const uint8_t *face_state;   /* and what has been done with these */
     const uint8_t *locked;       /* of each vertex: it stays even; or NULL */
-    uint8_t *part;               /* of each vertex, see cqi_find_parts; or NULL */
     cq_index *index, *uses;      /* wedges of the corners, and corners of these; or NULL */
     const cq_value *positions;   /* or NULL */
     int32_t step;                /* 1/4096 of what the positions span; 0: never a limit */
@@ -13055,7 +13029,7 @@ static void cqi_undo_level(cqi_labels *l, cq_mesh *m, cqi_collapse *note, uint32
         note->face[0] = l->parent[1][v];
         note->p = l->label[v] >> 2 & 7;
         note->q = l->label[v] >> 5;
-        note->first = l->part ? l->part[v] : 0;
+        note->first = 0;
         note->level = (uint8_t)level;
         note++;
     }
@@ -13105,6 +13079,7 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     p->face_input = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->face_decoded = (cq_index *)cqi_take(arena, f, sizeof(cq_index));
     p->passed = (uint8_t *)cqi_take(arena, v, 1);
+    memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
     p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
@@ -13311,60 +13286,26 @@ static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_ind
     return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
 }
 
-/* -- Regular levels: parts --
- *
- * One set of weights serves all components, however they were made. So those that regular levels do not suit spoil them
- * for others. A part is one of the first 255 components of the exact mesh, by their lowest vertices; the last part is
- * all others. Those that gain too little are left out, if the stream gets shorter then; see cqi_leave_parts_out. */
-
-/* Finds the part of each vertex; `parent` is scratch. */
-static void cqi_find_parts(const cq_mesh *m, cq_index *parent, uint8_t *part)
-{
-    cq_index v, parts = 0;
-    cqi_unite(m, parent);
-    for (v = 0; v < m->num_vertices; v++) {
-        const cq_index root = cqi_find_root(parent, v);
-        part[v] = root < v ? part[root] : (uint8_t)parts;
-        if (root == v && parts < CQI_PARTS - 1) parts++;
-    }
-}
-
-/* Makes vertices of parts that are to be left out even. Returns how many odd ones are left. */
-static cq_index cqi_keep_parts(cqi_labels *l, const uint8_t *left_out)
-{
-    cq_index v;
-    for (v = 0; v < l->mesh->num_vertices; v++)
-        if (cqi_is_odd(l, v) && left_out[l->part[v]]) l->label[v] = CQI_EVEN;
-    return cqi_count_odd(l);
-}
-
-/* The labels of the next regular level: those that are known, or the best ones; but none in parts that are left out.
- * Returns the number of odd vertices. */
+/* The labels of the next regular level: those that are known, or the best ones. Returns the number of odd vertices. */
 static cq_index cqi_next_labels(const cqi_plan *p, cqi_known *known, cqi_labels *l)
 {
     const uint32_t level = p->num_regular + 1;
-    cq_index first = 0, n = 0;
-    uint32_t k;
     if (level > known->levels) {
-        n = cqi_find_labels(l);
+        known->count_of[level] = cqi_find_labels(l);
         known->alike[level] = (uint8_t)l->alike;
-        if (level == 1) {
-            known->is_sharp = l->is_sharp;
-            known->limit = l->limit;
-            known->found = l->found;
-        }
-        if (!n) return 0;
+        if (level > 1) return known->count_of[level];
+        known->is_sharp = l->is_sharp;
+        known->limit = l->limit;
+        known->found = l->found;
     }
     else {
-        for (k = 1; k < level; k++) first = (cq_index)(first + known->count_of[k]);
-        cqi_recall_labels(l, p->note + first, known->count_of[level]);
+        cqi_recall_labels(l, p->note + p->num_notes, known->count_of[level]);
         l->alike = known->alike[level];
         l->is_sharp = known->is_sharp;
         l->limit = known->limit;
         l->found = known->found;
     }
-    if (level == 1) cqi_find_parts(l->mesh, l->queue, l->part);
-    return cqi_keep_parts(l, known->left_out);
+    return known->count_of[level];
 }
 
 /* Takes regular levels while they are worth it; memory that is idle. */
@@ -13386,7 +13327,6 @@ static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, 
         l.input_face = p->face_of_input;
         l.face_state = p->face_state;
         l.locked = p->locked;
-        l.part = p->passed;
         l.index = p->index;
         l.uses = p->uses;
         if (p->num_regular) {
@@ -13424,7 +13364,6 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     most_loss = p->most_loss;
     cqi_find_components(p, p->to_input);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
-    memset(p->passed, 0, cqi_all_vertices(&in->shape));
     cqi_take_virtual(&p->mesh);
     for (k = 0; k < p->num_seeds; k++) {
         const cq_index notes = p->num_notes;
@@ -13766,7 +13705,6 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     e->plan.most_regular = most_regular;
     cqi_take_regular(&e->plan, &e->known, coded, &arena);
     e->known.levels = e->plan.row_of_vertex ? 0 : e->plan.num_regular;
-    memcpy(e->known.count_of, e->plan.count_of, sizeof e->known.count_of);
     e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
     cqi_simplify_all(e, coded);
     if (cqi_replay(e, coded) != CQ_DONE) return CQ_ERROR_CORRUPT;
@@ -13828,69 +13766,20 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     return k;
 }
 
-/* Shall parts be left out of regular levels: those whose vertices there take more than 7/16 of what all others take in
- * the mean? Not if those are all. */
-static int cqi_leave_parts_out(const cqi_plan *p, cqi_known *known, size_t bytes, uint32_t num_vertices)
-{
-    int left_out = 0, kept = 0, k;
-    for (k = 1; k <= (int)p->num_regular; k++) {
-        bytes -= p->bytes_of[k];
-        num_vertices -= p->count_of[k];
-    }
-    for (k = 0; k < CQI_PARTS; k++) {
-        known->left_out[k] = 16 * (uint64_t)num_vertices * p->bytes_of_part[k] > 7 * (uint64_t)bytes * p->count_of_part[k];
-        left_out |= known->left_out[k];
-        kept |= p->count_of_part[k] && !known->left_out[k];
-    }
-    if (left_out && kept && !p->copies_rows) return 1;
-    memset(known->left_out, 0, sizeof known->left_out);
-    return 0;
-}
-
-/* A second stream lies behind the first one: takes it instead of that, with its report. */
-static void cqi_take_second(const cqi_encoder *e, uint8_t *out, size_t *size, size_t size_of_second, cq_report *report)
-{
-    size_t k;
-    for (k = 0; k < size_of_second; k++) out[k] = out[*size + k];
-    *size = size_of_second;
-    if (report) *report = e->report;
-}
-
-/* Encodes once more, but leaves parts out of regular levels that gain little by them, if there are any. Takes that if it
- * is shorter, and then returns 1. */
-static int cqi_encode_parts(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
-                            size_t *stream_size, cq_report *report, cq_result *result)
-{
-    cqi_encoder *const e = (cqi_encoder *)memory;
-    const size_t room = *result == CQ_OK ? out_size - *stream_size : 0;
-    size_t size = 0;
-    if (!cqi_leave_parts_out(&e->plan, &e->known, *stream_size, in->shape.num_vertices)) return 0;
-    cqi_encode_pass(in, memory, memory_size, e->plan.num_regular, room ? out + *stream_size : NULL, room, &size, NULL,
-                    report ? &e->report : NULL);
-    if (!size || size >= *stream_size) {
-        memset(&e->known, 0, sizeof e->known);
-        return 0;
-    }
-    if (size <= room) cqi_take_second(e, out, stream_size, size, report);
-    else *result = cqi_encode_pass(in, memory, memory_size, e->plan.num_regular, out, out_size, stream_size, NULL, report);
-    cqi_write_all_maps(in, e);
-    return 1;
-}
-
 /* Encodes with regular levels if there are any: without the coarsest ones if one does not pay, and without any should
- * a plan of them be wrong; and with fewer parts in them. Then without, to compare, unless that is not in question: into
- * what is left of the output, so that it only moves if it is chosen. If some of the levels do not pay, or if there was no
- * room, once more. */
+ * a plan of them be wrong. Then without, to compare,
+ * unless that is not in question: into what is left of the output, so that it only moves if it is chosen. If some of
+ * the levels do not pay, or if there was no room, once more. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
     cqi_encoder *const e = (cqi_encoder *)memory;
     cqi_plan plan;
     cq_input plain;
-    size_t without = 0, room;
+    size_t without = 0, room, k;
     uint32_t best;
     cq_result result;
-    memset(&e->known, 0, sizeof e->known);
+    e->known.levels = 0;
     result = cqi_encode_pass(in, memory, memory_size, CQI_MAX_REGULAR, out, out_size, stream_size, place, report);
     plain = *in;
     plain.progress = NULL;
@@ -13903,7 +13792,6 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     return result;
 #endif
     plan = e->plan;
-    if (cqi_encode_parts(&plain, memory, memory_size, out, out_size, stream_size, report, &result)) plan = e->plan;
     if (!plan.num_regular) return result;
     room = result == CQ_OK ? out_size - *stream_size : 0;
     best = cqi_guess_regular(&plan, *stream_size, in->shape.num_vertices, in->shape.num_channels > 0);
@@ -13916,7 +13804,9 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     if (best || without > room) {
         result = cqi_encode_pass(&plain, memory, memory_size, best, out, out_size, stream_size, place, report);
     } else {
-        cqi_take_second(e, out, stream_size, without, report);
+        for (k = 0; k < without; k++) out[k] = out[*stream_size + k];
+        *stream_size = without;
+        if (report) *report = e->report;
     }
     cqi_write_all_maps(in, e);
     return result;
