@@ -152,7 +152,9 @@ void claim_number(void)
 
 /* -- Rows at a seam, and copies ------------------------------------------------------------------------------------ */
 
-void claim_near(void)
+/* Of any row, by those near and far, if they are there. */
+static void prove_beside(int (*code)(cq_decoder *of, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
+                                     cq_value *to))
 {
     uint32_t c;
     cq_index row, near, far;
@@ -161,10 +163,12 @@ void claim_near(void)
     far = nondet_int() ? CQ_NONE : any_row();
     c = any_component();
     row = any_row();
-    if (!cqi_code_near(&d, 0, c, 0, near, far, values + (size_t)row * channel->components + c)) return;
+    if (!code(&d, 0, c, 0, near, far, values + (size_t)row * channel->components + c)) return;
     PROVE(all_fit());
     REACHED();
 }
+
+void claim_near(void) { prove_beside(cqi_code_near); }
 
 /* A value of those beside it, or of the bits of its channel; models are those of faces. */
 int stub_code_bit(cq_decoder *of, int index, int bit)
@@ -189,19 +193,7 @@ void claim_copied(void)
     REACHED();
 }
 
-void claim_near_copy(void)
-{
-    uint32_t c;
-    cq_index row, near, far;
-    any_values();
-    near = nondet_int() ? CQ_NONE : any_row();
-    far = nondet_int() ? CQ_NONE : any_row();
-    c = any_component();
-    row = any_row();
-    if (!cqi_code_near_copy(&d, 0, c, 0, near, far, values + (size_t)row * channel->components + c)) return;
-    PROVE(all_fit());
-    REACHED();
-}
+void claim_near_copy(void) { prove_beside(cqi_code_near_copy); }
 
 /* -- Pairs --------------------------------------------------------------------------------------------------------- */
 

@@ -701,6 +701,13 @@ static void set_models(cq_decoder *d, int from, int to, uint32_t probability) {
     for (k = from; k < to; ++k) d->model.bit[k] = (cq_bit_model)probability;
 }
 
+/* Probabilities of what a regular level asks: marks, dissolved edges, and patterns with their flips. */
+static void set_regular_models(cq_decoder *d, uint32_t marks, uint32_t flips) {
+    set_models(d, CQI_MARK, CQI_DISSOLVED, marks);
+    set_models(d, CQI_DISSOLVED, CQI_TWO, 35000);
+    set_models(d, CQI_TWO, CQI_NEW_ALONG, flips);
+}
+
 /* A step with input of any bytes, so that bits are as likely as their models say. */
 static cq_result any_step(cq_decoder *d, uint64_t *random) {
     uint8_t bytes[64];
@@ -736,9 +743,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
                 ++reached;
                 do {
                     CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
-                    set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, marks);
-                    set_models(d.decoder, CQI_DISSOLVED, CQI_TWO, 35000);
-                    set_models(d.decoder, CQI_TWO, CQI_NEW_ALONG, flips);
+                    set_regular_models(d.decoder, marks, flips);
                 } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
@@ -836,9 +841,7 @@ TEST(any_marks_and_flips_leave_each_row_one_vertex) {
                 ++reached;
                 do {
                     check_rows(d.decoder);
-                    set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, marks);
-                    set_models(d.decoder, CQI_DISSOLVED, CQI_TWO, 35000);
-                    set_models(d.decoder, CQI_TWO, CQI_NEW_ALONG, flips);
+                    set_regular_models(d.decoder, marks, flips);
                 } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
