@@ -6557,7 +6557,7 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Regular levels: bits of the coarse faces --
  *
- * For each halfedge one bit: its edge is marked. Then for each face two bits, by the number of its marks:
+ * Five for each face: of each side, whether it is marked; then two, by the number of these marks:
  *
  *     none     0, or 1 + the side whose edge is dissolved, and flipped in the turn of this face
  *     one      the same; or 1 + the marked side, if the face has a dissolved edge that is flipped in the other one's turn
@@ -6565,51 +6565,41 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *              the third side is the hub's, see cqi_code_pattern
  *     three    the side of the hub, or 3
  *
- * That makes 5/8 byte per face, where the queue has at least 2/3: for F = 3k + i,
- * (9k + 3i + 7) / 8 + (6k + 2i + 7) / 8 <= 2 (k + 1). */
+ * The queue has at least 2/3 byte for each: with F = 3k + i, byte 1 of the last face is (15k + 5i - 5) / 8 + 1 <= 2k + 1. */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
 {
-    return ((const uint8_t *)d->walk.queue)[h >> 3] >> (h & 7) & 1;
+    const size_t bit = h + 2 * (size_t)(h / 3);
+    return ((const uint8_t *)d->walk.queue)[bit >> 3] >> (bit & 7) & 1;
 }
 
-static void cqi_set_mark(cq_decoder *d, cq_index h)
+/* All five bits of a face. */
+static int cqi_state_of(const cq_decoder *d, cq_index f)
 {
-    uint8_t *byte = (uint8_t *)d->walk.queue + (h >> 3);
-    *byte = (uint8_t)(*byte | 1 << (h & 7));
+    const uint8_t *const byte = (const uint8_t *)d->walk.queue + (5 * (size_t)f >> 3);
+    return (byte[0] | byte[1] << 8) >> (5 * f & 7) & 31;
 }
 
-static uint8_t *cqi_face_byte(const cq_decoder *d, cq_index f)
+/* Adds bits that are not set, or takes off such that are. */
+static void cqi_toggle_state(cq_decoder *d, cq_index f, int bits)
 {
-    return (uint8_t *)d->walk.queue + (3 * d->regular.faces + 7) / 8 + (f >> 2);
+    uint8_t *const byte = (uint8_t *)d->walk.queue + (5 * (size_t)f >> 3);
+    bits <<= 5 * f & 7;
+    byte[0] = (uint8_t)(byte[0] ^ bits);
+    byte[1] = (uint8_t)(byte[1] ^ bits >> 8);
 }
 
-static int cqi_face_bits(const cq_decoder *d, cq_index f) { return *cqi_face_byte(d, f) >> 2 * (f & 3) & 3; }
+static void cqi_set_mark(cq_decoder *d, cq_index h) { cqi_toggle_state(d, (cq_index)(h / 3), 1 << h % 3); }
 
-static void cqi_add_face_bits(const cq_decoder *d, cq_index f, int bits)
-{
-    uint8_t *byte = cqi_face_byte(d, f);
-    *byte = (uint8_t)(*byte | bits << 2 * (f & 3));
-}
+/* The marked sides of a face, as bits; and the other two. */
+static int cqi_marks_of(const cq_decoder *d, cq_index f) { return cqi_state_of(d, f) & 7; }
 
-static void cqi_clear_face_bits(const cq_decoder *d, cq_index f)
-{
-    uint8_t *byte = cqi_face_byte(d, f);
-    *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
-}
+static int cqi_face_bits(const cq_decoder *d, cq_index f) { return cqi_state_of(d, f) >> 3; }
 
-/* The marked sides of a face, as bits. The byte behind them all is one of the faces. */
-static int cqi_marks_of(const cq_decoder *d, cq_index f)
-{
-    const uint8_t *const byte = (const uint8_t *)d->walk.queue + (3 * f >> 3);
-    return (byte[0] | byte[1] << 8) >> (3 * f & 7) & 7;
-}
+static void cqi_toggle_face_bits(cq_decoder *d, cq_index f, int bits) { cqi_toggle_state(d, f, bits << 3); }
 
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 static const uint8_t cqi_odd_side[8] = { 3, 0, 1, 2, 2, 1, 0, 3 }; /* the only marked or unmarked one; 3: there is none */
-
-/* All five bits of a face: its marks, then the other two. */
-static int cqi_state_of(const cq_decoder *d, cq_index f) { return cqi_marks_of(d, f) | cqi_face_bits(d, f) << 3; }
 
 /* 1 + the side whose edge is dissolved; or of a face with one mark that; 0: none. */
 static int cqi_dissolved_side(const cq_decoder *d, cq_index f)
@@ -6657,7 +6647,7 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
     return x;
 }
 
-/* Position of a vertex, or its values of the channel that cqi_look_at set; and the offset from a to b. */
+/* Position of a vertex, or its values of the channel that cqi_look_at set; and as an offset from a. */
 static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
@@ -6684,16 +6674,12 @@ static inline cqi_vector cqi_at(const cq_decoder *d, cq_index v)
     return cqi_looks_elsewhere(d) ? cqi_seen_at(d, v) : cqi_position(d, v);
 }
 
-static inline cqi_vector cqi_from(const cq_decoder *d, cq_index a, cq_index b)
-{
-    if (cqi_looks_elsewhere(d)) return cqi_minus(cqi_seen_at(d, b), cqi_seen_at(d, a));
-    return cqi_minus(cqi_position(d, b), cqi_position(d, a));
-}
+static inline cqi_vector cqi_from(const cq_decoder *d, cqi_vector a, cq_index v) { return cqi_minus(cqi_at(d, v), a); }
 
 static uint32_t cqi_distance(const cq_decoder *d, cq_index a, cq_index b)
 {
     CQ_ASSERT((int)d->regular.view == d->located);
-    return (uint32_t)cqi_norm(cqi_from(d, a, b));
+    return (uint32_t)cqi_norm(cqi_minus(cqi_position(d, b), cqi_position(d, a)));
 }
 
 /* 0: not marked, 1: marked, 2: not yet known when it is the turn of halfedge `now`. */
@@ -7003,12 +6989,12 @@ static void cqi_look_ahead(cq_decoder *d, cq_index h)
     r->ahead[1] = cqi_straight(&d->mesh, d->mesh.twin[h], &r->two_ahead[1]);
 }
 
-/* Twice the offset from a of what lies straight on from an end of the edge at hand. */
-static cqi_vector cqi_offset_ahead(const cq_decoder *d, int end, cq_index a)
+/* Twice the place of what lies straight on from an end of the edge at hand. */
+static cqi_vector cqi_place_ahead(const cq_decoder *d, int end)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index on = d->regular.ahead[end], two = d->regular.two_ahead[end] ? cq_clockwise(m, on) : on;
-    return cqi_plus(cqi_from(d, a, cq_target(m, on)), cqi_from(d, a, cq_target(m, two)));
+    return cqi_plus(cqi_at(d, cq_target(m, on)), cqi_at(d, cq_target(m, two)));
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
@@ -7016,8 +7002,8 @@ static cqi_vector cqi_offset_ahead(const cq_decoder *d, int end, cq_index a)
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_index side[2] = { h, m->twin[h] }, a = m->origin[h];
-    const cqi_vector b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
+    const cq_index side[2] = { h, m->twin[h] };
+    const cqi_vector a = cqi_at(d, m->origin[h]), b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
     cqi_vector tip[2], wings = none, ahead = none;
     int inner[2], num_wings = 0, num_ahead = 0, i;
     for (i = 0; i < 2; i++) {
@@ -7026,18 +7012,17 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
         tip[i] = none;
         if (d->regular.ahead[i] != CQ_NONE) {
             num_ahead += 1 + i;
-            ahead = cqi_plus(ahead, cqi_offset_ahead(d, i, a));
+            ahead = cqi_plus(ahead, cqi_minus(cqi_place_ahead(d, i), cqi_scale(a, 2)));
         }
         if (!inner[i]) continue;
         tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
         if (!cqi_is_real_face(m, next) || !cqi_is_real_face(m, prev)) continue;
-        wings = cqi_plus(wings,
-                         cqi_plus(cqi_from(d, a, m->origin[cq_prev(next)]), cqi_from(d, a, m->origin[cq_prev(prev)])));
+        wings = cqi_plus(wings, cqi_plus(cqi_at(d, m->origin[cq_prev(next)]), cqi_at(d, m->origin[cq_prev(prev)])));
         num_wings += 2;
     }
     if (t) cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
     feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
-    feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_scale(b, 2)) : feature[0];
+    feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_plus(cqi_scale(a, 4), cqi_scale(b, 2))) : feature[0];
     if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is
                                                                             beyond b */
     feature[2] = num_ahead ? cqi_minus(ahead, cqi_scale(b, num_ahead == 2 ? 4 : 2)) : none;
@@ -7081,7 +7066,7 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     int c;
     cqi_find_fixed(d, h, feature, &t);
     cqi_weigh(&t, feature, d->regular.fixed, CQI_FIXED, sum);
-    b = cqi_tilted(&t, cqi_from(d, a, cq_target(&d->mesh, h)));
+    b = cqi_tilted(&t, cqi_from(d, cqi_at(d, a), cq_target(&d->mesh, h)));
     x[0] = cqi_rounded(sum[0] + 128 * (int64_t)b.x);
     x[1] = cqi_rounded(sum[1] + 128 * (int64_t)b.y);
     sum[2] +=
@@ -7223,28 +7208,30 @@ static void cqi_expect_others(cq_decoder *d, cq_index v)
 /* The vertex that will be opposite to the unmarked edge of h, once its face has its new vertices. */
 static cq_index cqi_expected_tip(const cq_decoder *d, cq_index h)
 {
-    const cq_index v = cqi_vertex_on(d, cq_next(h)), w = cqi_vertex_on(d, cq_prev(h));
-    return v != CQ_NONE ? v : w != CQ_NONE ? w : d->mesh.origin[cq_prev(h)];
+    cq_index v = cqi_vertex_on(d, cq_next(h));
+    if (v == CQ_NONE) v = cqi_vertex_on(d, cq_prev(h));
+    return v != CQ_NONE ? v : d->mesh.origin[cq_prev(h)];
 }
 
-/* Is the edge of h dissolved? The later one of its faces has noted that. */
+/* Is the edge of h, which has no mark, dissolved? The later one of its faces has noted that. */
 static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
 {
     const cq_index g = d->mesh.twin[h] > h ? d->mesh.twin[h] : h;
-    return cqi_is_real_face(&d->mesh, g) && !cqi_has_mark(d, g) &&
-           cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
+    return cqi_is_real_face(&d->mesh, g) && cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
 }
 
 /* Edges of the refined mesh around the origin of h, counter-clockwise: bit 0, that which begins on h, unless its edge is
  * dissolved; and bit 1, one into the face of h, to a hub opposite to the origin, or if there is no mark, beyond the edge
- * there if that is dissolved. */
+ * there if that is dissolved. The table has, for each state of a face, two bits for each side: it is marked; and the hub
+ * is opposite to its origin. */
 static int cqi_spokes_of(const cq_decoder *d, cq_index h)
 {
-    const cq_index f = (cq_index)(h / 3);
-    const int side = (int)(h - 3 * f), opposite = side == 2 ? 0 : side + 1;
-    const int state = cqi_state_of(d, f), on = state >> side & 1 || !cqi_is_dissolved(d, h);
-    if (!(state & 7)) return on + 2 * cqi_is_dissolved(d, (cq_index)(3 * f + (cq_index)opposite));
-    return on + 2 * (cqi_hub_of(state) == opposite);
+    static const uint8_t by_state[32] = { 0, 33, 6, 37, 24, 25, 22, 53, 0, 33, 6, 37, 24, 25, 22, 23,
+                                          0, 33, 6, 7,  24, 49, 28, 29, 0, 33, 6, 7,  24, 49, 28, 21 };
+    const cq_index f = (cq_index)(h / 3), side = (cq_index)(h - 3 * f);
+    const int state = cqi_state_of(d, f), spokes = by_state[state] >> 2 * side & 3;
+    if (spokes & 1) return spokes;
+    return spokes + !cqi_is_dissolved(d, h) + 2 * (!(state & 7) && cqi_is_dissolved(d, cq_next(h)));
 }
 
 static cq_index cqi_spoke_end(const cq_decoder *d, cq_index h, int inside)
@@ -7259,6 +7246,7 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
 {
     const cq_mesh *m = &d->mesh;
     const cq_index v = m->origin[h];
+    cq_index around[CQ_MAX_VALENCE];
     uint8_t edge[2 * CQ_MAX_VALENCE]; /* around v: twice the number of a halfedge, and 1 if it is inside of its face */
     cq_index s = h;
     int n = 0, i = 0, k;
@@ -7271,16 +7259,16 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
     }
     do {
         const int spokes = cqi_spokes_of(d, s);
-        if (spokes & 1) edge[n++] = (uint8_t)(2 * i);
-        if (spokes & 2) edge[n++] = (uint8_t)(2 * i + 1);
-        i++;
+        edge[n] = (uint8_t)(2 * i);
+        n += spokes & 1;
+        edge[n] = (uint8_t)(2 * i + 1);
+        n += spokes >> 1;
+        around[i++] = s;
         s = cq_counterclockwise(m, s);
     } while (s != h);
-    for (k = 0; k < 2 && n > 2; k++) {
-        s = h;
-        for (i = edge[(n + k) / 2]; i > 1; i -= 2) s = cq_counterclockwise(m, s);
-        ahead[k] = cqi_spoke_end(d, s, i);
-    }
+    for (k = 0; k <= (n & 1) && n > 2; k++)
+        ahead[k] = cqi_spoke_end(d, around[edge[n / 2 + k] / 2], edge[n / 2 + k] & 1);
+    if (!(n & 1)) ahead[1] = ahead[0];
 }
 
 /* -- Regular levels: records --
@@ -7310,7 +7298,7 @@ static void cqi_write_beyond(const cq_decoder *d, cq_index h, cq_index edge, int
         *beside = CQ_NONE;
         *beyond = v;
     }
-    else if (cqi_is_dissolved(d, edge) && cqi_expected_tip(d, edge) == cqi_vertex_on(d, h)) {
+    else if (v == CQ_NONE && cqi_is_dissolved(d, edge) && cqi_expected_tip(d, edge) == cqi_vertex_on(d, h)) {
         *beside = CQI_JOINED;
         *beyond = cqi_expected_tip(d, g);
     }
@@ -7362,10 +7350,10 @@ static cq_index cqi_record_ahead(const cq_mesh *m, cq_index slot)
     return cqi_has_two_ahead(m, slot) ? (cq_index)(CQI_JOINED - x) : x;
 }
 
-/* Adds the offset of w from the place where v is expected. */
-static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_index w)
+/* Adds the offset of v from the place where the new vertex is expected. */
+static inline void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, const cqi_vector *place, cq_index v)
 {
-    if (w != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, v, w));
+    if (v != CQ_NONE) *sum = cqi_plus(*sum, cqi_from(d, *place, v));
 }
 
 /* Features around the place where v is expected, in its edge h, and the plane of its faces. Vertices whose place is
@@ -7373,7 +7361,8 @@ static void cqi_add_offset(const cq_decoder *d, cqi_vector *sum, cq_index v, cq_
 static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
-    const cq_index a = m->origin[h], b = cq_target(m, h), *const slot = d->regular.slot;
+    const cq_index *const slot = d->regular.slot;
+    const cqi_vector place = cqi_at(d, v), a = cqi_at(d, m->origin[h]), b = cqi_at(d, cq_target(m, h));
     cqi_vector tip[2];
     int i, k;
     memset(feature, 0, CQI_FINE * sizeof *feature);
@@ -7384,18 +7373,18 @@ static void cqi_find_fine(const cq_decoder *d, cq_index v, cq_index h, cqi_vecto
         tip[i] = cqi_from(d, a, opposite);
         for (k = 1; k < 3; k++) {
             const int joined = origin[k] == CQI_JOINED;
-            if (!joined) cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], v, origin[k]);
-            cqi_add_offset(d, &feature[joined ? 7 : twin[k] < v ? 3 : 4], v, twin[k]);
+            if (!joined) cqi_add_offset(d, &feature[origin[k] < v ? 0 : 1], &place, origin[k]);
+            cqi_add_offset(d, &feature[joined ? 7 : twin[k] < v ? 3 : 4], &place, twin[k]);
         }
-        cqi_add_offset(d, &feature[cqi_is_hub(m, slot[i]) ? 7 : 2], v, opposite);
-        cqi_add_offset(d, &feature[5], v, ahead);
-        cqi_add_offset(d, &feature[5], v, cqi_has_two_ahead(m, slot[i]) ? twin[2] : ahead);
+        cqi_add_offset(d, &feature[cqi_is_hub(m, slot[i]) ? 7 : 2], &place, opposite);
+        cqi_add_offset(d, &feature[5], &place, ahead);
+        cqi_add_offset(d, &feature[5], &place, cqi_has_two_ahead(m, slot[i]) ? twin[2] : ahead);
     }
     feature[2] = cqi_scale(feature[2], 2);
-    feature[6] = cqi_scale(cqi_plus(cqi_from(d, v, a), cqi_from(d, v, b)), 2);
+    feature[6] = cqi_scale(cqi_plus(cqi_minus(a, place), cqi_minus(b, place)), 2);
     feature[7] = cqi_scale(feature[7], 2);
     if (!t) return;
-    cqi_set_tilt(t, cqi_from(d, a, b), cqi_normal_of(cqi_from(d, a, b), &tip[0], slot[1] != CQ_NONE ? &tip[1] : NULL),
+    cqi_set_tilt(t, cqi_minus(b, a), cqi_normal_of(cqi_minus(b, a), &tip[0], slot[1] != CQ_NONE ? &tip[1] : NULL),
                  d->regular.axes);
 }
 
@@ -7450,14 +7439,15 @@ static void cqi_find_row(const cq_decoder *d, cq_index v, cq_index row, cq_index
     const cq_mesh *m = &d->mesh;
     const cq_index g = m->twin[h], first = cqi_first_row(d, v);
     const cq_index end[2][2] = { { d->index[h], d->index[cq_next(h)] }, { d->index[cq_next(g)], d->index[g] } };
+    const cqi_vector place = cqi_at(d, row);
     int i, k;
     memset(feature, 0, CQI_MOST * sizeof *feature);
     for (i = 0; i < 2; i++) {
         const cq_index slot = d->regular.slot[i], *const beside = d->index + 3 * slot;
         if (!(sides >> i & 1) || slot == CQ_NONE) continue;
-        for (k = 1; k < 3; k++) cqi_add_offset(d, &feature[beside[k] < first ? 0 : 1], row, beside[k]);
-        cqi_add_offset(d, &feature[beside[1] == CQ_NONE || beside[2] == CQ_NONE ? 3 : 2], row, beside[0]);
-        for (k = 0; k < 2; k++) cqi_add_offset(d, &feature[3], row, end[i][k]);
+        for (k = 1; k < 3; k++) cqi_add_offset(d, &feature[beside[k] < first ? 0 : 1], &place, beside[k]);
+        cqi_add_offset(d, &feature[beside[1] == CQ_NONE || beside[2] == CQ_NONE ? 3 : 2], &place, beside[0]);
+        for (k = 0; k < 2; k++) cqi_add_offset(d, &feature[3], &place, end[i][k]);
     }
     feature[2] = cqi_scale(feature[2], 2);
     feature[3] = cqi_scale(feature[3], 2);
@@ -7921,7 +7911,7 @@ static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, cq_index h, cqi_tilt *t,
                          const cqi_vector *feature, int n, cqi_vector offset)
 {
-    const cqi_vector edge = cqi_from(d, d->mesh.origin[h], cq_target(&d->mesh, h)), none = { 0, 0, 0 };
+    const cqi_vector edge = cqi_from(d, cqi_at(d, d->mesh.origin[h]), cq_target(&d->mesh, h)), none = { 0, 0, 0 };
     int part;
     for (part = 0; part < rows->parts; part++) {
         if (part) cqi_set_tilt(t, edge, none, part);
@@ -7941,7 +7931,7 @@ static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
     cqi_look_ahead(d, h);
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
-    offset = cqi_minus(offset, cqi_scale(cqi_from(d, a, cq_target(&d->mesh, h)), 8));
+    offset = cqi_minus(offset, cqi_scale(cqi_from(d, cqi_at(d, a), cq_target(&d->mesh, h)), 8));
     cqi_set_rows(d, rows, k, h, &t, feature, CQI_FIXED, offset);
 }
 
@@ -8183,8 +8173,8 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
                       CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
         return;
-    cqi_add_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
-    if (cqi_ones[marks] == 1) cqi_add_face_bits(d, f, 1 + cqi_odd_side[marks]);
+    cqi_toggle_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
+    if (cqi_ones[marks] == 1) cqi_toggle_face_bits(d, f, 1 + cqi_odd_side[marks]);
 }
 
 /* Around which of three new vertices the fan is: asked in the order of their distances from the opposite corners. */
@@ -8224,7 +8214,7 @@ static void cqi_code_pattern(cq_decoder *d, cq_index f)
         const int shape = d->located < 0 ? 4 : cqi_ratio_class(length[other], length[first], -4, 0, 4);
         bits = 2 * (cqi_code_bit(d, CQI_TWO + shape, hub == other) == later);
     }
-    cqi_add_face_bits(d, f, bits);
+    cqi_toggle_face_bits(d, f, bits);
 }
 
 /* The pattern of a face; and which of the edges that it shares with later ones are dissolved. */
@@ -8621,7 +8611,7 @@ static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
         const int marks = f < d->regular.faces ? cqi_marks_of(d, f) : 0;
         const int marked = cqi_odd_side[marks], at = (int)(side[k] % 3);
         if (cqi_ones[marks] != 1 || marked == at || !cqi_face_bits(d, f)) continue;
-        cqi_clear_face_bits(d, f);
+        cqi_toggle_face_bits(d, f, cqi_face_bits(d, f));
         return k ? side[k] : m->twin[3 * f + (cq_index)(3 - marked - at)];
     }
     return CQ_NONE;
@@ -8759,7 +8749,7 @@ static cq_result cqi_step_wipe(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     uint8_t *const bits = (uint8_t *)d->walk.queue;
-    const cq_index n = (cq_index)((3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
+    const cq_index n = (cq_index)((5 * (size_t)r->faces + 7) / 8);
     int k;
     for (k = 0; k < CQI_AT_ONCE && r->at < n; k++) bits[r->at++] = 0;
     if (r->at < n) return CQ_OK;

@@ -83,7 +83,7 @@ const PAGE = 65536,
     NO_LIMIT = 0xffffffff;
 
 /** Steps between two looks at the clock: some tenths of a millisecond. */
-const STEPS = 64;
+const STEPS = 128;
 
 /** Longer streams are worth the full decoder, and up to so many bytes of them are decoded again for it: some
  * milliseconds. */

@@ -27,7 +27,8 @@ build/web/npm/complete: tests/web/package.json tests/web/package-lock.json tests
 	@touch $@
 
 # The small decoder begins; streams that are long, have attributes, seams or regular levels go on with the full one.
-build/web/%.wasm: OPTIMISE = -O2
+build/web/full.wasm: OPTIMISE = -O3
+build/web/encoder.wasm: OPTIMISE = -O2
 build/web/decoder.wasm: OPTIMISE = -Oz -DCQ_NO_WEDGES -DCQ_NO_REGULAR -DCQ_NO_ATTRIBUTES
 build/web/decoder.wasm build/web/full.wasm: examples/web/decoder.c
 build/web/encoder.wasm: examples/web/encoder.c

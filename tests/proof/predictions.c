@@ -707,11 +707,17 @@ void claim_sum_features(void)
     REACHED();
 }
 
-/* What is said of values, offsets of them: of any mesh and any channel. */
-cqi_vector stub_from(const cq_decoder *d, cq_index a, cq_index b)
+/* What is said of values: of any mesh and any channel they lie within 24 bits of the least one. */
+static int32_t least;
+
+cqi_vector stub_at(const cq_decoder *d, cq_index v)
 {
-    (void)d, (void)a, (void)b;
-    return any_vector(24);
+    cqi_vector x;
+    (void)d, (void)v;
+    x.x = least + (int32_t)(nondet_u32() & 0xffffff);
+    x.y = least + (int32_t)(nondet_u32() & 0xffffff);
+    x.z = least + (int32_t)(nondet_u32() & 0xffffff);
+    return x;
 }
 
 enum { HALFEDGES = 24 };
@@ -724,6 +730,7 @@ static void any_edge(cq_decoder *d)
         origin_of[k] = any_index();
         twin_of[k] = (cq_index)any_between(0, HALFEDGES - 1);
     }
+    least = -any_between(0, 1 << 23);
     d->mesh.origin = origin_of;
     d->mesh.twin = twin_of;
     d->mesh.first_virtual_face = (cq_index)any_between(0, HALFEDGES / 3);

@@ -54,9 +54,32 @@ void claim_step_wipe(void)
     any_level();
     d.phase = CQI_WIPE;
     r->at = before = any_index();
-    ASSUME(r->at < (3 * r->faces + 7) / 8 + (2 * r->faces + 7) / 8);
+    ASSUME(r->at < (5 * r->faces + 7) / 8);
     PROVE(cqi_step_wipe(&d) == CQ_OK);
     PROVE(d.phase == CQI_MARKS || r->at > before);
+    REACHED();
+}
+
+/* Each face has bits of its own, within the queue. Those of face f + 8 are 5 bytes behind those of f, of eight faces all
+ * positions in a byte are tried. */
+void claim_face_states(void)
+{
+    const cq_index faces = any_index(), last = any_index();
+    cq_index f, g, h;
+    int before, of_f, bits;
+    ASSUME(last < faces && faces <= CQ_NONE / 3);
+    PROVE((5 * (size_t)last >> 3) + 1 < ((size_t)faces / 3 + 1) * 2);
+    any_level();
+    ASSUME(r->faces == FACES);
+    f = (cq_index)any_between(0, FACES - 1);
+    g = (cq_index)any_between(0, FACES - 1);
+    h = (cq_index)any_between(0, 3 * FACES - 1);
+    bits = any_between(0, 31);
+    of_f = cqi_state_of(&d, f);
+    before = cqi_state_of(&d, g);
+    PROVE(cqi_has_mark(&d, h) == (cqi_state_of(&d, (cq_index)(h / 3)) >> h % 3 & 1));
+    cqi_toggle_state(&d, f, bits);
+    PROVE(cqi_state_of(&d, f) == (of_f ^ bits) && (f == g || cqi_state_of(&d, g) == before));
     REACHED();
 }
 

@@ -158,7 +158,7 @@ static double cost_without_seams(cq_kind kind, uint32_t components, const cq_val
     int k;
     begin(&in);
     for (k = 0; k < 3 * FACES; k++) {
-        const int u = torus.index[k] % (ACROSS + 1), v = torus.index[k] / (ACROSS + 1);
+        const int u = (int)torus.index[k] % (ACROSS + 1), v = (int)torus.index[k] / (ACROSS + 1);
         index[k] = (cq_index)(v % ALONG * (ACROSS + 1) + u % ACROSS);
     }
     in.indices = index;
