@@ -45,8 +45,8 @@
  *     memory = malloc(size);
  *     if (result == CQ_OK) result = cq_encode(&in, memory, size, out, out_size, &stream_size, NULL, NULL);
  *
- * As long as the result is CQ_ERROR_MEMORY, which it is at first for a mesh with boundaries, call again with as much
- * memory as cq_encoder_bytes(&in.shape) asks for by then.
+ * A mesh with boundaries may give CQ_ERROR_MEMORY at first: cq_encode has then counted its boundaries in in.shape. As
+ * long as it does, call it again with as much memory as cq_encoder_bytes(&in.shape) has come to.
  *
  * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
  * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
@@ -56,21 +56,21 @@
  *     patch        all triangles around one vertex, its centre
  *     gate         directed edge (L, R) on the border of a conquered patch; the next patch lies to its left
  *     front        the vertex A of the triangle L, R, A to the left of a gate
- *     conquered    the vertex belongs to a patch of this level already; else it is available
+ *     conquered    a vertex that already belongs to a patch of this level; until then it is available
  *     isolated     a patch whose centre is not split at this level
- *     spoke        a halfedge that starts at the centre of a patch, or at another vertex in question
+ *     spoke        a halfedge that starts at the centre of a patch, or at whichever vertex is looked at
  *     level        one conquest, which covers the mesh with patches that do not overlap; or one regular level
- *     regular      a level that undoes a step of subdivision: its vertices lie on edges, without gates. If a stream has
- *                  regular levels, they are its finest ones
+ *     regular      a level without gates: one step of subdivision, which inserts vertices into edges. The regular
+ *                  levels of a stream are its finest ones
  *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
- *     base         the coarsest mesh, where no level collapses anything more; the beginning of the stream
+ *     base         the coarsest mesh, with which the stream begins
  *     row          one element of the vertex buffers. A mesh vertex has several where a seam runs through it
  *     channel      one attribute: 1 to 4 integers per vertex, face or row
  *     aside        faces and rows that are not part of the surface, and are carried beside it
- *     step         one small piece of decoding, the unit of a budget; or of a channel, the distance of two values
+ *     step         a small piece of decoding, the unit of a budget; of a channel, the distance between two values
  *
- * Threads: distinct objects are independent. Functions that take a const cq_mesh may still use its array `mark` for a
- * moment, so that one mesh belongs to one thread at a time. Objects hold pointers into the caller's memory: do not move
+ * Threads: distinct objects are independent. A mesh belongs to one thread at a time, since even functions that take a
+ * const cq_mesh write its array `mark` while they run. Objects hold pointers into the caller's memory: do not move
  * either while in use. Bytes are the same on every platform.
  *
  * Changes: CHANGELOG.md lists them by version. The license is at the end of this file. */
@@ -89,7 +89,7 @@
 #endif
 
 /* CQ_NO_REGULAR, defined in every file that includes the header, leaves out regular levels: 7 KB less code. Streams
- * that may have them are then unsupported, which their header tells. Only for decoders: it needs CQ_NO_ENCODER. */
+ * whose header says that they may have some are then CQ_ERROR_UNSUPPORTED. It needs CQ_NO_ENCODER. */
 #if (defined(CQ_NO_REGULAR) || defined(CQ_NO_ATTRIBUTES)) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
 #error "CQ_NO_REGULAR and CQ_NO_ATTRIBUTES need CQ_NO_ENCODER"
 #endif
@@ -99,8 +99,8 @@
 #define CQ_API extern
 #endif
 
-/* Names for the linker. They end in _16 with 16-bit indices and in _nr without regular levels: both change the layout
- * of structures, so files that do not agree do not link, while one program may have libraries of both kinds. */
+/* Names for the linker end in _16 with 16-bit indices, and in _nr without regular levels. Both change the layout of
+ * structures: files that disagree about them do not link, and one program may have libraries of both kinds. */
 #if CQ_INDEX_BITS == 16 && defined(CQ_NO_REGULAR)
 #define CQI_SYMBOL(name) name##_16_nr
 #elif CQ_INDEX_BITS == 16
@@ -203,7 +203,7 @@ typedef enum cq_result {
     CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1, or a float that no value can stand for */
     CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
     CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
-    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build does not know or is too small for */
+    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build lacks, or values that need a build with 32-bit indices */
     CQ_ERROR_CORRUPT = -15,      /* stream: bytes that no encoder writes */
     CQ_ERROR_CHECKSUM = -16      /* stream: the check value does not match */
 } cq_result;
@@ -232,8 +232,8 @@ typedef struct cq_place {
     cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
 } cq_place;
 
-/* What a channel's numbers mean to a reader of the stream. To the codec only positions mean something: connectivity is
- * predicted from the first channel of positions that is CQ_AVERAGE and not exact. */
+/* What a channel's numbers mean. Connectivity is predicted from the first channel of positions that is CQ_AVERAGE and
+ * not exact; of the other kinds, some have predictions of their own. */
 typedef enum cq_kind {
     CQ_POSITION = 0,      /* 3 components */
     CQ_GENERIC = 1,       /* 1 .. 4 components: anything else */
@@ -242,7 +242,7 @@ typedef enum cq_kind {
     CQ_COLOR = 4,         /* 3 components, red, green, blue; or 4, with alpha */
     CQ_JOINTS = 5,        /* 1 .. 4 components: joints of skinning, by number, */
     CQ_WEIGHTS = 6,       /* 1 .. 4 components: and their weights, in the same order */
-    CQ_NUMBER = 7,        /* 1 component: the number that the vertex or face has elsewhere, as in the file it is from */
+    CQ_NUMBER = 7,        /* 1 component: the number of the vertex or face elsewhere, such as in the original file */
     CQ_GROUP = 8,         /* 1 component: the material or group that the vertex or face belongs to */
     CQ_TURNED = 9,        /* 1 component of 1 bit, CQ_PER_FACE: 1 if the mesh has the face with the opposite
                              orientation. Only cq_encode adds it: see cq_read_triangles */
@@ -252,9 +252,9 @@ typedef enum cq_kind {
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
 typedef enum cq_merge {
-    CQ_AVERAGE = 0,       /* to vertices; from weighted means of what is around */
-    CQ_COPY = 1,          /* to vertices; as copies of neighbours: for numbers whose mean has no meaning */
-    CQ_PER_FACE = 2       /* to faces, 1 component; as copies of neighbours */
+    CQ_AVERAGE = 0,       /* to vertices; predicted from weighted means of neighbours */
+    CQ_COPY = 1,          /* to vertices; predicted as copies of neighbours: for numbers whose mean has no meaning */
+    CQ_PER_FACE = 2       /* to faces, 1 component; predicted as copies of neighbours */
 } cq_merge;
 
 /* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. Component k with value x stands for
@@ -300,9 +300,9 @@ typedef struct cq_shape {
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
  *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
- * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, the row
- * moves there too, and takes its values of the channels per mesh vertex from it. cq_moved_rows tells which rows moved.
- * With cq_input.clean none does.
+ * A decoded row never changes, nor does a vertex, with one exception: if a split hands all corners of a row to the new
+ * vertex, the row moves to that vertex, and takes over its values of the channels per mesh vertex. cq_moved_rows tells
+ * which rows moved. With cq_input.clean none does.
  *
  * In a mesh without seams, index == mesh.origin, row v is vertex v, and none of this costs anything.
  *
@@ -325,8 +325,8 @@ typedef struct cq_aside {
  *
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
- * mesh.num_faces is then the sum of the capacities, and a face that is not there yet is free: origin[3f] == CQ_NONE;
- * or, while is_partial is set, origin[3f] is no vertex that is there. No face ever changes its number.
+ * mesh.num_faces is then the sum of the capacities, and a face f that is not there yet is free: origin[3f] is CQ_NONE
+ * or, while is_partial is set, a vertex that is not there yet either. No face ever changes its number.
  * Without materials all faces form one range. */
 
 /* -- Decoder -------------------------------------------------------------------------------------------------------
@@ -388,8 +388,8 @@ typedef struct cq_decoder cq_decoder;
 /* Prepares a decoder; can also be called again to start over with another stream.
  *
  * memory   at least cq_decoder_bytes(shape) bytes for the shape in the header, aligned to 4; contents need not be
- *          initialised. In use as long as the decoder is. cq_decode looks at it once the header is read, and returns
- *          CQ_ERROR_MEMORY if it does not do.
+ *          initialised. In use as long as the decoder is. cq_decode returns CQ_ERROR_MEMORY if it turns out, once the
+ *          header is read, to be too small or misaligned.
  *
  * Returns CQ_OK, or CQ_ERROR_ARGUMENT for NULL. */
 CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
@@ -400,15 +400,15 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          behind the end of the stream are not used. NULL: no more input will come.
  * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
  *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
- *          budget 1, each call makes at most one split. A step takes bounded time, but for a vertex with more than
- *          CQ_MAX_VALENCE neighbours: once a level, a step may walk around that.
+ *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
+ *          walk around each vertex that has more than CQ_MAX_VALENCE neighbours.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
  * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
  * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
  *
  * Before the first level begins (level 0), components arrive one after another: those with more levels first, and of
- * these the largest. A component becomes part of the mesh when it is complete.
+ * those with equally many the largest first. A component becomes part of the mesh when it is complete.
  *
  * Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
@@ -434,7 +434,7 @@ CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
  * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
- * vertex buffers. A row that moves is drawn where it is at last; with cq_input.clean none moves. */
+ * vertex buffers. A row that moves later on is drawn at its last place; with cq_input.clean none moves. */
 typedef struct cq_lod {
     cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
     uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
@@ -445,14 +445,14 @@ typedef struct cq_lod {
     cq_index *of_material;  /* in: NULL, or cq_index[num_materials]. out: faces of each */
 } cq_lod;
 
-/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: as it only sees the mesh
- * then, a level may have a vertex more for each step of the budget.
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: it sees no mesh between two
+ * calls, so a level may have up to one vertex more than asked for per step of the budget.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
  * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
  *
- * Returns how many are kept. A level for which there is no room is not, nor are those behind it. If the stream has no
- * errors, a max_error is reached at CQ_DONE. */
+ * Returns how many are kept. A level for which there is no room is not, nor are those behind it. Without positions
+ * errors are not known, and a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
 /* -- Encoder -------------------------------------------------------------------------------------------------------
@@ -514,8 +514,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * mesh.num_faces + k, face k aside.
  *
  * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
- * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
- * as near to the surface. To find out, the mesh may be encoded once more, or twice.
+ * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED, coarser meshes must also stay
+ * about as near to the surface. To find out, cq_encode may encode the mesh two or three times.
  *
  * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -531,13 +531,14 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
  * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
  *
- * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
+ * The grid of a channel is the set of floats that its values stand for: origin[k] + step * q, value q of component k. */
 
 #ifndef CQ_NO_QUANTISER
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
- * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
- * Unless it is longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same values.
+ * minimum. The step is longer if neighbouring floats there are further apart than that, and 0 if all vertices are
+ * equal. If it is not longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same
+ * values.
  *
  * channel  in: components, bits. out: origin, step; the rest stays as it is.
  * from     float[count][components].
@@ -584,8 +585,8 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
  * are 0 .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; free slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
- * last in, first out. A decoder never collapses: its vertices have no gaps, and its faces only those of materials,
- * whose free slots are on no list.
+ * last in, first out. A decoder never collapses: it has no free slots but those of faces of materials, which are on no
+ * list.
  *
  * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges that
  * start at a vertex form one cycle of length valence[v] >= 2 (virtual: 3) that contains out[v]; no two edges join the
@@ -651,9 +652,9 @@ CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_va
  *
  *            p                      p          h must satisfy cq_mesh_can_collapse.
  *          / | \                    |          p = origin[prev(h)] lies to the left of A -> B.
- *        --A-h>B--       =>       --A--        p = origin[prev(h)] lies to the left of A -> B. A's ring clockwise is
- *          \ | /                    |          then p, neighbours of B, q, neighbours of A. cq_mesh_split with
- *            q                      q          first = A -> p and last = A -> q undoes the collapse.                 */
+ *        --A-h>B--       =>       --A--        Afterwards A's ring is, clockwise: p, neighbours of B, q, neighbours
+ *          \ | /                    |          of A; *first is A -> p and *last is A -> q. cq_mesh_split with these
+ *            q                      q          two undoes the collapse.                                              */
 CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
 
 /* Splits vertex A = origin[first] = origin[last], first != last: a new vertex B takes A's neighbours strictly between
@@ -668,9 +669,9 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
 /* Marks the faces that a decoder has changed since its mesh had `since` vertices, so that only those are uploaded to a
  * GPU; since == 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of
- * each vertex buffer, and of each channel CQ_PER_FACE those from the number of faces at that time on.
+ * each vertex buffer, and those of each channel CQ_PER_FACE from the number of faces that there were then.
  *
- * Regular levels also flip edges between older vertices. While one is under way, everything that it has changed so far
+ * Regular levels also flip edges between older vertices. While one is under way, all that it has changed since it began
  * is marked, unless cq_mesh_watch was called with these `faces`.
  *
  * faces    uint8_t[blocks], blocks = (faces of the full mesh + 2^shift - 1) >> shift. The index buffer is divided into
@@ -737,8 +738,8 @@ CQ_API void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, u
 CQ_API void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits);
 CQ_API uint32_t cq_decode_raw(cq_range_decoder *d, int bits);
 
-/* Ends the code with as few bytes as a decoder needs that reads zeros beyond them; returns e->count, the number of
- * bytes. The data is complete if that is <= size. */
+/* Ends the code with the fewest bytes that suffice for a decoder that reads zeros beyond them; returns e->count, the
+ * number of bytes. The data is complete if that is <= size. */
 CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
 
 /* -- Reports -------------------------------------------------------------------------------------------------------
@@ -782,7 +783,8 @@ struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not -------------------------------------------------
  *
- * Decoders have these inside, so that a caller can declare one. Of the interface, the fields of cq_decoder follow. */
+ * They are here so that a caller can declare a cq_decoder, which contains them. Its own fields, which follow them, are
+ * interface again. */
 
 /* Bytes of input that one step may need: 34, and 18 for each component, but 19 for a weight, and 72 for a pair that is
  * predicted from faces. At most, in bits:
@@ -807,10 +809,11 @@ struct cq_report {
  * quick models, 11.05 each, and 5 and 32 raw ones: 880 of the 896 bits here. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header: the largest step. When the buffer is full and holds less than a step,
- * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. The
- * largest step has a position, a material and all other channels full of weights. All channels full of them, without a
- * position and its questions, take as much: 158.9, 64 weights, 136.6 and 8, of 9968 bits. */
+/* The buffer holds input that waits for its step, or a header; it has room for the largest step. When it is full and
+ * holds less than a step, what is left moves to its start; steps of most meshes are short, so that happens once for
+ * many of them. The largest step has a position, a material and all other channels full of weights. If all channels are
+ * full of weights, a step has no position and no questions, and takes no more: 158.9, 64 weights, 136.6 and 8, of 9968
+ * bits. */
 #define CQI_BUFFER_BYTES (CQI_STEP_BYTES(4) + 19 * (CQ_MAX_CHANNELS - 1) * CQ_MAX_COMPONENTS)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -832,7 +835,7 @@ typedef struct cqi_vector {
 enum {
     CQI_FREE,             /* available */
     CQI_HELD,             /* on the ring of one patch */
-    CQI_HELD_OFTEN,       /* of two or more */
+    CQI_HELD_OFTEN,       /* on the rings of two or more */
     CQI_TAKEN,            /* centre of a patch, or new, or passed over, or virtual: cannot become a centre */
     CQI_STATE = 3,        /* mask of these */
     CQI_QUEUED = 4        /* bit: waits in the queue */
@@ -867,12 +870,13 @@ typedef struct cqi_ring {
     int32_t square[CQ_MAX_VALENCE + 1];          /* of the offset's length; after the last one, the first again */
 } cqi_ring;
 
-/* Candidates for the pair of common neighbours: p < q. A score is the sum of those of its parts, see "The pair". */
+/* The candidates for the pair of common neighbours, p < q. The score of a pair is the sum of the scores of its parts,
+ * see "The pair". */
 #define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 typedef struct cqi_choice {
     int steps;                                   /* the table of weights by q - p */
-    int32_t end_p[CQ_MAX_VALENCE];               /* of vertex k as p, minus those of 0 .. k as neighbours of B alone */
-    int32_t end_q[CQ_MAX_VALENCE];               /* of vertex k as q, plus those of 0 .. k - 1, likewise */
+    int32_t end_p[CQ_MAX_VALENCE];               /* score of k as p, minus those of 0 .. k as neighbours of B alone */
+    int32_t end_q[CQ_MAX_VALENCE];               /* score of k as q, plus those of 0 .. k - 1 likewise */
     uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* what the rule compares: see cqi_find_alternatives */
     int32_t score[CQI_PAIRS];                    /* of each pair minus that of its q, by q, then p; CQI_TRIED */
     int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q, see cqi_ranked */
@@ -886,8 +890,8 @@ typedef struct cqi_contest {
     int question;                                /* that was asked; -1: there were none */
 } cqi_contest;
 
-/* B and its neighbours, once the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond the
- * edges of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
+/* B's neighbours, once the pair is known: A, then p .. q, without a virtual vertex; and the vertices beyond the edges
+ * of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
 #define CQI_FEATURES 3
 #define CQI_RIVALS 16
 #define CQI_SAMES 3
@@ -1125,8 +1129,8 @@ typedef struct cqi_regular {
 
 /* -- Decoder: its fields ------------------------------------------------------------------------------------------- */
 
-/* Public fields, for reading; with cq_report the one exception. They are set once the header is read, and until then 0
- * or NULL. mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
+/* The public fields are for reading; only `report` may be set. They are 0 or NULL until the header is read.
+ * mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
 struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
     cq_mesh mesh;                          /* as it is by now */
@@ -1142,7 +1146,7 @@ struct cq_decoder {
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
-                                              it, in 1/16 of the positions' step. 0 at CQ_DONE; and where it is not
+                                              it, in 1/16 of the positions' step. 0 at CQ_DONE, and where it is not
                                               known: before the first level, and without positions */
     uint32_t num_components;               /* connected components of the mesh, by now */
     cq_report *report;                     /* in: NULL, or set after cq_decoder_init: filled while decoding */
@@ -1253,7 +1257,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #endif
 
 /* Prefetches memory that will be read soon; makes no difference to the result. Functions that do nothing else must be
- * inlined: gcc takes them for functions without effect, and removes calls of them. */
+ * inlined: gcc takes them for functions without effect, and removes the calls. */
 #if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
 #define CQI_SOON(address) __builtin_prefetch(address)
 #define CQI_INLINED inline __attribute__((always_inline))
@@ -1271,13 +1275,13 @@ static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_
 
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* x, or -x if `negative` is 1: without a branch, as signs of residuals cannot be foretold. */
+/* x, or -x if `negative` is 1; without a branch, as the processor cannot predict signs of residuals. */
 static inline uint32_t cqi_negated(uint32_t x, int negative)
 {
     return (x ^ ((uint32_t)0 - (uint32_t)negative)) + (uint32_t)negative;
 }
 
-/* x, or -1 - x if x is negative: has as many bits. */
+/* x without its sign bit: x, or -1 - x if x is negative. */
 static inline uint32_t cqi_fold_sign(int32_t x) { return x < 0 ? ~(uint32_t)x : (uint32_t)x; }
 
 /* Sums and differences modulo 2^32: exact values may overflow, all others are far too small. */
@@ -1309,7 +1313,7 @@ static int cqi_bit_length_wide(uint64_t x)
 #endif
 }
 
-/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers; where it is an arithmetic shift, that. */
+/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers: taken where it is an arithmetic shift. */
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
@@ -1370,8 +1374,8 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
 struct cqi_alignment { char before; uint32_t word; };
 static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
-/* Counts that include virtual vertices and faces. */
-/* With the rows of an encoder's shape, these may be more than 32 bits. */
+/* Counts that include virtual vertices and faces. In an encoder's shape num_vertices counts rows, so that the sum may
+ * need more than 32 bits. */
 static cqi_size cqi_all_vertices(const cq_shape *s) { return (cqi_size)s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
@@ -1396,7 +1400,7 @@ static uint32_t cqi_components(const cq_channel *c)
 }
 #endif
 
-/* What the numbers of a channel belong to. */
+/* What the numbers of a channel belong to: the class of the channel. */
 enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
 
 static int cqi_is_of_corner(int kind)
@@ -1519,7 +1523,7 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
     return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Sorts the halfedges by their smaller end, stably. In the end first[v] is behind the last halfedge of v. */
+/* Sorts the halfedges by their smaller end, stably. On return first[v] is the place behind the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1554,8 +1558,8 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
 
 /* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
  * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
- * scratch, too; in the end origin = indices. Reports the first edge with three faces in that order; if there is none,
- * the first one whose two faces do not agree. */
+ * scratch, too; in the end origin = indices. Of the errors it reports, in this order, the first edge with three faces;
+ * if there is none, the first one along which two faces run in the same direction. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1679,7 +1683,8 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     return r;
 }
 
-/* Lays the mesh out again, with room for its virtual vertices and faces. All blocks move up, the last one first. */
+/* Lays the mesh out again, with room for its virtual vertices and faces. twin and out move up, and the latter first, as
+ * the blocks may overlap. */
 static cq_result cqi_make_room(cq_mesh *m, const cq_shape *s, void *memory, size_t size)
 {
     const cq_index *const twin = m->twin, *const out = m->out;
@@ -1822,8 +1827,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: how
- * many corners other faces may have at these vertices. */
+/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: the
+ * number of corners of other faces at these vertices. */
 static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
                                 cq_place *place)
 {
@@ -1851,9 +1856,9 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
  *
  * Encoders do both; decoders only split. */
 
-/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
- * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
- * boundary, so must be the edge: else two loops would touch, or two places of one. */
+/* May A -> B be collapsed? A's neighbours carry the scratch mark; `boundary`: one of them is virtual. The only common
+ * neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a boundary, so must be
+ * the edge: else two loops would touch, or two places of one loop. */
 static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
 {
     cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
