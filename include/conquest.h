@@ -604,9 +604,9 @@ typedef struct cq_mesh {
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
     int is_partial;                                   /* 1: faces whose vertices are not there are free, too: see
                                                          "Materials" */
-    cq_index flipped_from, flipped_to;                /* new vertices of the last regular level: its flips changed only
-                                                         faces of these; */
-    cq_index flipped_before;                          /* and the end of the level before; 0: there was none */
+    cq_index flipped_from, flipped_to;                /* the new vertices of the last regular level, up to flipped_to -
+                                                         1: its flips only changed faces of these; */
+    cq_index flipped_before;                          /* and flipped_to of the regular level before; 0: none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: not watched; */
     int watched_shift;                                /* see cq_mesh_watch */
 } cq_mesh;
@@ -2013,7 +2013,7 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 
 /* -- Mesh: flip ----------------------------------------------------------------------------------------------------
  *
- * Regular levels also turn edges. A flip keeps all slots, so that it needs no room. */
+ * Regular levels also flip edges. A flip keeps all slots, so that it needs no room. */
 
 /* Does an edge join v and w? Walks around the one with fewer neighbours. */
 static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
@@ -2083,10 +2083,10 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* The first vertex whose faces may have changed since there were `since` vertices. A split moves halfedges to its new
- * vertex B, and these leave B only for newer vertices: so changed faces have a new vertex. A regular level also flips
- * edges between older vertices; of the two faces of a flip each has a vertex of that level. So if `since` is within the
- * last regular level, the answer is its first vertex; if before the end of an earlier one, all faces may have. */
+/* All faces that changed since there were `since` vertices have a vertex v >= the result. A split moves halfedges to its
+ * new vertex B, and these leave B only for newer vertices: so the faces that it changed have a new vertex. A regular
+ * level also flips edges between older vertices, but each face of a flip has a vertex of that level. So if `since` is
+ * within the last regular level, the result is its first vertex; if within or before an earlier one, it is 0. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -2215,7 +2215,7 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
     return 0;
 }
 
-/* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
+/* The probability of the value that did not come, in 1/65535, loses 2^-rate of itself, rounded down: it stays above 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const uint32_t p = *model;
@@ -2429,10 +2429,10 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Bits beside the number of channels. Without what they stand for, a build leaves them in the number, which is then too
- * large: CQ_ERROR_UNSUPPORTED. */
+/* Flags in the byte that has the number of channels. A build without the feature leaves its flag in the number, which
+ * is then too large: CQ_ERROR_UNSUPPORTED. */
 #define CQI_REGULAR 0x40  /* there may be regular levels */
-#define CQI_EXTENDED 0x80 /* counts follow that a mesh without seams, materials, metadata and things aside has not */
+#define CQI_EXTENDED 0x80 /* counts follow of rows, things aside, metadata and materials, not all 0 */
 static int cqi_is_extended(const cq_shape *s)
 {
     return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
@@ -2453,7 +2453,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* An insertion of a regular level may have the values of two rows, which must not take more than a step may. */
+/* An insertion of a regular level may read the values of two rows: together they must fit into one step. */
 static int cqi_allows_regular(const cq_shape *s)
 {
     return !s->num_rows || cqi_all_components(s, CQI_OF_VERTEX) + 2 * cqi_all_components(s, CQI_OF_ROW) <=
@@ -2496,7 +2496,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     return r->result;
 }
 
-/* The check value comes last. Where that is follows from the counts and channels, which are judged before it. */
+/* The check value comes last. Its place follows from the counts and channels, so that their errors are found first. */
 static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
 {
     static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
@@ -2538,8 +2538,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, which
- * cannot overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits so that
+ * nothing overflows. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2606,8 +2606,8 @@ typedef struct cqi_seed {
 typedef struct cqi_row {
     int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
     int32_t offset[3];
-    int32_t state[3];                   /* the shares of its equations in the sums; then what is left of the offset by
-                                           the weights at hand, 1/256 */
+    int32_t state[3];                   /* the shares of its equations in the sums; then what the present weights leave
+                                           of the offset, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -2619,9 +2619,9 @@ typedef struct cqi_plan {
     cqi_ring ring;
     const cq_value *positions;          /* that decide what is collapsed; or NULL */
     const cq_value *measured;           /* that the levels' errors are measured with; or NULL */
-    uint32_t most_loss;                 /* a collapse at this level may have; CQI_ANY_LOSS: any */
+    uint32_t most_loss;                 /* largest loss that a collapse of this level may have; CQI_ANY_LOSS: any */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
-    int tries;                          /* of this level, with other first patches */
+    int tries;                          /* of this level so far, each with another first patch */
     const cq_value *const *input;       /* values as handed in */
     cqi_collapse *note;                 /* component after component, each from its finest level on */
     cq_index num_notes;
@@ -2629,14 +2629,14 @@ typedef struct cqi_plan {
     cq_index *attached;                 /* to each face: a removed vertex that is near it, or CQ_NONE */
     cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
     cq_index root;                      /* of the component that is measured: first in its list, see decoded */
-    uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
+    uint32_t looks;                     /* how many more searches it may have for the vertex nearest to another */
     uint8_t *passed;                    /* last level that passed over the vertex */
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* of CQI_ROWS vertices, */
-    uint32_t *log2;                     /* and of numbers up to CQI_ROWS the logarithm, see cqi_log2: */
-    uint32_t num_logs;                  /* so many are there */
+    cqi_row *row;                       /* of CQI_ROWS vertices */
+    uint32_t *log2;                     /* logarithms of the numbers up to CQI_ROWS, see cqi_log2: */
+    uint32_t num_logs;                  /* so many are computed yet */
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -2645,11 +2645,11 @@ typedef struct cqi_plan {
     int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* as many of them are allowed; */
-    uint32_t rejected;                  /* with the most, one that does not pay ends the encoding; 0: none has */
-    int is_near;                        /* 1: the mesh before them is near enough to the exact one, */
-    int is_smooth;                      /* the exact one has no sharp edges, */
-    int surely_regular;                 /* and it is so regular that encoding without them need not be tried */
+    uint32_t most_regular;              /* so many are allowed; if CQI_MAX_REGULAR, */
+    uint32_t rejected;                  /* this one ended the encoding, as it does not pay; 0: none */
+    int is_near;                        /* 1: the mesh before the finest is near enough to the exact one */
+    int is_smooth;                      /* 1: the exact mesh has no sharp edges */
+    int surely_regular;                 /* 1: it is near, and so regular that encoding without them need not be tried */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
@@ -2726,9 +2726,9 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
     return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
 }
 
-/* The border halfedge that ends at x, for a new face with halfedge x -> w: the gap at x that the face begins to fill
- * ends at the first face clockwise that is there already. Takes more than a step only for a join, which splits the gap
- * in two: around a vertex, searches are as many as joins. */
+/* The border halfedge that ends at x, for a new face with halfedge x -> w. Walks clockwise around x to the first face
+ * that is there already: there the gap ends that the new face begins to fill. Only for a join is this more than one
+ * step; and a join splits the gap in two, so a vertex has no more long walks than joins. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -2742,7 +2742,7 @@ static int cqi_plan_begins(const cqi_plan *p)
     return p->num_active < p->num_seeds && p->note[p->seed[p->num_active].notes - 1].level >= p->level;
 }
 
-/* Turns to the collapses of a component at this level: the last ones that are not yet replayed. */
+/* Moves on to the collapses of a component at this level: the last ones that are not yet replayed. */
 static void cqi_plan_component(cqi_plan *p)
 {
     cqi_seed *s = &p->seed[p->next_seed++];
@@ -2750,7 +2750,7 @@ static void cqi_plan_component(cqi_plan *p)
     p->next = s->notes;
 }
 
-/* The next collapse if this patch was its; else NULL. */
+/* The next collapse if it was in the patch of this centre; else NULL. */
 static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 {
     const cqi_collapse *c = &p->note[p->next];
@@ -2773,6 +2773,8 @@ static int cqi_plan_side(const cqi_plan *p)
  * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
  * note of input vertex v. */
 
+/* Of a coarse face beside its edge, a note says: the vertex is the hub of its fan (or if the face has no other mark, its
+ * spoke is flipped, see cqi_plan_second); the edge after its own in this face is dissolved; the one before it is. */
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
 /* The halfedge between two neighbours in the decoded mesh, found around the one with fewer neighbours. Over all edges
@@ -2782,7 +2784,7 @@ static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Turns to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
+/* Moves on to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -2819,7 +2821,7 @@ static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
     return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Does the note of halfedge `marked` say this of its face? See CQI_SIDE_HUB; of what is dissolved, or of the hub. */
+/* Does halfedge `marked` have a note, and bit `side` in what this says of the face of `marked`? See CQI_SIDE_HUB. */
 static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
 {
     const cq_index k = p->mesh.twin[marked];
@@ -3148,7 +3150,8 @@ enum {
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value that mostly is equal to one of the n beside it: asks for each different one of these, then the bits. */
+/* A value that is mostly equal to one of the n beside it: a bit for each distinct one of these, whether it is that; then
+ * its own bits. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -3168,8 +3171,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 
 /* -- Materials: ranges of face numbers --
  *
- * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. Before it does, the
- * slot that the face is to get is put on that stack. */
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. The slot that a face
+ * is to get is put on that stack just before. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_code_base_material(d, input) 1
@@ -3215,7 +3218,7 @@ static void cqi_count_materials(cq_decoder *d)
     for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
 }
 
-/* The number of faces of the next material: of each but the last one, out of those that are left. */
+/* The number of faces of the next material, of those that are left. The last material has the rest, without a code. */
 static cq_result cqi_step_materials(cq_decoder *d)
 {
     const uint32_t k = d->base.material++;
@@ -3239,7 +3242,7 @@ static cq_result cqi_step_materials(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A material, given those of faces nearby; -1 if there is no such material. */
+/* A material, given those of faces nearby; -1 if what was decoded is none. */
 static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
 {
     const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
@@ -3298,7 +3301,7 @@ static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
     return (cq_index)(m->first + m->count++);
 }
 
-/* The next face of a regular level's coarse mesh, from f on: of those of each material before its `scan`. */
+/* The next face of a regular level's coarse mesh, from f on. Those of a material end at its `scan`. */
 static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
 {
     uint32_t k;
@@ -3338,8 +3341,8 @@ static void cqi_show_materials(cq_decoder *d)
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* Face n of the component that is being read, in the order of face numbers: these are, of each material, the faces
- * behind those that are shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
+/* Face n of the component that is being read, in the order of face numbers. Of each material, its faces are those that
+ * are not yet shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3364,7 +3367,7 @@ static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners
     return result;
 }
 
-/* The material of the next face aside, given that of the one before. 0 if there is no such material. */
+/* The material of the next face aside, given that of the one before. Returns 0 if what was decoded is none. */
 static int cqi_aside_material(cq_decoder *d, cq_index face)
 {
     const cq_index k = (cq_index)d->aside.num_faces;
@@ -3536,8 +3539,8 @@ static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
     cqi_set_twins(m, d->base.gate, k);
 }
 
-/* The first open halfedge from *scan on becomes the second one before the gate. Halfedges never open again, so that all
- * scans together take linear time. */
+/* The first open halfedge from *scan on becomes the second one before the gate. Closed halfedges never open again, so
+ * that all scans together take linear time. */
 static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3599,7 +3602,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Has the complete base the header's number of boundary loops and Euler characteristic? */
+/* Does the complete base have the header's number of boundary loops and Euler characteristic? */
 static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3665,11 +3668,12 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
-/* Bits that a residual of the channel may have. The second highest one has a model for up to 26 bits. */
+/* The most bits that a residual of the channel may have. */
 static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
 
-/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model of its kind, and so
- * has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had none). Others are raw. */
+/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model, by kind and by the
+ * number of bits up to 26; so has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had
+ * none). All others are raw. */
 static inline int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
     const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
@@ -3735,7 +3739,7 @@ static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
     return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
-/* Base values are predicted by the mean of the neighbours that are known: those with lower numbers. */
+/* Base values are predicted by the mean of the neighbours that are known, those with lower numbers; at most 64. */
 static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3778,7 +3782,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 
 /* -- Values of faces: mostly equal to that of a face nearby --
  *
- * Materials of faces are coded like these, see above. */
+ * Materials of faces, see above, are coded in the same way. */
 
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
@@ -3799,7 +3803,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        const int begins = d->base.value == 1 && v; /* another component: far away */
+        const int begins = d->base.value == 1 && v; /* another component, perhaps far away */
         int32_t *size = (begins ? d->now.base.first : d->now.base.size) + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
@@ -3895,7 +3899,7 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 
 static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-/* Length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
+/* The length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
     const int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
@@ -3950,7 +3954,7 @@ static inline int cqi_logarithm(uint32_t x)
     return 8 * (30 - zeros) + (int)(x << zeros >> 28);
 }
 
-/* x times 2^shift, the scale of a ring; and back, to the nearest. */
+/* x in the scale of a ring, times 2^shift; and back, rounded to the nearest. */
 static inline int32_t cqi_scaled(int32_t x, const cqi_ring *r) { return cqi_floor_shift(x * r->factor, r->right); }
 
 static inline int32_t cqi_unscaled(int32_t x, int shift)
@@ -3966,7 +3970,7 @@ static inline void cqi_nudge(int16_t *weight, int32_t by)
 }
 
 /* Adapts a weight of a linear prediction: it moves by a constant step in the direction of the sign of error times input
- * (sign-sign LMS), without a branch, as that cannot be foretold. */
+ * (sign-sign LMS); without a branch, as the processor cannot predict that sign. */
 #define CQI_LINEAR_BITS 13 /* such weights are in 2^-13, between -4 and 4 */
 #define CQI_LINEAR_STEP 25
 static inline void cqi_follow(int16_t *weight, int64_t product)
@@ -4040,8 +4044,8 @@ static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* Offset from A of a vertex beyond the ring. 0 if, along some axis, it is more than twice as far away as the ring may
- * be large: then it tells nothing. */
+/* Offset from A of a vertex beyond the ring. 0 if it is, along some axis, at least twice as far away as a vertex of the
+ * ring can be: then it tells nothing. */
 static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const cq_value *b, cqi_vector *x)
 {
     const uint32_t limit = (uint32_t)2 << CQI_RING_BITS;
@@ -4101,8 +4105,8 @@ static void cqi_turn_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
  * the surface differ from those above it. */
 
 /* What to expect of residuals, from how far the neighbours are from their mean along each axis. */
-#define CQI_LESS 4        /* x, y: in half bits, a residual is expected that much below three times the mean distance */
-#define CQI_LESS_ABOVE 5  /* z: that much below the mean distance along all axes */
+#define CQI_LESS 4        /* x, y: so many half bits less than three times the mean distance has */
+#define CQI_LESS_ABOVE 5  /* z: so many half bits less than the mean distances along all axes together have */
 static void cqi_expect_residuals(const cqi_ring *r, cqi_fan *f, cqi_vector mean, int p, int q)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -4175,7 +4179,7 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
  * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
  * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Adds a prediction, unless it is further away than the ring may be large, a power of 2. */
+/* Adds a prediction, unless it is further away than vertices of a ring can be, a power of 2. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
@@ -4205,13 +4209,13 @@ static void cqi_list_rivals(cqi_fan *f)
         for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
 }
 
-/* Where a surface has edges, B often lies in the plane of a flat side to which only some triangles nearby belong. So once
- * x and y are known, planes compete for z in the same way: as predictions with z in place of x, and 0 for y.
+/* Where a surface has sharp edges, B often lies in the plane of a flat side to which only some triangles nearby belong.
+ * So once x and y are known, planes compete for z in the same way: as predictions with z in place of x, and 0 for y.
  *
- * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless that is steep: then it
- * tells little. Components of edges are below 2^16, and 2^14 once they are shifted; those of the cross product below 2^29.
- * Its z is then made at most 2^15, and x and y are at most 8 more than 8 times as large: so slopes, in 2^-14, are at most
- * 2^18, and all products at most 2^35. */
+ * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless the plane is steep: then
+ * it tells little. Nothing overflows: components of edges are below 2^16, and 2^14 once they are shifted; those of the
+ * cross product below 2^29. Its z is then made at most 2^15, and x and y are at most 8 times as large plus 8: so slopes,
+ * in 2^-14, are at most 2^18, and all products at most 2^35. */
 #define CQI_STEEP_BITS 3  /* steep: the slope is 2^3 or more */
 static void cqi_add_plane(cqi_fan *f, cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
 {
@@ -4266,8 +4270,8 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
     return all;
 }
 
-/* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
- * themselves, which is subtracted, and for places behind the last one, zeros where nobody looks. */
+/* Counts all votes. A loop of fixed length becomes vector instructions where there are some; there, each rival also
+ * votes for itself, which is subtracted, and for the zeros behind the last one, whose votes nobody reads. */
 static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
@@ -4290,8 +4294,8 @@ static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
     }
 }
 
-/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. Returns
- * the votes for it. */
+/* Finds the place that most predictions agree on: two agree if they are less than the radius apart, and count twice if
+ * less than half of it. Returns the votes for the place. */
 static CQI_APART int cqi_vote(const cqi_fan *f, cqi_contest *c)
 {
     int k, best = 0, n = 0;
@@ -4320,8 +4324,9 @@ static int cqi_is_hit(const cqi_contest *c, cqi_vector place) { return cqi_apart
 
 /* -- Questions that are asked while they pay --
  *
- * A question is a bit that says yes where the encoder could also do without it. Both sides keep a running mean of what
- * asking has gained, or would have gained where it was not asked; while that is negative, the answer is no. */
+ * A question is a bit that could be left out, but whose yes saves other bits. Both sides keep a running mean of what
+ * asking has gained, or would have gained where nothing was asked; while that is negative, they do not ask, and go on as
+ * after a no. */
 
 /* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
@@ -4335,7 +4340,8 @@ static int cqi_code_question(cq_decoder *d, int index, int yes)
     return yes;
 }
 
-/* Updates what asking gains, given what a yes saves beside its cost, in 1/64 bit. Returns this gain, 0 if not asked. */
+/* Updates the mean of what asking gains, given what a yes saves before its own cost, in 1/64 bit. Returns what was gained
+ * this time, 0 if it was not asked. */
 static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
 {
     const uint32_t p = m->yes[index];
@@ -4357,8 +4363,8 @@ static int cqi_residual_cost(int32_t x, int shift)
  *
  * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* Of the coordinates of the vertices that are left, one at least: the commonest if it is the first one, of equally common
- * ones that nearest to a prediction; else the nearest. */
+/* Chooses from the coordinates of the vertices that are left, at least one: the first time the commonest coordinate, and
+ * among equally common ones the nearest to the prediction; later just the nearest. */
 static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int32_t predicted)
 {
     const int32_t *const x = f->scratch;
@@ -4377,7 +4383,7 @@ static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int
     return common;
 }
 
-/* Takes the vertices that have it from those that are left. Returns how many. */
+/* Takes the vertices with this coordinate from those that are left. Returns how many have it. */
 static int cqi_take_equal(const cqi_fan *f, int32_t common, uint32_t *left)
 {
     int k, many = 0;
@@ -4416,7 +4422,7 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
     return 0;
 }
 
-/* Updates what asking gains, now that the coordinate is known: up to the first yes. */
+/* Updates what asking gains, now that the coordinate is known: of all questions up to the first yes. */
 #define CQI_EXACT_SAVES 192 /* what a yes saves beside the residual's bits, in 1/64 bit */
 static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
 {
@@ -4430,7 +4436,8 @@ static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
     }
 }
 
-/* A coordinate of B: as neighbours have it, or by a residual. half_bits: what to expect of that; f->halves: what it was. */
+/* A coordinate of B: that of a neighbour, or a residual. half_bits: the expected size of that; f->halves: its actual
+ * size, in half bits. */
 static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t predicted, int32_t *value)
 {
     cqi_fan *const f = &d->now.fan;
@@ -4448,9 +4455,9 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     cqi_learn_same(d, predicted, *value);
 }
 
-/* Is the place, which an encoder knows, where predictions agree? Asks, if there are any, by their votes, and by how far
- * that is from what was predicted without them. Two agree within a part of the fan's extent, in 1/256, and one and a half
- * steps. */
+/* Asks, if there are predictions, whether the place, which only an encoder knows, is where they agree. The model depends
+ * on their votes, and on how far they agree from c->linear. Two agree within part / 256 of the fan's extent plus one and
+ * a half steps. */
 #define CQI_RIVALS_APART 14
 #define CQI_PLANES_APART 2
 static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, cqi_vector place)
@@ -4469,7 +4476,7 @@ static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, 
     return cqi_code_question(d, c->question, CQI_ENCODING(d) && cqi_is_hit(c, place));
 }
 
-/* Updates what asking gains, now that the place is known: its residual has `count` numbers. */
+/* Updates what asking gains, now that the place is known. Its residual has `count` components. */
 static void cqi_learn_hit(cq_decoder *d, const cqi_contest *c, cqi_vector place, int count, int32_t *worth)
 {
     const int shift = d->ring.shift;
@@ -4499,9 +4506,10 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
 }
 
 
-/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used as long
- * as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that mean. */
-#define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
+/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used while the
+ * running mean of what they gain per vertex is above CQI_WORTH_IT; else only at one vertex in CQI_PROBE, to update that
+ * mean. */
+#define CQI_WORTH_IT 24    /* in 1/1024 bit */
 #define CQI_PROBE 32
 
 /* Are all features of the linear prediction within four steps of the fan's plane? Then planes tell nothing new. */
@@ -4536,7 +4544,8 @@ static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predic
     cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
 
-/* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, hardly more than 2^30 in the scale of the ring. */
+/* Codes B relative to A. Even a residual of CQI_WILD only makes a value of 27 bits, at most little above 2^30 in the
+ * scale of the ring. */
 static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
@@ -4596,7 +4605,7 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 
 static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
 
-/* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3 and so on up to 5. */
+/* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3, 4, 4, and from then on 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
     const int rate = 1 + (model->used + 1) / 2;
@@ -4628,10 +4637,10 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
 
 /* -- Attributes from geometry --
  *
- * The position of B is known before its other values, and so are the faces that it gets. What these tell of a vertex,
- * or of one of its rows, is kept in d->now.fan. */
+ * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its rows,
+ * is kept in d->now.fan. */
 
-/* Places of the neighbours along the surface, from their offsets: with 8 bits; and the mean of these. */
+/* Sets f->outer to the places of the neighbours along the surface, with 8 bits, and f->mean to the mean of these. */
 static void cqi_flatten_fan(cqi_fan *f)
 {
     uint32_t all = 0;
@@ -4670,7 +4679,7 @@ static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
         if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
 }
 
-/* Prepares the fan of B for its other channels. At a virtual vertex there is no face. */
+/* Prepares the fan of B for its other channels. Between the neighbours of a virtual one there is no face. */
 static void cqi_locate_fan_of_b(cq_decoder *d, int p, int q)
 {
     cqi_fan *f = &d->now.fan;
