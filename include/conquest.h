@@ -531,7 +531,8 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
  * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
  *
- * The grid of a channel is the set of floats that its values stand for: origin[k] + step * q, value q of component k. */
+ * The grid of a channel is the set of floats that its values stand for: origin[k] + step * q for value q of component
+ * k. */
 
 #ifndef CQ_NO_QUANTISER
 
@@ -2083,9 +2084,9 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* All faces that changed since there were `since` vertices have a vertex v >= the result. A split moves halfedges to its
- * new vertex B, and these leave B only for newer vertices: so the faces that it changed have a new vertex. A regular
- * level also flips edges between older vertices, but each face of a flip has a vertex of that level. So if `since` is
+/* All faces that changed since there were `since` vertices have a vertex from the result on. A split moves halfedges to
+ * its new vertex B, and these leave B only for newer vertices: so the faces that it changed have a new vertex. Regular
+ * levels also flip edges between older vertices, but each face of a flip has a vertex of that level. So if `since` is
  * within the last regular level, the result is its first vertex; if within or before an earlier one, it is 0. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
@@ -2215,7 +2216,8 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
     return 0;
 }
 
-/* The probability of the value that did not come, in 1/65535, loses 2^-rate of itself, rounded down: it stays above 0. */
+/* The probability of the value that did not come, in 1/65535, loses 2^-rate of itself, rounded down: so it stays above
+ * 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const uint32_t p = *model;
@@ -2538,8 +2540,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits so that
- * nothing overflows. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, so
+ * that nothing overflows. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2773,8 +2775,8 @@ static int cqi_plan_side(const cqi_plan *p)
  * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
  * note of input vertex v. */
 
-/* Of a coarse face beside its edge, a note says: the vertex is the hub of its fan (or if the face has no other mark, its
- * spoke is flipped, see cqi_plan_second); the edge after its own in this face is dissolved; the one before it is. */
+/* What a note says of a coarse face: its vertex is the hub there (or if the face has no other mark, a spoke of it is
+ * flipped, see cqi_plan_second); in the face, the edge after its own is dissolved; the edge before its own is. */
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
 /* The halfedge between two neighbours in the decoded mesh, found around the one with fewer neighbours. Over all edges
@@ -2784,7 +2786,7 @@ static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Moves on to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
+/* Moves on to a level with notes first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -3150,8 +3152,8 @@ enum {
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value that is mostly equal to one of the n beside it: a bit for each distinct one of these, whether it is that; then
- * its own bits. */
+/* A value that is mostly equal to one of the n beside it: asks for each distinct one of these whether it is that, until
+ * it is; else its bits follow. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -4214,8 +4216,8 @@ static void cqi_list_rivals(cqi_fan *f)
  *
  * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless the plane is steep: then
  * it tells little. Nothing overflows: components of edges are below 2^16, and 2^14 once they are shifted; those of the
- * cross product below 2^29. Its z is then made at most 2^15, and x and y are at most 8 times as large plus 8: so slopes,
- * in 2^-14, are at most 2^18, and all products at most 2^35. */
+ * cross product below 2^29. Its z is then made at most 2^15, and x and y are at most 8 more than 8 times that: so
+ * slopes, in 2^-14, are at most 2^18, and all products at most 2^35. */
 #define CQI_STEEP_BITS 3  /* steep: the slope is 2^3 or more */
 static void cqi_add_plane(cqi_fan *f, cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
 {
@@ -4325,8 +4327,8 @@ static int cqi_is_hit(const cqi_contest *c, cqi_vector place) { return cqi_apart
 /* -- Questions that are asked while they pay --
  *
  * A question is a bit that could be left out, but whose yes saves other bits. Both sides keep a running mean of what
- * asking has gained, or would have gained where nothing was asked; while that is negative, they do not ask, and go on as
- * after a no. */
+ * asking has gained, or would have gained where nothing was asked; while that is negative, they do not ask, and the
+ * answer is no. */
 
 /* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
@@ -4340,8 +4342,8 @@ static int cqi_code_question(cq_decoder *d, int index, int yes)
     return yes;
 }
 
-/* Updates the mean of what asking gains, given what a yes saves before its own cost, in 1/64 bit. Returns what was gained
- * this time, 0 if it was not asked. */
+/* Updates the mean of what asking gains, given what a yes saves before its own cost, in 1/64 bit. Returns what was
+ * gained this time, 0 if it was not asked. */
 static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
 {
     const uint32_t p = m->yes[index];
@@ -4363,8 +4365,8 @@ static int cqi_residual_cost(int32_t x, int shift)
  *
  * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* Chooses from the coordinates of the vertices that are left, at least one: the first time the commonest coordinate, and
- * among equally common ones the nearest to the prediction; later just the nearest. */
+/* Chooses from the coordinates of the vertices that are left, at least one: the first time the commonest coordinate, of
+ * equally common ones the nearest to the prediction; later just the nearest. */
 static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int32_t predicted)
 {
     const int32_t *const x = f->scratch;
@@ -4455,9 +4457,9 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     cqi_learn_same(d, predicted, *value);
 }
 
-/* Asks, if there are predictions, whether the place, which only an encoder knows, is where they agree. The model depends
- * on their votes, and on how far they agree from c->linear. Two agree within part / 256 of the fan's extent plus one and
- * a half steps. */
+/* Asks, if there are predictions, whether the place, which only an encoder knows, is where they agree. The model
+ * depends on their votes, and on how far from c->linear they agree. Two agree within part / 256 of the fan's extent and
+ * one and a half steps more. */
 #define CQI_RIVALS_APART 14
 #define CQI_PLANES_APART 2
 static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, cqi_vector place)
@@ -4506,9 +4508,9 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
 }
 
 
-/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used while the
- * running mean of what they gain per vertex is above CQI_WORTH_IT; else only at one vertex in CQI_PROBE, to update that
- * mean. */
+/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used while
+ * the running mean of what they gain per vertex is above CQI_WORTH_IT; else only at one vertex in CQI_PROBE, to update
+ * that mean. */
 #define CQI_WORTH_IT 24    /* in 1/1024 bit */
 #define CQI_PROBE 32
 
@@ -4637,8 +4639,8 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
 
 /* -- Attributes from geometry --
  *
- * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its rows,
- * is kept in d->now.fan. */
+ * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its
+ * rows, is kept in d->now.fan. */
 
 /* Sets f->outer to the places of the neighbours along the surface, with 8 bits, and f->mean to the mean of these. */
 static void cqi_flatten_fan(cqi_fan *f)
@@ -4707,8 +4709,8 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
 }
 
 /* What the fit predicts for B, minus the mean of its neighbours, given their values x and this mean; clamped to twice
- * the largest of their differences from it. A little is added to the squares, so that neighbours on a line can be
- * fitted, too. *off becomes the sum of the fit's distances from the neighbours, if there is a fit.
+ * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
+ * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
  * 37, numerators 61, of which 30 are looked at. */
@@ -4747,11 +4749,12 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
 
 /* -- Normals --
  *
- * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. In an octahedral
- * pair, directions that are close may be far apart at the border of the square, to which the lower hemisphere is folded
- * out. If the prediction lies there, all pairs are folded before they are compared, which takes the upper one out. */
+ * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. Octahedral pairs
+ * have the lower hemisphere folded out to the border of the square, where close directions may be far apart. If the
+ * prediction is in the lower hemisphere, all pairs are folded before they are compared: the upper one is then
+ * outside. */
 
-/* An octahedral pair, from the middle of the square, whose border is `half` away. */
+/* An octahedral pair, relative to the middle of the square, whose border is `half` away. */
 typedef struct cqi_pair_of_normal {
     int32_t x, y;
 } cqi_pair_of_normal;
@@ -4769,7 +4772,8 @@ typedef struct cqi_vector64 {
     int64_t x, y, z;
 } cqi_vector64;
 
-/* The angle of a direction in a plane, y >= 0, in 1/65536 radian: as t (pi/4 + 0.273 (1 - t)), within 0.004. */
+/* The angle of a direction in a plane, y >= 0, in 1/65536 radian. Up to pi/4 it is t (pi/4 + 0.273 (1 - t)), within
+ * 0.004, for t = y / x. */
 static int64_t cqi_angle(int64_t x, int64_t y)
 {
     const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
@@ -4779,8 +4783,8 @@ static int64_t cqi_angle(int64_t x, int64_t y)
     return x < 0 ? 205887 - angle : angle;
 }
 
-/* The angle between two offsets of 25 bits, which are shifted down to 14; their cross product, of 30 bits, and its
- * length, of 31. */
+/* The angle between two offsets of 25 bits, which are shifted down to 14. Also their cross product, of 30 bits, and the
+ * length of that, of 31. */
 static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal, int64_t *length)
 {
     u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
@@ -4790,7 +4794,7 @@ static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal,
     return cqi_angle(cqi_wide_dot(u, v), *length);
 }
 
-/* Adds a direction, normalised by its length, times an angle of 18 bits. That makes 43 bits, for each of up to 26. */
+/* Adds a direction, divided by its length, times an angle of 18 bits: 43 bits for each of up to 26 directions. */
 static void cqi_add_direction(cqi_vector64 *sum, cqi_vector a, int64_t length, int64_t angle)
 {
     const int64_t weight = length ? angle * 0x1000000 / length : 0;
@@ -4843,7 +4847,7 @@ static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, c
     return fold ? cqi_folded(a, half) : a;
 }
 
-/* Octahedral pairs are predicted as such if there are positions. */
+/* Is this a channel of octahedral pairs? They are only predicted as such if there are positions. */
 static int cqi_may_be_pair(const cq_channel *c)
 {
     const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
@@ -4868,8 +4872,8 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
     return sum / 2;
 }
 
-/* Codes a pair, given the direction that is expected, and the rows around: those of the fan, or the one beside.
- * `turned`: the direction has been turned to where the pair is, so that only rounding is left. */
+/* Codes a pair, given the expected direction, and the rows around: those of the fan, or the one beside. `turned`: the
+ * direction has been turned to where the pair is, so that only rounding is left. */
 static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 direction,
                                    const cq_index *around, int n, int turned, cq_index wedge)
 {
@@ -4908,9 +4912,9 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
 
 /* -- Tangents --
  *
- * A tangent is expected where texture coordinates of faces say, or at the mean of those around, in the plane of the
- * normal, which is coded before. The angle by which it is turned from there is coded; what is left for the pair is
- * rounding. */
+ * The normal is coded before. In its plane, a tangent is expected in the direction that texture coordinates of faces
+ * give, or in the mean direction of the tangents around. The angle by which it is turned from there is coded; what is
+ * left for the pair is rounding. */
 
 /* The direction of a pair, with |x| + |y| + |z| = half. */
 static cqi_vector cqi_vector_of(cqi_pair_of_normal p, int32_t half)
@@ -4943,7 +4947,7 @@ static int cqi_normals_before(const cq_decoder *d, uint32_t k)
     return -1;
 }
 
-/* The first channel of texture coordinates, not exact, that comes before channel k and belongs to the same; or -1. */
+/* The first channel before k of texture coordinates that are CQ_AVERAGE and not exact; or -1. */
 static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
 {
     uint32_t j;
@@ -4960,8 +4964,8 @@ typedef struct cqi_growth {
     int64_t side;                             /* above 0 if on the left, seen from outside */
 } cqi_growth;
 
-/* Adds that of a triangle, weighted by its angle at one corner, given the offsets of the other two, a and b, and of
- * their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
+/* Adds that of a triangle, weighted by its angle at one corner, given the offsets a and b of the other two from it, and
+ * those of their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
 static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int32_t *of_a, const int32_t *of_b)
 {
     const int64_t det = cqi_minor(of_a[0], of_b[1], of_a[1], of_b[0]), x = cqi_minor(a.x, of_b[1], b.x, of_a[1]);
@@ -5006,8 +5010,8 @@ typedef struct cqi_axes {
     cqi_vector t, side;
 } cqi_axes;
 
-/* Sets axes: the part of a direction in the plane, and that turned by a right angle. 0: it has no such part. Vectors
- * have 24 bits, cross products 49, and divided by the normal's length 26. */
+/* Sets the axes: the part of a direction in the plane, and the same turned by a right angle. 0: it has no such part.
+ * Vectors have 24 bits, cross products 49, and divided by the normal's length 26. */
 static int cqi_find_axes(cqi_vector64 t, cqi_vector normal, int32_t half, cqi_axes *axes)
 {
     const int64_t length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(normal, normal));
@@ -5099,7 +5103,7 @@ static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_in
     return sum;
 }
 
-/* Codes how the axes are turned to the tangent; it is then expected in this direction, of up to 54 bits. */
+/* Codes by how much the tangent is turned from the axes. Returns the direction that this gives, of up to 54 bits. */
 static cqi_vector64 cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
                                         cq_index wedge)
 {
@@ -5134,7 +5138,8 @@ static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes
               *trust / 16;
 }
 
-/* The direction where a tangent is expected, turned to where it is. 0: there is no normal, or nothing to begin with. */
+/* Codes how *direction, which faces give, or else the mean of the tangents around is turned to the tangent, and turns
+ * it. 0: there is no normal, or neither of the two. */
 static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *direction, const cq_index *around,
                          int n, cq_index wedge)
 {
@@ -5155,7 +5160,7 @@ static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *
     return 1;
 }
 
-/* The sign that a tangent may have as its third component, 0 or 1: mostly as faces say, or as nearby. */
+/* The third component that a tangent may have, mostly a sign, 0 or 1: as faces say, or as nearby. */
 static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5177,7 +5182,7 @@ static int cqi_pair_is(const cq_value *values, uint32_t stride, cq_index row, in
     return values[stride * (size_t)row] == x && values[stride * (size_t)row + 1] == y;
 }
 
-/* The commonest of the pairs around: how many have it; *row is one of them. */
+/* Finds the commonest of the pairs around: *common is one row that has it. Returns how many have. */
 static int cqi_find_common_pair(const cq_value *values, uint32_t stride, const cq_index *around, int n,
                                 cq_index *common)
 {
@@ -5228,8 +5233,8 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
 
 /* -- Other channels --
  *
- * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, as
- * long as that is nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
+ * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, while
+ * these have been nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
 
 /* The channel of joints that goes with the weights of channel k: the n-th with the n-th, if it comes before; or -1. */
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
@@ -5258,8 +5263,8 @@ static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return 0;
 }
 
-/* What is left for component c of channel k and those behind it, if the weights of B have the sum of those of A: modulo
- * 2^32, as some may be exact; and whether A has weights behind that component. */
+/* What is left for component c of channel k and those behind it, if the weights of B have the same sum as those of A;
+ * modulo 2^32, as some may be exact. *more: A has weights other than 0 behind that component. */
 static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, cq_index a, int *more)
 {
     const cq_shape *s = &d->shape;
@@ -5280,7 +5285,7 @@ static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, 
     return (int32_t)(uint32_t)rest;
 }
 
-/* Is a weight of B all that is left of the sum? Likely if that is 0, or if A has no weights behind it. */
+/* Is a weight of B all that is left of the sum? Usual if that is 0, or if A has no weights behind it. */
 static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
 {
     int more, usual, is_rest;
@@ -5290,8 +5295,8 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Component c of the fan's vertices minus that of A, which is returned; rough if exact. Also their mean, and the sum of
- * their distances from it. */
+/* Sets f->scratch to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also the
+ * mean of these, and the sum of their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
@@ -5305,8 +5310,8 @@ static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints
     return a;
 }
 
-/* Without positions there are three features, which are predictions minus the mean: parallelograms across the edges of
- * the fan, A, and the middle of the common neighbours. */
+/* Without positions there are three features, all minus the mean: parallelograms across the edges of the fan, A, and
+ * the middle between the common neighbours. */
 static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t a, int32_t mean,
                                     int32_t *feature)
 {
@@ -5342,7 +5347,7 @@ static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
     }
 }
 
-/* One component of B, or of its part of a row, by the linear prediction or by the fit. */
+/* One component of B, or of one of its rows, by the fit; or without positions, by the linear prediction. */
 static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5374,7 +5379,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* One component of B as a copy of a neighbour's: of A's, then of those of the common neighbours, then of the others. */
+/* One component of B, mostly a copy of a neighbour's: asks about A, then the common neighbours, then the others. */
 static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     enum { ASKED = 6 };
@@ -5435,7 +5440,7 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return cqi_value_fits(&d->shape.channel[k], x);
 }
 
-/* Channel k of B, or of its part of a row, with number `own`; by its fan. */
+/* Channel k of B, or of one of its rows, by its fan. `own`: number of the vertex or row. */
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5477,8 +5482,8 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * A patch is conquered, and if its flag says so, split at once. Then the vertices in front of its gates are queued,
- * each with the first gate that found it. A vertex that is still free when its turn comes is the centre of the next
+ * A patch is conquered: the vertices in front of its gates are queued, each with the first gate that found it, and if
+ * its flag says so, it is split at once. A vertex that is still free when its turn comes is the centre of the next
  * patch: nothing around it has changed since. */
 
 static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
@@ -5536,8 +5541,8 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
     m->out[v] = spoke;
 }
 
-/* Queues the vertices in front of the patch's gates: first that of the ring edge behind the last spoke, which ends at
- * the first one, then on in the direction from R to L, which costs fewer bits than from L to R. */
+/* Queues the vertices in front of the patch's gates: first across the ring edge from the last spoke to the first one,
+ * then on counter-clockwise, which costs fewer bits than clockwise. */
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
@@ -5570,7 +5575,7 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The vertex of the queue that has its turn after `n` others. */
+/* The vertex of the queue that has its turn after so many others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 {
     return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
@@ -5623,7 +5628,7 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  * A centre of valence D has D (D - 1) / 2 pairs p < q; the paper's indices are i = p and j = D - 1 - q. A pair's score
  * is the sum of the weights of its features. Pairs are tried in the order of their scores, the best first: "is it this
  * one?" is asked with a probability that is a logistic function of the score and of how far it is above the next one.
- * Each answer moves the weights along the gradient (online logistic regression). The features are
+ * Each answer moves the weights along the gradient (online logistic regression). The features are:
  *
  *     of p and q           angles opposite to the spoke, valence and state of the vertex
  *     of p + 1 .. q - 1    the same angles, and the length of the spoke: these become neighbours of B alone
@@ -5645,7 +5650,7 @@ static const uint16_t cqi_logistic[80] = {
     62608, 62938, 63233, 63495, 63728, 63935, 64119, 64283, 64427, 64556, 64669, 64770, 64859, 64938, 65008, 65069
 };
 
-/* Codes a yes or no with the log-odds `score`. *error: what is to be added to the weights. */
+/* Codes a yes or no whose log-odds are `score`. *error: what is to be added to the weights. */
 static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32_t *error)
 {
     const int shift = 16 - CQI_NAT_BITS + CQI_TUNED(learn, CQI_LEARN(d->located >= 0));
@@ -5659,7 +5664,7 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
-/* Has one bit more than the magnitude of x, except that -1 may have one, too. */
+/* 0 for 0; else a number of one bit more than x has without its sign bit. */
 static inline uint32_t cqi_changes_of_bits(int32_t x) { return (uint32_t)x ^ (uint32_t)x << 1; }
 
 /* Offsets of the ring's vertices from the centre; and the ring's scale. */
@@ -5683,7 +5688,7 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
     r->factor = (int32_t)1 << (r->shift + r->right);
 }
 
-/* Classes of the spokes' lengths: their ratio to the mean of the two shortest ones. Logarithms are of squares. */
+/* Class of a spoke's length, by its ratio to the mean of the two shortest ones. Logarithms are of squares. */
 static uint8_t cqi_length_class(int logarithm, int base)
 {
     return (uint8_t)(CQI_ANGLES + cqi_clamp(cqi_floor_shift(3 * (logarithm - base), 3), 0, CQI_LENGTHS - 2));
@@ -5709,10 +5714,10 @@ static int cqi_measure_spokes(cqi_ring *r)
     return (shortest + second) / 2 - 8;
 }
 
-/* Classes of the sum of the two angles opposite to each spoke, much as a Delaunay criterion would have it. In the
- * triangle of spokes a and b, the angle opposite to a has the cosine b (b - a) / (|b| |b - a|). In place of that product
- * of lengths, half the sum of all squares, a a + b b - a b, serves for both angles: this gives 1/3 if the sides are
- * equal, and the less the larger the angle is. Squares have 30 bits, the sum has 32, and quotients are in 1/65536. */
+/* Classes of the sum of the two angles opposite to each spoke, as in the Delaunay criterion. In the triangle of spokes
+ * a and b, the angle opposite to a has the cosine b (b - a) / (|b| |b - a|). In place of that product of lengths, both
+ * angles take half the sum of the squares of all sides, a a + b b - a b: this gives 1/3 if the sides are equal, and the
+ * less the larger the angle is. Squares have 30 bits, the sum has 32, and quotients are in 1/65536. */
 static uint8_t cqi_angle_class(int32_t narrow)
 {
     return (uint8_t)cqi_clamp(cqi_floor_shift(narrow, 12) + 1, 0, CQI_ANGLES - 1);
@@ -5766,9 +5771,9 @@ static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* Before and after each place of the ring, the smallest valence of a free vertex, which could have been B instead: from
- * the first spoke to p, and from q to the last one. p and q themselves have one neighbour more by now. before[] has p
- * added, for the index of a weight. */
+/* The smallest valence of a free vertex, which could have been B instead: from the first place of the ring to each p,
+ * and from each q to the last one. p and q themselves had one neighbour more when B was chosen. before[] has p added,
+ * for the index of a weight. */
 static int cqi_valence_of_free(const cqi_ring *r, int k)
 {
     const int kind = r->kind[k];
@@ -5798,13 +5803,13 @@ static int32_t cqi_best_of(const int32_t *score, int n)
     return best;
 }
 
-/* A score together with its q, in the order of the scores; of equal ones the last q is the best. A score is a sum of at
- * most 52 weights, of 16 bits. */
+/* A score together with its q, in the order of the scores, and of equal ones by q. Cannot overflow: a score is a sum of
+ * at most 52 weights, of 16 bits. */
 static inline int32_t cqi_ranked(int32_t score, int q) { return score * 32 + q; }
 
 /* Adds to the scores how likely it is that the encoder's rule, the smallest valence, would have removed B rather than
- * the best alternative before p, and than the one after q: weights by its valence minus that of B. With goals other
- * than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
+ * the best alternative up to p, or that from q on: weights by the alternative's valence minus that of B. With goals
+ * other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
 static int32_t cqi_score_rule(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
     int32_t *score = c->score, top = 32 * CQI_TRIED;
@@ -5937,13 +5942,13 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 
 #define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that may be passed over, see cqi_code_pass */
 
-/* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
+/* Is the patch split? The model depends on how many neighbours were available to the encoder for a collapse. */
 static int cqi_code_flag(cq_decoder *d, int available, int split)
 {
     return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(d->ring.size, 11), split);
 }
 
-/* Looks for the next component that takes part in the level, among some vertices: the L of its first gate, or
+/* Looks through some vertices for the next component that takes part in the level. Returns the L of its first gate, or
  * CQ_NONE. */
 static cq_index cqi_next_seed(cq_decoder *d)
 {
@@ -5971,7 +5976,7 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), d->materials ? d->new_face[1] : num_faces);
 }
 
-/* Splits the patch: its values are there. */
+/* Splits the patch, once its values are there. */
 static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
@@ -5991,10 +5996,9 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 /* -- Rows of a split's corners --
  *
  * Before the split, the corners of A form two runs: those between the spokes to p and q, which B gets, and those that A
- * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. Then
- * follow the six corners of the two new faces: each has the row of the face beside it, or another one that is named
- * below, or a new row. So corners with the same row still have the same vertex after the split, as rows of B's run
- * occur only around A. */
+ * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. As rows of
+ * B's run occur only around A, corners with the same row still have the same vertex. Then follow the six corners of the
+ * two new faces: each has the row of the face beside it, or another one, see cqi_list_choices, or a new row. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
@@ -6101,7 +6105,7 @@ static void cqi_split_rows(cq_decoder *d)
     }
 }
 
-/* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
+/* What an edge is, by the rows of a vertex on both sides of it, 0: nothing, 1: a seam, 2: a border. */
 static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
 
 /* Number of different rows of A, at most 3, minus 1. */
@@ -6181,7 +6185,7 @@ static cq_index cqi_code_corner(cq_decoder *d, int corner)
     return cqi_make_row(d, cqi_vertex_of_corner(d, corner), usual, corner, wedge);
 }
 
-/* All corners that there are have a usual row, and the encoder wants it. */
+/* Do all corners that are present have a usual row? And does the encoder want these? */
 static int cqi_may_be_usual(const cqi_seams *s, const int *present)
 {
     int k;
@@ -6279,7 +6283,7 @@ static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_in
     return c == n;
 }
 
-/* Is channel k of a row as that of another one? Then it is copied. */
+/* Is channel k of a row equal to that of another one? Then it is copied. */
 static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq_index other)
 {
     const uint32_t n = d->shape.channel[k].components;
@@ -6293,7 +6297,7 @@ static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq
     return equal;
 }
 
-/* One component of a row, given the row that it is expected to be near, and perhaps another one. */
+/* One component of a row, given the row that it is expected to be near, and perhaps another one, which is farther. */
 static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
                          cq_value *to)
 {
@@ -6330,8 +6334,8 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
-/* Channel k of a row that only one or both of the new faces have: as in the corner before of the same face, as beside
- * it, or near that. */
+/* Channel k of a row that only one or both of the new faces have: equal to that of the row before in the same face, or
+ * to that of the row beside; or near one of these. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
@@ -6365,7 +6369,7 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
     return ok;
 }
 
-/* Channel k of B's part of a row that was split: by B's neighbours, or as B's other one. */
+/* Channel k of a new row of B that is split from one of A: equal to that of B's other one, or by B's neighbours. */
 static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
@@ -6470,7 +6474,8 @@ static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-/* The split of the patch: both indices, then the values, then the mesh. */
+/* The split of the patch: both indices, then the values, then the mesh; with seams, rows come before that, in steps of
+ * their own. */
 static cq_result cqi_code_split(cq_decoder *d)
 {
     const cq_index b = d->mesh.num_vertices;
@@ -6484,9 +6489,9 @@ static cq_result cqi_code_split(cq_decoder *d)
     return d->seams ? cqi_begin_corners(d, p, q) : cqi_apply_split(d, p, q);
 }
 
-/* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder does
- * so with vertices of a larger valence than CQ_MAX_VALENCE, which is then at least CQI_HUB here: of two neighbours one
- * is left at least, as each is on one side of one collapse. */
+/* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder
+ * passes over vertices of a valence above CQ_MAX_VALENCE. Here, after the collapses of the level, they still have at
+ * least CQI_HUB neighbours: of two, at most one was removed, as each neighbour is on one side of one collapse. */
 static int cqi_code_pass(cq_decoder *d, cq_index centre)
 {
     int pass = 0;
@@ -6520,8 +6525,8 @@ static cq_result cqi_code_patch(cq_decoder *d, cq_index spoke)
     return split ? cqi_code_split(d) : CQ_OK;
 }
 
-/* The first patch of a component, given the L of its first gate. L and R are in it, or are held all the same: they and
- * the edge between them stay. */
+/* The first patch of a component, given the L of its first gate. L and R are held even where the patch does not hold
+ * them, so that they and the edge between them stay. */
 static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 {
     const cq_index gate = cqi_find_spoke(&d->mesh, l, (cq_index)(l + 1));
@@ -6541,13 +6546,12 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Regular levels --------------------------------------------------------------------------------------------------
  *
- * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse
- * edges.
+ * A regular level is one step of subdivision: its new vertices lie on edges of the mesh before, the coarse edges.
  *
  *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
  *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
  *                  which is not part of the mesh yet
- *     patterns     for each face with two or three new vertices: how are its triangles?
+ *     patterns     for each face with two or three new vertices: into which triangles is it cut?
  *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
  *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
  *                  each with its final position; then flips, which make the wanted triangles of the face; and flips of
@@ -6625,7 +6629,7 @@ static const uint8_t cqi_odd_side[8] = { 3, 0, 1, 2, 2, 1, 0, 3 }; /* the only m
 /* All five bits of a face: its marks, then the other two. */
 static int cqi_state_of(const cq_decoder *d, cq_index f) { return cqi_marks_of(d, f) | cqi_face_bits(d, f) << 3; }
 
-/* 1 + the side whose edge is dissolved; or of a face with one mark that; 0: none. */
+/* 1 + the side whose edge is dissolved; or for a face with one mark, perhaps 1 + that side, see above; 0: none. */
 static int cqi_dissolved_side(const cq_decoder *d, cq_index f)
 {
     static const uint8_t side[32] = { 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 3, 1, 2, 1, 0,
@@ -6645,7 +6649,7 @@ static int cqi_hub_side(const cq_decoder *d, cq_index f) { return cqi_hub_of(cqi
 
 /* -- Regular levels: marks -- */
 
-/* Takes a pair out of the fold, or back into it. */
+/* Folds a pair, or folds it back. */
 static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
 {
     const int32_t half = cqi_half_of(channel);
@@ -6657,7 +6661,7 @@ static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
     x->y = a.y + half;
 }
 
-/* Up to three components of a vertex's values as a vector; if they are a pair, out of the fold. */
+/* Up to three components of a vertex's values as a vector; a pair is folded if regular.fold says so. */
 static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 {
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
@@ -6671,7 +6675,7 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
     return x;
 }
 
-/* Position of a vertex, or its values of the channel that cqi_look_at set; and the offset from a to b. */
+/* Values of a vertex in the channel that cqi_look_at has set. */
 static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
@@ -6743,7 +6747,7 @@ static cq_index cqi_plan_wedge(const cqi_plan *p, const cq_mesh *m, cq_index h, 
     return turned != right ? p->uses[c->face[1]] : c->face[1];
 }
 
-/* Codes whether the new vertex v has one row, or one on each side of its edge h; and adds them. */
+/* Codes whether the new vertex v has one row, or one on each side of its edge h, and adds these. */
 static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
 {
     const cq_index g = d->mesh.twin[h], *const row = d->index;
@@ -6824,14 +6828,14 @@ static cq_result cqi_step_marks(cq_decoder *d)
  * all components and directions. Weights of skinning are predicted from the two ends of the edge, as in levels of
  * patches. What may not be averaged is mostly a copy of one of these ends. */
 
-/* Is the channel predicted so? */
+/* Is the channel averaged so, but not the positions? */
 static int cqi_is_expected(const cq_decoder *d, uint32_t k)
 {
     const cq_channel *const c = &d->shape.channel[k];
     return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
 }
 
-/* Is any channel predicted so, or are there positions? */
+/* Is any channel averaged so, or are there positions? */
 static int cqi_has_expected(const cq_decoder *d)
 {
     uint32_t k;
@@ -6850,7 +6854,7 @@ static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 
 static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
 
-/* Takes pairs out of the fold if the one that is expected for v is in the lower hemisphere. */
+/* Has pairs folded if the one that is expected for v is in the lower hemisphere. */
 static void cqi_look_around(cq_decoder *d, cq_index v)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -6892,7 +6896,8 @@ static int cqi_take_slots(cq_decoder *d, cq_index h)
 /* -- Regular levels: the new vertices by their edges --
  *
  * out[] of new vertices is in ascending order. Halfedges are divided into buckets of 2^bucket, no more buckets than new
- * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges. */
+ * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges; with
+ * materials more, as free slots count, too. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6944,7 +6949,7 @@ static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
     t->inverse = bits ? (int32_t)(0x80000000u / ((uint32_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y) >> 8)) : 0;
 }
 
-/* The plane of a normal below 2^30, and an edge in it. */
+/* Sets a tilt to the plane of a normal, which is below 2^30, and to an edge in it. */
 static void cqi_set_tilt(cqi_tilt *t, cqi_vector edge, cqi_vector normal, int axes)
 {
     const int shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
@@ -7057,8 +7062,8 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     feature[2] = num_ahead ? cqi_minus(ahead, cqi_scale(b, num_ahead == 2 ? 4 : 2)) : none;
 }
 
-/* Weighted sums of n features, in 1/256. The part along the edge of what the last n weights give is added: below 2^39,
- * its product with the inverse has 56 bits, and 53 with the edge in the end. */
+/* Weighted sums of n features, in 1/256. Of the sum that the last n weights give, only the part along the edge is
+ * added: below 2^39, its product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
     int64_t part = 0, sum_x = 0, sum_y = 0, sum_z = 0;
@@ -7104,7 +7109,7 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
-/* The values that a vector stands for, in range and in the fold again. */
+/* The values that a vector stands for, clamped to their range; a pair is folded back. */
 static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -7117,7 +7122,7 @@ static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
     return x;
 }
 
-/* Weighted sums of n features and of what they are beside: in 1/256. */
+/* A vector, and the weighted sum of n features added, with weights in 1/256. */
 static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, const int8_t *weight, int n)
 {
     int64_t x = 0, y = 0, z = 0;
@@ -7141,9 +7146,9 @@ static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, c
 /* -- Regular levels: rows --
  *
  * A new vertex has one row; or two, one on each side of its edge, if that is a seam there. Corners on one side of the
- * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected in the middle of the rows at
- * the edge's ends, on its side, or if there is one row on the left. The record has in index[] the rows of the vertices
- * beside the new one and of the opposite vertex, on its side. */
+ * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected to be the mean of the rows at
+ * the edge's ends, on its side; a single row, on the left side. In index[], the record has the rows of the opposite
+ * vertex and of the vertices beside the new one, on its side. */
 
 static int cqi_has_row_values(const cq_decoder *d, uint32_t k)
 {
@@ -7249,9 +7254,9 @@ static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
            cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
 }
 
-/* Edges of the refined mesh around the origin of h, counter-clockwise: bit 0, that which begins on h, unless its edge is
- * dissolved; and bit 1, one into the face of h, to a hub opposite to the origin, or if there is no mark, beyond the edge
- * there if that is dissolved. */
+/* Which edges the refined mesh has around the origin of h, on h and then counter-clockwise up to the next coarse edge.
+ * Bit 0: the one on h, unless that is dissolved. Bit 1: one into the face of h, to a hub opposite to the origin; or if
+ * the face has no mark, across the opposite edge, if that is dissolved. */
 static int cqi_spokes_of(const cq_decoder *d, cq_index h)
 {
     const cq_index f = (cq_index)(h / 3);
@@ -7304,12 +7309,16 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
  * what lies straight on from the edge's start, the second one if there are two; and the new vertices on edges of the
  * faces beyond, where those begin or end where this edge does.
  *
- * The opposite vertex is doubled, with 1 added if the vertex is the hub of this face, and counted down from CQ_NONE: so the
- * slot is no face, as 2 V < CQ_NONE - V. If a fan around another vertex separates the new vertex from that on the next or the
- * previous edge, this one takes the place of that beyond. Around a vertex of valence 5, the last one of those beyond is also
- * the first one of two that lie straight on: then the second one is counted down from CQI_JOINED. If the next or the previous
- * edge is dissolved so that it joins the new vertex to one beyond, CQI_JOINED stands for the new one on this edge, which has
- * none, and the other one is in the place beyond. */
+ * Some of these are written otherwise:
+ *
+ *     opposite vertex w    CQ_NONE - 2 w, and 1 less if the new vertex is the hub of this face: so the slot is no face,
+ *                          as 2 V < CQ_NONE - V
+ *     next, previous       if a fan around the new vertex of another edge separates it from the new vertex of this one:
+ *                          CQ_NONE, and the latter is in the place of the one beyond
+ *     straight on          around a vertex of valence 5, the first of two is also the last one beyond: then the second
+ *                          one w is CQI_JOINED - w
+ *     next, previous       if this edge is dissolved so that it joins the new vertex to one beyond: CQI_JOINED, and the
+ *                          latter is in the place beyond */
 
 #define CQI_JOINED ((cq_index)(CQ_NONE - 1))
 
@@ -7364,7 +7373,7 @@ static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot)
 /* Is the new vertex the hub of the face? */
 static int cqi_is_hub(const cq_mesh *m, cq_index slot) { return (CQ_NONE - m->origin[3 * slot]) & 1; }
 
-/* What lies straight on, the second one if there are two; and are there? */
+/* Do two vertices lie straight on? And what does, or of two the second one? */
 static int cqi_has_two_ahead(const cq_mesh *m, cq_index slot)
 {
     return m->twin[3 * slot] >= CQ_NONE / 2 && m->twin[3 * slot] != CQ_NONE;
@@ -7450,7 +7459,7 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq
     *feature = cqi_scale(cqi_minus(*feature, expected), 4);
 }
 
-/* Features of the second prediction of a channel: of rows, without what is beyond the faces and ahead. */
+/* Number of features of the fine prediction of a channel: for rows, without what is beyond the faces and ahead. */
 static int cqi_num_fine(const cq_decoder *d, uint32_t k)
 {
     return (cqi_class(&d->shape, k) == CQI_OF_ROW ? CQI_FINE_OF_ROW : CQI_FINE) + cqi_has_normals(d, k);
@@ -7508,10 +7517,11 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 /* -- Regular levels: weights of an encoder --
  *
  * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
- * that the residuals get short codes. As there are many minima, that begins with the weights of the level before, with
- * those of least squares and with none; and of the best weights each one is moved to and fro by steps that get smaller,
- * as long as the residuals do. There are rows for at most CQI_ROWS vertices: the features along x, y and above the
- * surface, and what their weighted sum should be.
+ * that the residuals get short codes. As there are many minima, this is done three times, beginning with the weights of
+ * the level before, with those of least squares and with none; each of the best weights is then moved to and fro by
+ * ever smaller steps, where that makes the residuals cheaper. A row, as a row of a matrix, is a sampled vertex, of
+ * which there are at most CQI_ROWS: the features along x, y and above the surface, and what their weighted sum should
+ * be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_CHANGES = 4 };
@@ -7520,7 +7530,7 @@ typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
 } cqi_sums;
 
-/* Rows whose share in the sums has to change. */
+/* Equations whose share in the sums has to change. */
 typedef struct cqi_changes {
     const int16_t *x[CQI_CHANGES];
     int32_t y[CQI_CHANGES], change[CQI_CHANGES];
@@ -7531,7 +7541,7 @@ typedef struct cqi_changes {
 typedef struct cqi_rows {
     cqi_row *row;
     uint32_t count;
-    int parts;                     /* 4: there are as many for each axes, one part behind the other; else 1 */
+    int parts;                     /* 4: so many for each choice of axes, one part behind the other; else 1 */
     const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
 } cqi_rows;
 
@@ -7539,7 +7549,7 @@ typedef struct cqi_rows {
 typedef struct cqi_equations {
     const cqi_rows *rows;
     int first, last, n;
-    cqi_sums sums;                 /* of all rows by their shares, but for those changes; not above the diagonal */
+    cqi_sums sums;                 /* of all rows by their shares, without `changes`; not above the diagonal */
     cqi_changes changes;
     uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
@@ -7573,7 +7583,7 @@ static uint32_t cqi_discount(int32_t error)
     return cqi_abs(error) < 128 ? 0 : (uint32_t)cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28;
 }
 
-/* The share of an equation with this error, which counts by the power -power/2 of it. */
+/* The share of an equation with this error: the error to the power -power/2. */
 static int32_t cqi_share(int32_t error, uint32_t power)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
@@ -7581,7 +7591,7 @@ static int32_t cqi_share(int32_t error, uint32_t power)
     return (int32_t)((uint32_t)root[less % 8] >> less / 8);
 }
 
-/* Makes changes to the sums: several at once, as most time goes by with loading and storing these. */
+/* Makes the changes to the sums: several at once, as loading and storing the sums takes most of the time. */
 static void cqi_make_changes(cqi_equations *fit)
 {
     cqi_changes *const c = &fit->changes;
@@ -7600,7 +7610,7 @@ static void cqi_make_changes(cqi_equations *fit)
     }
 }
 
-/* Has an equation count by another share in the sums: with features x, whose weighted sum should be y in 1/16. */
+/* Changes the share of an equation in the sums: that of features x, whose weighted sum should be y in 1/16. */
 static void cqi_change_share(cqi_equations *fit, const int16_t *x, int32_t y, int32_t change)
 {
     cqi_changes *const c = &fit->changes;
@@ -7667,8 +7677,8 @@ static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
     for (i = 0; i < CQI_MOST; i++) wide[i] = i < n ? weight[i] : 0;
 }
 
-/* What the errors cost that the weights leave. Each equation then counts by its error to the power -power/2, if this is
- * not below 0. */
+/* What the errors cost that the weights leave. Unless power is below 0, each equation then counts in the sums by its
+ * error to the power -power/2. */
 static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
 {
     cqi_row *const end = fit->rows->row + fit->rows->count, *row;
@@ -7691,8 +7701,8 @@ static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int 
     return cqi_cost_of_fit(fit);
 }
 
-/* Fits the weights, starting with those given, or first with least squares. Returns about what the errors cost, in 1/8
- * bit. If a pass changes nothing, further ones with the same power would not either. */
+/* Fits the weights, beginning with those given; or with `squares`, with least squares. Returns about what the errors
+ * cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not either. */
 static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int squares)
 {
     int8_t best[CQI_MOST];
@@ -7765,7 +7775,8 @@ static uint32_t cqi_move_weights(const cqi_equations *fit, int8_t *weight, uint3
     return cost;
 }
 
-/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
+/* Fits weights, beginning with those given. With all passes, also from other beginnings, and then moves the best
+ * ones. */
 static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
@@ -7826,8 +7837,8 @@ static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, 
     return cqi_cost_of_sizes(rows, size[0]) + cqi_cost_of_sizes(rows, size[1]);
 }
 
-/* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
- * edge only differ from those across it if that saves more than the n bytes that it takes. */
+/* Fits all weights of n features to the rows, which stand for `count` vertices, beginning with those given. Weights
+ * along the edge only differ from those across it if that saves more than the n bytes that it takes. */
 static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
@@ -7870,7 +7881,7 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
 }
 
-/* Fills in the direction of its edge, which fits with all passes ask for. */
+/* Fills in the direction of its edge, which only fits with all passes need. */
 static void cqi_set_row_edge(cqi_row *row, const cqi_tilt *t)
 {
     const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
@@ -7908,7 +7919,8 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* Sample k of `rows` new vertices: one from each of as many equal parts. */
+/* The new vertex that is sample k: the level is divided into as many equal parts as there are rows, with one in
+ * each. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
@@ -7968,8 +7980,8 @@ static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
     return rows;
 }
 
-/* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
- * fills that with the final ones first. There are 10 at most. */
+/* Exchanges the values of those new vertices in the record of v that will be final when v has its turn, with those in
+ * `place`; which first gets their final values, unless it has theirs `back`. There are 10 at most. */
 static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
     const uint32_t stride = d->shape.channel[d->regular.view].components;
@@ -7991,7 +8003,7 @@ static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COM
     }
 }
 
-/* What normals will say when v has its turn: then its position is known, if that comes before. */
+/* What normals will say when v has its turn: its position is known then, if that channel comes before this one. */
 static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 {
     const uint32_t k = d->regular.view, located = (uint32_t)d->located;
@@ -8013,7 +8025,8 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 #ifndef CQ_NO_WEDGES
 
-/* Such rows of rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
+/* The same for a channel per row: of each sampled vertex the first one. Even values that will be final when it has its
+ * turn are taken as they are expected. */
 static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 {
     const cqi_rows rows = cqi_take_rows(d, 1);
@@ -8075,7 +8088,7 @@ static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
     return rows;
 }
 
-/* Fits a prediction's weights with these axes, with all passes from those of the level before on. */
+/* Fits a prediction's weights with these axes and all passes, beginning with those of the level before. */
 static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     cqi_rows rows;
@@ -8085,8 +8098,8 @@ static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi
     return cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES);
 }
 
-/* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
- * ones, if they cost less than a 16th more there, and less with all rows. */
+/* Chooses the axes and the weights of a prediction: the axes that are best with a part of the rows and passes; or the
+ * second best, if they cost less than a 16th more there, and less with all rows. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     int8_t kept[3 * CQI_FINE];
@@ -8213,8 +8226,8 @@ static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
     return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
 }
 
-/* How a face with two or three marks is cut: its triangles are a fan around a new vertex, its hub; or one of three marks
- * has a triangle in the middle. */
+/* How a face with two or three marks is cut: into a fan around a new vertex, its hub; or with three marks, perhaps with
+ * a triangle in the middle. */
 static void cqi_code_pattern(cq_decoder *d, cq_index f)
 {
     const cq_mesh *m = &d->mesh;
@@ -8441,7 +8454,7 @@ static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_in
 
 #endif
 
-/* The two ends of an edge, for channels that are coded as in levels of patches. */
+/* Makes the two ends of an edge the fan, for channels that are coded as in levels of patches. */
 static void cqi_list_ends(cq_decoder *d, cq_index h)
 {
     cqi_fan *const f = &d->now.fan;
@@ -8620,10 +8633,10 @@ static cq_result cqi_make_pattern(cq_decoder *d, cq_index f, cq_index spoke, int
  * beyond it. h is a halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h does not have one
  * mark.
  *
- * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is not in the
- * own slot, this is beyond one of the other two sides of h's triangle, but not at its own marked side: that tells it
- * from the face of another mark. The face must still be as its mark has left it. So the side that is noted for it is
- * cleared, as each face is asked for only once, when this side is dissolved. */
+ * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is in the new
+ * one, the own slot is beyond one of the other two sides of h's triangle. So it might be taken for another face with
+ * one mark; but that would have its marked side there, and the own slot does not. All this only holds while the face is
+ * as its insertion has left it: so its bits are cleared when it is found, and it is not found again. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -8686,8 +8699,8 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
-/* A guess of what each of n vertices takes without regular levels, in 1/16 bit, if m of them take `mean` each: with
- * positions, 3.5 bits less for each doubling of their number. */
+/* A guess of what n vertices take without regular levels, in 1/16 bit, if m of them take `mean` each: with positions,
+ * each takes 3.5 bits less for each doubling of their number. */
 static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
 {
     return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
@@ -8700,8 +8713,8 @@ static uint32_t cqi_vertices_after(const cqi_plan *p, uint32_t k, uint32_t num_v
     return num_vertices;
 }
 
-/* The same for the vertices after level k, by what those take that are before all regular levels. `bytes` are those of the
- * stream so far, in which the finest levels may not be yet. */
+/* The same for the vertices after level k, judged by those before all regular levels. `bytes`: of the stream so far,
+ * which may not have the finest levels yet. */
 static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
 {
     uint32_t rest = cqi_vertices_after(p, p->num_regular + 1, num_vertices), j;
@@ -8710,7 +8723,8 @@ static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_ver
     return cqi_guess_size(cqi_vertices_after(p, k, num_vertices), rest, (int64_t)((uint64_t)bytes * 128 / rest), located);
 }
 
-/* Do the vertices of level k take less than they would without, or are there too many to tell from so few before? */
+/* Do the vertices of level k take less than they would without it, or are those before all regular levels too few to
+ * tell? */
 static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_vertices, int located)
 {
     if (cqi_vertices_after(p, k, num_vertices) / 16 > cqi_vertices_after(p, p->num_regular + 1, num_vertices)) return 1;
@@ -8718,7 +8732,7 @@ static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_ve
                                                            cqi_guess_after(p, bytes, num_vertices, k + 1, located);
 }
 
-/* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
+/* Moves on to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
@@ -8752,7 +8766,7 @@ static cq_result cqi_end_regular(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Inserts the next new vertex of the face at hand; or does its flips, and turns to the next face. */
+/* Inserts the next new vertex of the face at hand; or does its flips, and moves on to the next face. */
 static cq_result cqi_step_sweep(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -8810,7 +8824,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
  * A call of cqi_step is one step of a caller's budget. It codes what it needs, then applies it; d->phase says what the
  * next one does. If bytes are missing, it returns CQ_TRUNCATED and applies nothing. */
 
-/* The faces of a component are complete: tells whether another one follows, and turns to the values of this one. */
+/* The faces of a component are complete: codes whether another one follows, and moves on to the values of this one. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
     d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
@@ -8851,7 +8865,7 @@ static void cqi_init_seams(cqi_seams *s)
         (&s->length[0][0][0])[j].bit = CQ_BIT_MODEL_INIT;
 }
 
-/* Lays out what a mesh without seams, metadata, materials and things aside does not have. */
+/* Lays out what only a mesh with seams, metadata, materials or things aside has. */
 static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
 {
     const cq_shape *s = &d->shape;
@@ -8900,8 +8914,8 @@ static cq_result cqi_begin_base_rows(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or by its number
- * another one of the vertex. */
+/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or another one
+ * of the vertex, by its number. */
 static int cqi_code_base_corner(cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -8928,7 +8942,7 @@ static int cqi_code_base_corner(cq_decoder *d)
     return 1;
 }
 
-/* What predicts the values of a base row: that of CQI_BASE_FACES of its faces at most. */
+/* What predicts the values of a base row: at most CQI_BASE_FACES of its faces. */
 #define CQI_BASE_FACES 16
 typedef struct cqi_base_row {
     cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
@@ -8956,8 +8970,8 @@ static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
     }
 }
 
-/* Finds what predicts a row. New rows have their numbers in the order of their first corners, so that the search for
- * these goes around the vertex once. Of a row's other corners, those count that follow the first one without a gap. */
+/* Finds what predicts a row. New rows are numbered in the order of their first corners, so that all searches for these
+ * together go around the vertex once. Only corners of the row that adjoin the first one without a gap count. */
 static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -9018,7 +9032,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     return 1;
 }
 
-/* Turns to the next corner of the vertex; when all have their rows, to the values of the new ones. */
+/* Moves on to the next corner of the vertex; when all have their rows, to the values of the new ones. */
 static void cqi_next_base_corner(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -9059,7 +9073,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
-/* Turns to what is aside, and to metadata, unless they have been read. */
+/* Moves on to what is aside and to metadata, unless they have been read: then returns 0. */
 static int cqi_has_aside(cq_decoder *d)
 {
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
@@ -9131,7 +9145,7 @@ static int cqi_code_aside_face(cq_decoder *d)
     return 1;
 }
 
-/* A byte of the metadata, from its highest bit on, each with a model by the bits before. */
+/* A byte of the metadata, highest bit first; the bits before choose the model of each. */
 static void cqi_code_metadata_byte(cq_decoder *d)
 {
     const int byte = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
@@ -9146,7 +9160,7 @@ static int cqi_has_rows(const cq_shape *s)
     return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
 }
 
-/* One channel of a row aside; or a face; or a byte of metadata. If rows have no values, all rows at once. */
+/* One channel of a row aside, or if rows have no values all rows at once; or a face; or a byte of metadata. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -9241,8 +9255,8 @@ static void cqi_code_error(cq_decoder *d)
     if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
 }
 
-/* Does another component take part from this level on? The next one does after those that do already. `active` is where
- * it begins, or on the way there. */
+/* Does another component take part from this level on? They begin to in the order of their vertices. `active` is on its
+ * way to the vertex where the next one begins. */
 static cq_result cqi_step_active(cq_decoder *d)
 {
     int k, begins;
@@ -9265,7 +9279,7 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Turns to the level that follows `level` others. */
+/* Moves on to the level that follows `level` others. */
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
@@ -9275,7 +9289,7 @@ static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 /* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
-    int regular = CQI_HAS_REGULAR && d->regular.count; /* the first gates are no edges any more */
+    int regular = CQI_HAS_REGULAR && d->regular.count; /* after one, the first gates are no edges any more */
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
         if (cqi_has_aside(d)) return CQ_OK;
@@ -9307,18 +9321,18 @@ static cq_result cqi_step_level(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Clears marks of the level before, of the next vertices that take part: base vertices up to `active`, and all that are
- * not of the base. */
+/* Clears the marks that the level before left, of the next vertices that take part: base vertices up to `active`, and
+ * all that are not of the base. */
 static cq_result cqi_step_clear(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index aside = d->base.vertices; /* of the base, from d->active on, is not in this level yet */
+    const cq_index base_end = d->base.vertices; /* the base from d->active on is not in this level yet */
     cq_index v = d->cleared, end = v < d->active ? d->active : m->num_vertices;
     if (end - v > CQI_AT_ONCE) end = (cq_index)(v + CQI_AT_ONCE);
     for (; v < end && v < d->base.vertices; v++) m->mark[v] &= CQI_SEED; /* others are not seeds */
     memset(m->mark + v, 0, (size_t)(end - v));
     v = end;
-    d->cleared = v == d->active && v < aside ? aside : v;
+    d->cleared = v == d->active && v < base_end ? base_end : v;
     if (d->cleared < m->num_vertices) return CQ_OK;
     if (CQI_ENCODING(d)) d->plan->next_seed = 0;
     d->phase = CQI_PATCHES;
