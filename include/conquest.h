@@ -2771,9 +2771,10 @@ static int cqi_plan_side(const cqi_plan *p)
 /* -- The plan of a regular level --
  *
  * A note of each odd vertex (new at the level) has: removed, the vertex; kept and face[0], its parents a and b; p and
- * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins,
- * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
- * note of input vertex v. */
+ * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB; and with seams face[1],
+ * its wedge on the left, whose entry in p->uses is the one on the right. When the level begins, the base has been read
+ * and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the note of input vertex
+ * v. */
 
 /* What a note says of a coarse face: its vertex is the hub there (or if the face has no other mark, a spoke of it is
  * flipped, see cqi_plan_second); in the face, the edge after its own is dissolved; the edge before its own is. */
@@ -3145,7 +3146,7 @@ static void cqi_model_keep(const cqi_model *m);
 static void cqi_model_omit(cqi_model *m);                     /* takes out the parts that it is to do without */
 #endif
 
-/* What the next step does. */
+/* What the next step does. Those up to CQI_BASE_ROWS come before the base is complete. */
 enum {
     CQI_HEADER, CQI_MATERIALS, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
     CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_RECORDS, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
@@ -9642,7 +9643,7 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
  *
  * For cq_keep_lods. */
 
-/* Is d->error known? The first level tells its error while it begins: until then it is 0. */
+/* Is d->error known? At level 1, a 0 may mean that it has not been read yet. */
 static int cqi_knows_error(const cq_decoder *d)
 {
     return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
@@ -9710,9 +9711,9 @@ typedef struct cqi_known {
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
-    cq_input coded;           /* as the input, but what the mesh became */
-    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared, */
-    cqi_known known;          /* and so does this */
+    cq_input coded;           /* the input, with the shape of the mesh that is coded */
+    cq_report report;         /* of the pass to compare, see cqi_encode_best. A pass clears all of the above, not this */
+    cqi_known known;          /* nor this */
 } cqi_encoder;
 
 /* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
@@ -9725,7 +9726,7 @@ static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
 #endif
 
-/* Where a call has found num_rows, the mesh has at most that many vertices. */
+/* Once a call of cq_encode has set num_rows, the mesh has at most so many vertices. */
 size_t cq_encoder_bytes(const cq_shape *shape)
 {
     cq_shape coded, *s = &coded;
@@ -9856,7 +9857,7 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
     return sum;
 }
 
-/* What is lost if the centre moves to x; or a part of that which is `enough` already. */
+/* What is lost if the centre moves to x; or if that is `enough` or more, a part of it that is, too. */
 static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
@@ -9898,7 +9899,8 @@ static uint64_t cqi_sum_above(uint32_t limit, int shift)
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. If it is above both limits, any number above them. */
+/* The loss of collapsing h = A -> B, which moves B to A. If that is above most_loss and refused_loss, the result may be
+ * any number above both. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -9959,9 +9961,10 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  * faces around A and B by its cover: the faces that A has instead of B's. What was attached to the old faces, and B, is
  * attached to the cover, each vertex to a face that is near it; all others stay where they are.
  *
- * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly a test
- * without a division shows that, and the first face that passes it will do. Else the nearest face of the cover is
- * searched; if that is too far away, faces of the component outside the cover are tried before the error grows.
+ * The error of a level is never smaller than that of a finer one, so a vertex need only be within the error so far.
+ * Mostly a test without a division shows that it is, and the first face that passes will do. Else the nearest face of
+ * the cover is searched; if that is too far away, faces of the component outside the cover are tried before the error
+ * grows.
  *
  * Time: no face belongs to two patches of a level, while the faces that a collapse replaces and its cover belong to
  * one. So a level attaches each vertex at most once, to one of less than CQ_MAX_VALENCE faces. The search outside
@@ -10189,8 +10192,8 @@ static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *c
     CQ_ASSERT(cover->size);
 }
 
-/* Reads the corners, and chooses the shift by the bounds above: what is attached is within the error so far of the old
- * faces, whose corners are those of the cover and B. */
+/* Reads the corners, and chooses the shift that keeps the bounds above: what is attached is within the error so far of
+ * the old faces, whose corners are those of the cover and B. */
 static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
 {
     const cq_mesh *m = &p->mesh;
@@ -10285,7 +10288,8 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
  *
  * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
-/* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
+/* The first face of the cover, from number `from` on, where x passes; else the first where it passes an edge; else
+ * CQ_NONE. */
 static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
@@ -10313,7 +10317,7 @@ static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_
     return h;
 }
 
-/* A face near v: in the cover, or outside. If the nearest one that is found is too far away, the error grows. */
+/* A face near v, in the cover or outside. If even the nearest one that is found is too far away, the error grows. */
 static cq_index cqi_nearest_face(cqi_plan *p, cqi_cover *c, cq_index v)
 {
     cqi_nearest n;
@@ -10375,7 +10379,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Prefetches a face of a cover; */
+/* Prefetch a face of a cover; */
 static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
 {
     CQI_SOON(&p->mesh.twin[h]);
@@ -10407,7 +10411,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
-/* Measures the error of a level, whose collapses begin with that note. */
+/* Measures the error of a level, whose collapses begin with this note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -10466,7 +10470,8 @@ static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
     corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
 }
 
-/* Which wedges of B are tied to one of A: bits. If both sides have the same wedge of A or B, the right one is not. */
+/* On which sides a wedge of B is tied to one of A: CQI_TIED_LEFT and CQI_TIED_RIGHT. If both sides have the same wedge
+ * of A or of B, the right one is not. */
 static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
@@ -10546,7 +10551,7 @@ static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change
         if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
 }
 
-/* Changes the wedges as the collapse of h, which comes next, will want them, and notes how. */
+/* Changes the wedges for the collapse of h, which comes next, and notes how. */
 static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
 {
     cq_index corner[CQI_CORNERS], s;
@@ -10563,8 +10568,8 @@ static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
     cqi_count_corners_of(p, corner, -1);
 }
 
-/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, whose corners the split
- * makes in this order. */
+/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, with their corners in
+ * the order in which the split makes them. */
 static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
 {
     cq_index s = first, corner[CQI_CORNERS];
@@ -10613,8 +10618,8 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
-/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
- * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The first and the
+ * last neighbour must stay: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -10726,8 +10731,8 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
-/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a patch
- * with a large one leaves few vertices to others. Other tries begin with the second or the third. */
+/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a large
+ * patch leaves few vertices to others. Further tries of a level begin with the second or the third. */
 static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int *order)
 {
     int k, j;
@@ -10765,7 +10770,8 @@ static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
     cqi_conquer_patch(p, spoke, h, h == CQ_NONE ? 0 : 1 + side);
 }
 
-/* Clears the marks of a component's vertices that are left, unlists the others, and returns how many are left. */
+/* Clears the marks of those vertices of a component that are left, unlists the others, and returns how many are
+ * left. */
 static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
 {
     cq_mesh *m = &p->mesh;
@@ -10993,7 +10999,7 @@ static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
            cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
 }
 
-/* All keys are below that. */
+/* All keys are below this number. */
 static cq_index cqi_num_keys(const cqi_preparer *p, int by)
 {
     return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
@@ -11107,8 +11113,8 @@ static void cqi_put_faces_aside(cqi_preparer *p)
  * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
  * sheet; of each sheet the smaller part is turned over. */
 
-/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned against it.
- * parent[f] is 2 * the parent of f + whether it is to be turned against that. */
+/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned if the root is
+ * not. parent[f] is 2 * the parent of f, plus 1 if it is to be turned if that is not. */
 static cq_index cqi_find_sheet(cq_index *parent, cq_index f, cq_index *turned)
 {
     cq_index root = f, sum = 0;
@@ -11164,8 +11170,8 @@ static void cqi_turn_faces(cqi_preparer *p)
     memset(balance, 0, p->num_faces * sizeof(cq_index));
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_sheet(parent, f, &turned);
-        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do
-                                                                       not */
+        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* faces that stay minus those that do not, modulo
+                                                                       2^CQ_INDEX_BITS */
     }
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_sheet(parent, f, &turned);
@@ -11282,9 +11288,9 @@ static void cqi_glue_places(cqi_preparer *p)
 
 /* -- Fans --
  *
- * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
- * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
- * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+ * No two edges may join the same two fans, and no edge a fan with itself. Two open edges that join the same fans are
+ * glued, if they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a
+ * second edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
 
 static void cqi_find_fans(cqi_preparer *p)
 {
@@ -11581,7 +11587,8 @@ static void cqi_prepare(cqi_preparer *p)
     cqi_find_targets(p);
 }
 
-/* Lays out what is kept of the preparation, behind what is in its place already. Returns room for the rows aside. */
+/* Lays out what is kept of the preparation; the first three blocks are where they were. Returns room for the rows
+ * aside. */
 static cq_index *cqi_carve_prepared(const cqi_preparer *p, cqi_plan *plan, cqi_arena *arena)
 {
     const size_t w = p->num_wedges;
@@ -11690,7 +11697,8 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
+/* The two lowest bits are the label; the others are set meanwhile. When the level is undone, they are what the note
+ * will say of the two coarse faces instead, 3 bits each: see CQI_SIDE_HUB. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
     CQI_TOO_FAR = 32, CQI_ACUTE = 64 /* of the waves, see cqi_has_sharp_edges and cqi_is_acute */
@@ -11720,8 +11728,8 @@ typedef struct cqi_labels {
     cq_index *waiting;           /* faces whose polygons are still to be checked */
     uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
     cq_index num_waiting, clock;
-    cq_index spare;              /* odd vertices that may still become even before the labelling is given up */
-    int alike;                   /* the dissolved edges of strips shall run the same way */
+    cq_index spare;              /* how many odd vertices may still become even before the labelling is given up */
+    int alike;                   /* 1: strips, whose dissolved edges should all run the same way */
     int ready;                   /* number of the labelling that the waves have just made */
 } cqi_labels;
 
@@ -11729,7 +11737,7 @@ typedef struct cqi_labels {
 #define CQI_LABEL_BYTES(v, f) \
     (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
 
-/* Lays out labels in memory that is idle. 0: it does not suffice. */
+/* Lays out labels in memory that is idle. 0: that is too small. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
 {
     const size_t v = (size_t)m->first_virtual + m->max_virtual;
@@ -11980,8 +11988,7 @@ static int cqi_is_marked(const cqi_polygon *p, int corner)
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* Where two opposite sides have marks: the diagonal by which all such polygons are dissolved alike, which ends at the
- * ends of these sides; or -1. */
+/* The diagonal by which all polygons of two opposite marked sides are dissolved alike; or -1 if this is none. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
@@ -12047,9 +12054,9 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
 
 /* -- Regular levels: the wave --
  *
- * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd, with v and the vertex straight
- * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
- * waves meet and disagree. */
+ * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd; its parents are v and the
+ * vertex straight behind w, which becomes even, too. A mesh that was subdivided is labelled completely that way;
+ * elsewhere waves meet and disagree. */
 
 /* The vertex straight behind the origin of `back`, seen from its target: on the opposite spoke of an even valence, which
  * must be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
@@ -12122,14 +12129,14 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 
 /* -- Regular levels: strips --
  *
- * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row is
- * taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even vertex has a
- * frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on: along a row
- * past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in arrays of
- * which only odd vertices use their entries, and in `waiting`. */
+ * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row of
+ * quads' corners is taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even
+ * vertex has a frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on:
+ * along a row past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in
+ * arrays that have idle entries for even vertices, and in `waiting`. */
 
 #define CQI_STRIP_SAMPLE 1024
-enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
+enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* in this order clockwise */
 
 /* The cosine of the angle a v b, in 1/1024. */
 static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
@@ -12204,7 +12211,7 @@ static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
          : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
 }
 
-/* If v has no label, makes it even and lets it wait for its turn. */
+/* If v has no label, makes it even, with this frame, and queues it. */
 static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
 {
     int k;
@@ -12226,7 +12233,7 @@ static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
         f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
 }
 
-/* Spoke u carried along h, on its right or left; CQ_NONE if there is no u. */
+/* Spoke u, if there is one, carried along h, on its right or left. */
 static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
 {
     return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
@@ -12336,9 +12343,9 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
  *
  * As long as there is a polygon that cannot be coded, one of its odd vertices becomes even: the one that leaves the
  * fewest such polygons around it; of several the one that was labelled last. That adds cut edges only at this vertex,
- * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. It comes to an
- * end, as each face is a polygon when no odd vertex is left; but if half of them must go, the level is given up, which
- * bounds the time. */
+ * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. This ends, as
+ * each face is a polygon when no odd vertex is left; but if half of the odd vertices must go, the level is given up,
+ * which bounds the time. */
 
 enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* bits of a face: to be checked; in the list of those
                                                                  that wait; its polygon has 4 corners */
@@ -12622,14 +12629,15 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Is the angle between the parents, as seen from an odd vertex, at most a right one? */
+/* Is the angle between the parents, as seen from an odd vertex, a right angle or less? */
 static int cqi_is_acute(const cqi_labels *l, cq_index v)
 {
     return cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
                         cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
 }
 
-/* Is it so for few odd vertices? If for many, the surface is rough; else these were labelled across a fold. */
+/* Marks the odd vertices where it is. Are they few? Then they were labelled across a fold; else the surface is
+ * rough. */
 static int cqi_are_few_acute(const cqi_labels *l)
 {
     cq_index v, odd = 0, acute = 0;
@@ -12666,8 +12674,8 @@ static cq_index cqi_refuse(cqi_labels *l)
 }
 
 /* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
- * three fifths are above 16, and an eighth is above 32; more of these if many are above 8, which cqi_refuse gets
- * marked. */
+ * three fifths are above 16, and an eighth is above 32; or more than an eighth, if many are above 8. Marks the latter
+ * for cqi_refuse. */
 static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -12688,9 +12696,9 @@ static int cqi_has_sharp_edges(cqi_labels *l)
 /* -- Regular levels: filling --
  *
  * Vertices that the waves left even can often be odd, too: an even vertex v that is no parent, between two even
- * neighbours a and b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs a, b whose
- * polygons can be coded, the one with the lowest cost is taken, if that is below the cost of a dissolved edge. The cost
- * is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
+ * neighbours a and b. That joins the polygons around v into two, one on each side of a - v - b. Of the pairs a, b whose
+ * polygons can be coded, the one with the lowest cost is taken, if that is less than one more dissolved edge costs. The
+ * cost is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
  * divided by the parents' distance. On a boundary, the parents are those along it. */
 
 #define CQI_FILL_VALENCE 8
@@ -12717,8 +12725,8 @@ static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r
     } while (h != m->out[v]);
 }
 
-/* Could places i and j be the parents? Even vertices on each side become corners, of which there may be two; a virtual
- * vertex must be alone on its side. */
+/* Could places i and j be the parents? The even vertices on each side become corners: at most two, and a virtual vertex
+ * must be alone on its side. */
 static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
 {
     int inside = 0, outside = 0, k;
@@ -12832,8 +12840,8 @@ static void cqi_fill_all(cqi_labels *l)
  *
  * Waves are tried, the best ones chosen, then repaired, filled and settled. */
 
-/* A seed for waves: the first inner vertex that is irregular, or of valence 8, from a place on that depends on the
- * number of the try; if there is none, any vertex. */
+/* A seed for waves: beginning at a place that depends on the number of the try, the first inner vertex that is
+ * irregular, or with `eight` of valence 8; if there is none, any vertex. */
 static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 {
     const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
@@ -12850,8 +12858,8 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 /* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices, which were there before the
  * subdivision. Waves across any even valence are for quads whose diagonals alternate, so that valences are 4 and 8;
  * they must begin at an 8. Elsewhere waves across valence 6 only leave more to filling. */
-enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
-#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
+enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* numbers of labellings; others below: valence 6 only */
+#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with fewer odd ones, other seeds do not help */
 
 /* The waves of a labelling. */
 static void cqi_try_waves(cqi_labels *l, int number)
@@ -12893,8 +12901,8 @@ static cq_index cqi_count_live(const cq_mesh *m)
     return n;
 }
 
-/* Number of odd vertices if nearly every face was made by cutting one in four: one on each coarse edge. No labelling
- * can have many more. */
+/* Number of odd vertices if nearly all faces were made by cutting coarse ones in four: one on each coarse edge. No
+ * labelling can have many more. */
 static cq_index cqi_all_odd(const cq_mesh *m)
 {
     cq_index f, faces = 0, boundary = 0;
@@ -12947,7 +12955,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
     return cqi_label_with(l, number, 0);
 }
 
-/* The labels that notes were written by, see cqi_undo_level. */
+/* The labels by which the notes were written, see cqi_undo_level. */
 static void cqi_recall_labels(cqi_labels *l, const cqi_collapse *note, cq_index count)
 {
     cq_index k;
@@ -13091,7 +13099,7 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct. What is attached to faces uses the memory of the replay, which begins only
+/* Lays out what follows the encoder's struct. What is attached to faces is in the memory of the replay, which begins
  * when all is measured. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
@@ -13295,20 +13303,21 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
-/* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
- * without sharp edges and of so many vertices; conquest levels alone are then not tried. */
+/* On all meshes without sharp edges, with so many vertices, of which waves find so many per mille odd, regular levels
+ * have paid; conquest levels alone are then not tried. */
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* Is a mesh of so many vertices large, and that before the first level not too far from it: 3/2 of what the span of n
- * vertices divided by the root of n is, in 1/4096 of the span? */
+/* Is a mesh of so many vertices large, and the one before its finest level near it: less away than 3/2 of the span of
+ * the positions, divided by the root of the number of vertices? Counts in 1/4096 of the span. */
 static int cqi_is_near_before(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
     return live >= CQI_SMALL && error < 4096 && error * error * live < (uint64_t)6144 * 6144;
 }
 
-/* Are the first labels good enough? A mesh with copied rows, which take time, is not prepared again to compare. */
+/* Are the labels of the finest level good enough? A mesh with copied rows takes time to prepare: to prepare it again
+ * just to compare is not worth it, so there the level must be sure to pay. */
 static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
@@ -13336,7 +13345,7 @@ static cq_index cqi_next_labels(const cqi_plan *p, cqi_known *known, cqi_labels 
     return known->count_of[level];
 }
 
-/* Takes regular levels while they are worth it; memory that is idle. */
+/* Undoes regular levels while that is worth it. idle: memory for the labels. */
 static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, const cqi_arena *idle)
 {
     cq_index live = (cq_index)in->shape.num_vertices;
@@ -13406,7 +13415,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
-/* Runs the decoder's steps, which write now. CQ_DONE, unless the plan is wrong. */
+/* Runs the decoder's steps, which write here. CQ_DONE, unless the plan is wrong or a level is rejected. */
 static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 {
     cq_result result;
@@ -13520,7 +13529,7 @@ static cq_index cqi_vertex_of_row(const cqi_plan *p, const cq_decoder *d, cq_ind
 }
 #endif
 
-/* The same for rows that were prepared. */
+/* Writes in->map and in->face_map of an input that was prepared; */
 static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded,
                                     const cq_decoder *d)
 {
@@ -13546,6 +13555,7 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
 #endif
 }
 
+/* and of one that was not. */
 static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
 {
     const cqi_plan *p = &e->plan;
@@ -13603,7 +13613,7 @@ static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_in
     return n;
 }
 
-/* The number of pairs of halfedges of the same place, as many as can be glued at most. `open` is sorted by places. */
+/* The number of pairs of halfedges of the same place: at most so many can be glued. `open` is sorted by places. */
 static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
 {
     cq_index k, single = 0, pairs = 0;
@@ -13631,8 +13641,8 @@ static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const 
     return cqi_count_pairs(m, in, open, n) > aside;
 }
 
-/* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
- * meet and become shorter, by more pairs of edges than faces go aside. CQ_DONE: they are fine. */
+/* Prepares the triangles and builds their mesh, if they are no manifold as they are; or an open one whose borders meet,
+ * if more pairs of edges are glued than faces go aside. Else CQ_DONE: they are fine as they are. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
                                     cq_preparation *counts)
 {
@@ -13666,7 +13676,7 @@ static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= C
 
 #endif
 
-/* Builds the mesh that is coded. */
+/* Builds the mesh that is coded, from the triangles as they are or prepared. */
 static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
                            cq_preparation *counts)
 {
@@ -13742,7 +13752,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
 }
 
 /* Bits that a vertex of regular level k may take, in 1/16: the mean without regular levels, and 3/2 bits more for each
- * halving of the number of vertices before it, as coarser meshes always take more bits for a vertex. */
+ * time that the number of vertices has been halved by finer levels, as coarser meshes always take more bits per
+ * vertex. */
 static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
 {
     uint32_t live = num_vertices, j;
@@ -13751,9 +13762,9 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* Is the mesh before regular level k about as near to the exact one as what a plan without regular levels has after as
- * many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and by a
- * factor of 1 and one more for each 24th of the bytes that are saved, but no more than 4 times the lengths' ratio. */
+/* Is the mesh before regular level k about as near to the exact one as the mesh that a plan without regular levels has
+ * after as many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and
+ * by a factor: 1, plus 1 for each 24th of `bytes` that is saved, but at most 4 * without / bytes. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
     const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
@@ -13782,9 +13793,9 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* How many regular levels there should be without the other plan: one, and more as long as they pay. 0: that is in
- * question, as the stream is not much smaller than one without any, or the mesh before the first one is far from the
- * exact one. The guess is better for smooth meshes. */
+/* How many regular levels there should be, without another plan to compare with: one, and more as long as they pay. 0:
+ * that is in question, as the stream is probably not much smaller than one without any, or the mesh before the finest
+ * level is far from the exact one. The guess is better for smooth meshes. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     const int64_t size = (int64_t)((uint64_t)bytes * 128), all = cqi_guess_after(p, bytes, num_vertices, 1, located);
@@ -13794,10 +13805,10 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     return k;
 }
 
-/* Encodes with regular levels if there are any: without the coarsest ones if one does not pay, and without any should
- * a plan of them be wrong. Then without, to compare,
- * unless that is not in question: into what is left of the output, so that it only moves if it is chosen. If some of
- * the levels do not pay, or if there was no room, once more. */
+/* Encodes with all regular levels that there are; if one of these turns out not to pay, again with only those finer
+ * than it. Then without any, to compare, if it is in question whether they pay: into what is left of the output, so
+ * that this stream only moves if it is chosen. If fewer levels are better, or if there was no room, once more. Should a
+ * plan with regular levels be wrong, the mesh is encoded without any. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
@@ -14064,11 +14075,10 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
  *
  * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded outwards
  * around the upper one, into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. On an edge of the square,
- * two points to both sides of its middle stand for the same direction; the one further to the right or up is used.
+ * two points at the same distance from its middle stand for the same direction; the one to the right or above is used.
  *
- * The bound: each number is off by at most half a unit, a point of the octahedron therefore by sqrt(6) times that. Seen
- * from the centre, which is at least 1 / sqrt(3) away from it, that is an angle of sqrt(18) / 2 = 2.1213 times
- * 1 / half. */
+ * The bound: each number is off by at most half a unit, and a point of the octahedron therefore by sqrt(6) times that.
+ * Seen from the centre, which is at least 1 / sqrt(3) away, that is an angle of sqrt(18) / 2 = 2.1213 units. */
 
 static void cqi_fold(double *x, double *y)
 {
