@@ -300,9 +300,9 @@ typedef struct cq_shape {
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
  *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
- * A decoded row never changes, nor does a vertex, with one exception: if a split hands all corners of a row to the new
- * vertex, the row moves to that vertex, and takes over its values of the channels per mesh vertex. cq_moved_rows tells
- * which rows moved. With cq_input.clean none does.
+ * A decoded vertex never changes, and neither does a row, with one exception: if a split hands all corners of a row to
+ * the new vertex, the row moves to that vertex, and takes over its values of the channels per mesh vertex.
+ * cq_moved_rows tells which rows moved. With cq_input.clean none does.
  *
  * In a mesh without seams, index == mesh.origin, row v is vertex v, and none of this costs anything.
  *
@@ -496,10 +496,11 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 /* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
  * one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A line can be
  * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
- * the surface touches itself may become several. Without a channel of positions rows only differ by their numbers.
+ * the surface touches itself may become several. Without a channel of positions no rows become one.
  *
- * in       in->shape.num_boundary_loops, _edges and num_rows are set as found. Start with zeros, which is enough for a
- *          closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as cq_encoder_bytes(&in->shape) is by then.
+ * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found. Begin with zeros:
+ *          that is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as
+ *          cq_encoder_bytes(&in->shape) is by then.
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
  *          second call.
  * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
@@ -1008,7 +1009,7 @@ enum {
 /* Questions that are asked while they pay. */
 enum {
     CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
-    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][place of the component][how many] it is as neighbours' */
+    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it] it is that of neighbours */
     CQI_FLAT = CQI_SAME + CQI_SAMES * 4 * 8,  /* [agreement][distance] its height is where planes agree */
     CQI_QUESTIONS = CQI_FLAT + 8 * 8
 };
@@ -1079,7 +1080,7 @@ typedef struct cqi_material {
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
-    int32_t worth_rivals, worth_flat, worth_same[2];         /* by asking all questions of a vertex, see gain */
+    int32_t worth_rivals, worth_flat, worth_same[2];         /* gain of all questions of a kind about one vertex */
     int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
                                                                 those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
@@ -1125,7 +1126,7 @@ typedef struct cqi_regular {
     uint16_t size_of[CQ_MAX_CHANNELS];               /* half bits of their residuals, 1/64: running means */
     cq_index first_row;                    /* of those that the level makes */
     uint32_t view, part;                   /* cqi_at looks at three components of this channel, from that one on; */
-    int fold;                              /* it takes them out of the fold of a pair */
+    int fold;                              /* 1: and folds them, as they are a pair */
 } cqi_regular;
 
 /* -- Decoder: its fields ------------------------------------------------------------------------------------------- */
@@ -5139,8 +5140,8 @@ static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes
               *trust / 16;
 }
 
-/* Codes how *direction, which faces give, or else the mean of the tangents around is turned to the tangent, and turns
- * it. 0: there is no normal, or neither of the two. */
+/* The tangent is turned either from *direction, which faces give, or from the mean of the tangents around. Codes by how
+ * much; *direction becomes that of the tangent. 0: there is no normal, or neither of the two directions. */
 static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *direction, const cq_index *around,
                          int n, cq_index wedge)
 {
@@ -6829,14 +6830,14 @@ static cq_result cqi_step_marks(cq_decoder *d)
  * all components and directions. Weights of skinning are predicted from the two ends of the edge, as in levels of
  * patches. What may not be averaged is mostly a copy of one of these ends. */
 
-/* Is the channel averaged so, but not the positions? */
+/* Is the channel predicted as positions are? */
 static int cqi_is_expected(const cq_decoder *d, uint32_t k)
 {
     const cq_channel *const c = &d->shape.channel[k];
     return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
 }
 
-/* Is any channel averaged so, or are there positions? */
+/* Is any channel predicted as positions are, or are there positions? */
 static int cqi_has_expected(const cq_decoder *d)
 {
     uint32_t k;
@@ -7123,7 +7124,7 @@ static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
     return x;
 }
 
-/* A vector, and the weighted sum of n features added, with weights in 1/256. */
+/* A vector plus the weighted sum of n features, with weights in 1/256. */
 static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, const int8_t *weight, int n)
 {
     int64_t x = 0, y = 0, z = 0;
@@ -7374,7 +7375,7 @@ static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot)
 /* Is the new vertex the hub of the face? */
 static int cqi_is_hub(const cq_mesh *m, cq_index slot) { return (CQ_NONE - m->origin[3 * slot]) & 1; }
 
-/* Do two vertices lie straight on? And what does, or of two the second one? */
+/* Do two vertices lie straight on? And which one does, of two the second? */
 static int cqi_has_two_ahead(const cq_mesh *m, cq_index slot)
 {
     return m->twin[3 * slot] >= CQ_NONE / 2 && m->twin[3 * slot] != CQ_NONE;
@@ -7920,8 +7921,7 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* The new vertex that is sample k: the level is divided into as many equal parts as there are rows, with one in
- * each. */
+/* The new vertex that is sample k: one from each of `rows` equal parts of the level. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
@@ -7981,8 +7981,8 @@ static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
     return rows;
 }
 
-/* Exchanges the values of those new vertices in the record of v that will be final when v has its turn, with those in
- * `place`; which first gets their final values, unless it has theirs `back`. There are 10 at most. */
+/* Of the new vertices in the record of v, some will be final when v has its turn, 10 at most. Exchanges their values
+ * with those in `place`, which before that gets the final ones, unless these are exchanged `back`. */
 static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
     const uint32_t stride = d->shape.channel[d->regular.view].components;
@@ -9256,8 +9256,8 @@ static void cqi_code_error(cq_decoder *d)
     if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
 }
 
-/* Does another component take part from this level on? They begin to in the order of their vertices. `active` is on its
- * way to the vertex where the next one begins. */
+/* Does another component take part from this level on? Components join in the order of their vertices. `active` is the
+ * vertex where the next one begins, or on its way there. */
 static cq_result cqi_step_active(cq_decoder *d)
 {
     int k, begins;
@@ -9712,7 +9712,7 @@ typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
     cq_input coded;           /* the input, with the shape of the mesh that is coded */
-    cq_report report;         /* of the pass to compare, see cqi_encode_best. A pass clears all of the above, not this */
+    cq_report report;         /* of the pass to compare, see cqi_encode_best. A pass clears all above, but not this, */
     cqi_known known;          /* nor this */
 } cqi_encoder;
 
@@ -11113,8 +11113,8 @@ static void cqi_put_faces_aside(cqi_preparer *p)
  * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
  * sheet; of each sheet the smaller part is turned over. */
 
-/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned if the root is
- * not. parent[f] is 2 * the parent of f, plus 1 if it is to be turned if that is not. */
+/* Union-find with path compression, for sheets: the root of a face, and whether just one of the two is to be turned.
+ * parent[f] is 2 * the parent of f, plus 1 if just one of f and the parent is to be turned. */
 static cq_index cqi_find_sheet(cq_index *parent, cq_index f, cq_index *turned)
 {
     cq_index root = f, sum = 0;
