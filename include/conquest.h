@@ -498,8 +498,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
  * the surface touches itself may become several. Without a channel of positions no rows become one.
  *
- * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found. Begin with zeros:
- *          that is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as
+ * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found. Begin with
+ *          zeros, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as
  *          cq_encoder_bytes(&in->shape) is by then.
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
  *          second call.
