@@ -309,7 +309,7 @@ typedef struct cq_shape {
  * Aside are faces that no surface can have, namely those with the same row or position twice, or with the same three
  * rows as another face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
 
-/* Faces and rows aside. Their rows are numbered behind those of the mesh: row k below has the number shape.num_rows + k
+/* Faces and rows aside. Their rows are numbered after those of the mesh: row k below has the number shape.num_rows + k
  * in an index, or shape.num_vertices + k if there are no wedges. */
 typedef struct cq_aside {
     uint32_t num_rows, num_faces;          /* as in the shape, or 0 before they are read */
@@ -397,7 +397,7 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
 /* Decodes until the input or the budget is used up.
  *
  * in       the next piece of the stream, of any size; it is advanced past the bytes used, which need not be kept. Bytes
- *          behind the end of the stream are not used. NULL: no more input will come.
+ *          after the end of the stream are not used. NULL: no more input will come.
  * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
  *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
  *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
@@ -426,7 +426,7 @@ CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index coun
 CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
 
 /* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
- * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked, and without wedges none is.
+ * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked; without wedges, none are.
  * Time O(new vertices). */
 CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
 
@@ -449,9 +449,9 @@ typedef struct cq_lod {
  * calls, so a level may have up to one vertex more than asked for per step of the budget.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
- * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
+ * indices  cq_index[capacity], for all levels, one after the other. Levels that are due at once share theirs.
  *
- * Returns how many are kept. A level for which there is no room is not, nor are those behind it. Without positions
+ * Returns how many are kept. A level for which there is no room is not, nor are those after it. Without positions
  * errors are not known, and a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
@@ -583,7 +583,7 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
  *
  * The mesh is always closed: each boundary loop is filled by a fan of virtual faces around one virtual vertex. Virtual
  * vertices are numbered first_virtual .. first_virtual + num_virtual - 1, their faces first_virtual_face ..
- * first_virtual_face + num_virtual_faces - 1. Both lie behind room for all real ones, so that real vertices and faces
+ * first_virtual_face + num_virtual_faces - 1. Both come after room for all real ones, so that real vertices and faces
  * are 0 .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; free slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
@@ -1490,7 +1490,7 @@ static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_
     return result;
 }
 
-/* Has every face three different vertices, all of which exist? */
+/* Does every face have three different vertices, all of which exist? */
 static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     cq_index f, k;
@@ -1525,7 +1525,7 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
     return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Sorts the halfedges by their smaller end, stably. On return first[v] is the place behind the last halfedge of v. */
+/* Sorts the halfedges by their smaller end, stably. On return first[v] is the place after the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1990,7 +1990,7 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     f = cqi_new_face(m, cq_is_virtual(m, p));
     g = cqi_new_face(m, cq_is_virtual(m, q));
     b = cqi_new_vertex(m);
-    for (s = cq_clockwise(m, first);; s = cq_clockwise(m, s)) { /* B takes the spokes behind first up to last */
+    for (s = cq_clockwise(m, first);; s = cq_clockwise(m, s)) { /* B takes the spokes after first up to last */
         m->origin[s] = b;
         moved++;
         if (s == last) break;
@@ -2136,7 +2136,7 @@ static void cqi_put_byte(cq_range_encoder *e, int byte)
 }
 
 /* Moves the top byte of low out. Until it is known whether there will be a carry, a byte waits in cache, and the number
- * of 0xff bytes behind it in pending. */
+ * of 0xff bytes after it in pending. */
 static void cqi_shift_low(cq_range_encoder *e)
 {
     uint32_t low = (uint32_t)e->low;
@@ -2607,7 +2607,7 @@ typedef struct cqi_seed {
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
-    int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
+    int16_t feature[3][CQI_MOST];       /* 0 after the last one */
     int32_t offset[3];
     int32_t state[3];                   /* the shares of its equations in the sums; then what the present weights leave
                                            of the offset, 1/256 */
@@ -3197,7 +3197,7 @@ static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
     return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
 }
 
-/* The material of a face: the last one whose range does not begin behind it. */
+/* The material of a face: the last one whose range does not begin after it. */
 static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
 {
     uint32_t low = 0, high = d->shape.num_materials;
@@ -3215,7 +3215,7 @@ static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
     return p->materials[p->face_of_input ? p->face_of_input[face] : face];
 }
 
-/* An encoder counts the faces of each material. */
+/* An encoder counts the faces of each material, in `shown`. */
 static void cqi_count_materials(cq_decoder *d)
 {
     cq_index f;
@@ -3954,7 +3954,7 @@ static uint32_t cqi_square_root(uint64_t x)
 /* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
-    const int zeros = 32 - cqi_bit_length(x); /* the top four bits behind them are 8 .. 15 */
+    const int zeros = 32 - cqi_bit_length(x); /* the top four bits after them are 8 .. 15 */
     return 8 * (30 - zeros) + (int)(x << zeros >> 28);
 }
 
@@ -4247,7 +4247,7 @@ static void cqi_list_planes(cqi_fan *f, cqi_vector place)
         cqi_add_plane(f, place, at[k], at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0]);
 }
 
-/* Distance along the surface. */
+/* Distance along the surface: the larger of those in x and y. */
 static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
 {
     const int32_t x = (int32_t)cqi_abs(a.x - b.x), y = (int32_t)cqi_abs(a.y - b.y);
@@ -4275,7 +4275,7 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
 }
 
 /* Counts all votes. A loop of fixed length becomes vector instructions where there are some; there, each rival also
- * votes for itself, which is subtracted, and for the zeros behind the last one, whose votes nobody reads. */
+ * votes for itself, which is subtracted, and for the zeros after the last one, whose votes nobody reads. */
 static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
@@ -4335,7 +4335,7 @@ static int cqi_is_hit(const cqi_contest *c, cqi_vector place) { return cqi_apart
 /* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
 
-/* Asks, if that has paid so far. */
+/* Asks, if that has paid so far, and returns the answer. */
 static int cqi_code_question(cq_decoder *d, int index, int yes)
 {
     if (d->model.gain[index] < 0) return 0;
@@ -5265,8 +5265,8 @@ static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return 0;
 }
 
-/* What is left for component c of channel k and those behind it, if the weights of B have the same sum as those of A;
- * modulo 2^32, as some may be exact. *more: A has weights other than 0 behind that component. */
+/* What is left for component c of channel k and those after it, if the weights of B have the same sum as those of A;
+ * modulo 2^32, as some may be exact. *more: A has weights other than 0 after that component. */
 static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, cq_index a, int *more)
 {
     const cq_shape *s = &d->shape;
@@ -5287,7 +5287,7 @@ static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, 
     return (int32_t)(uint32_t)rest;
 }
 
-/* Is a weight of B all that is left of the sum? Usual if that is 0, or if A has no weights behind it. */
+/* Is a weight of B all that is left of the sum? Usual if that is 0, or if A has no weights after it. */
 static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
 {
     int more, usual, is_rest;
@@ -6027,7 +6027,6 @@ static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
     return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
 }
 
-/* Adds a row at a vertex. */
 static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
 {
     cqi_seams *s = d->seams;
@@ -6442,7 +6441,6 @@ static CQI_APART cq_result cqi_step_corners(cq_decoder *d)
     return CQ_OK;
 }
 
-/* One channel of one of the new rows. */
 static int cqi_code_new_row(cq_decoder *d, uint32_t k, int nth)
 {
     const cqi_new_row *made = &d->seams->made[nth];
@@ -6618,7 +6616,7 @@ static void cqi_clear_face_bits(const cq_decoder *d, cq_index f)
     *byte = (uint8_t)(*byte & ~(3 << 2 * (f & 3)));
 }
 
-/* The marked sides of a face, as bits. The byte behind them all is one of the faces. */
+/* The marked sides of a face, as bits. The byte after them all is one of the faces. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f)
 {
     const uint8_t *const byte = (const uint8_t *)d->walk.queue + (3 * f >> 3);
@@ -7543,7 +7541,7 @@ typedef struct cqi_changes {
 typedef struct cqi_rows {
     cqi_row *row;
     uint32_t count;
-    int parts;                     /* 4: so many for each choice of axes, one part behind the other; else 1 */
+    int parts;                     /* 4: so many for each choice of axes, one part after the other; else 1 */
     const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
 } cqi_rows;
 
@@ -7672,7 +7670,7 @@ static int32_t cqi_left_of(const int16_t *weight, const int16_t *x, int32_t y)
     return 16 * y - sum - (int32_t)weight[CQI_FINE] * x[CQI_FINE];
 }
 
-/* The weights with zeros behind them: so all loops that multiply them are of the same length. */
+/* The weights with zeros after them: so all loops that multiply them are of the same length. */
 static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
 {
     int i;
@@ -8404,7 +8402,7 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const
     return 1;
 }
 
-/* Channel k of v. */
+/* Channel k of v in edge h, if it is predicted as positions are. */
 static int cqi_code_other(cq_decoder *d, uint32_t k, cq_index v, cq_index h, cq_index input)
 {
     cqi_vector feature[CQI_MOST];
@@ -9481,7 +9479,7 @@ static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
     return CQ_OK;
 }
 
-/* Takes header bytes one by one, so that none behind a short stream is touched. */
+/* Takes header bytes one by one, so that none after a short stream is touched. */
 static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 {
     cqi_header h;
@@ -9716,7 +9714,7 @@ typedef struct cqi_encoder {
     cqi_known known;          /* nor this */
 } cqi_encoder;
 
-/* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
+/* The rows for fitting weights come after it: with them inside it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
 #define CQI_ENCODER_BYTES \
     (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + (CQI_ROWS + 1) * sizeof(uint32_t) + 7) / 8 * 8)
@@ -10396,7 +10394,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
     CQI_SOON(&p->measured[3 * (size_t)v]);
 }
 
-/* and what the collapses behind this one need. */
+/* and what the collapses after this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
     const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
@@ -11982,7 +11980,7 @@ static int cqi_find_faces(cqi_polygon *p, int wanted)
     return 0;
 }
 
-/* Is there an odd vertex on the side behind that corner? */
+/* Is there an odd vertex on the side after that corner? */
 static int cqi_is_marked(const cqi_polygon *p, int corner)
 {
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
@@ -12036,7 +12034,7 @@ static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
 }
 
-/* What the note of the odd vertex behind a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
+/* What the note of the odd vertex after a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
 static int cqi_side_of(const cqi_polygon *p, int corner)
 {
     const int place = cqi_next_place(p, p->corner[corner]);
@@ -13182,7 +13180,7 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
 }
 
 /* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
- * size behind them. */
+ * size after them. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -13498,7 +13496,7 @@ static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
     }
 }
 
-/* Puts the header in front of the payload, which was written behind a gap for the shortest header. */
+/* Puts the header in front of the payload, which was written after a gap for the shortest header. */
 static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
 {
@@ -13626,7 +13624,7 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
 }
 
 /* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
- * behind the mesh is free. */
+ * after the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
@@ -13944,7 +13942,7 @@ static cq_result cqi_find_box(cqi_box *box, const float *from, size_t count, uin
 /* The step, so that the points of the grid reach over the box; `last` is the number of the last point. It is longer
  * than the distance of neighbouring floats at the end of the box: rounding a point to a float then moves it by less
  * than half a step, too little for another point to be nearer. With more than 22 bits, a step that was rounded down to
- * a float may leave the end of the box half a step or more behind the last point; the next float is used then. */
+ * a float may leave the end of the box half a step or more beyond the last point; the next float is used then. */
 static uint32_t cqi_fit_step(const cqi_box *box, double last)
 {
     uint32_t least, step;
