@@ -18,7 +18,7 @@
  *     result = cq_decoder_init(&dec, memory, sizeof memory);
  *     while (result >= 0 && result != CQ_DONE && (n = read_some(bytes)) > 0) {
  *         cq_bytes in = { bytes, n };                                  a piece of the stream, of any size
- *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);                  or at most so many steps
+ *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);                  or at most this many steps
  *         draw(dec.index, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
  *     }
  *     if (result == CQ_NEED_INPUT) result = cq_decode(&dec, NULL, CQ_NO_LIMIT);   it was cut off: CQ_TRUNCATED
@@ -500,7 +500,7 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  *
  * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found. Begin with
  *          zeros, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as
- *          cq_encoder_bytes(&in->shape) is by then.
+ *          cq_encoder_bytes(&in->shape) returns then.
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
  *          second call.
  * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
@@ -633,7 +633,7 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
  * indices  cq_index[3 * num_faces], values 0 .. num_vertices - 1, counter-clockwise. Halfedge h starts at indices[h].
  * memory   cq_mesh_bytes(shape) bytes for the shape as it comes out, aligned to 4; in use as long as the mesh is. Start
  *          with loops and edges 0, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes
- *          as cq_mesh_bytes(shape) is by then.
+ *          as cq_mesh_bytes(shape) returns then.
  * place    out: where the input is not an oriented 2-manifold; may be NULL.
  *
  * Any genus, number of components and of boundary loops. Returns CQ_OK, CQ_ERROR_MEMORY, _TOO_LARGE, _ARGUMENT or
@@ -641,8 +641,8 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
 CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
                                size_t memory_size, cq_place *place);
 
-/* Checks every invariant of the mesh in time O(vertices + faces), whatever its arrays and counts contain; uses mark[]
- * meanwhile. Returns CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE or _VERTEX with the place, which may be NULL. */
+/* Checks every invariant of the mesh in time O(vertices + faces), whatever its arrays and counts contain; writes mark[]
+ * while it runs. Returns CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE or _VERTEX with the place, which may be NULL. */
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
@@ -913,8 +913,8 @@ typedef struct cqi_fan {
     int num_rivals;
     cqi_contest along, over;                     /* of predictions along the surface, and of planes for the height */
     int flat_sides;                              /* 1: planes compete for z */
-    int same;                                    /* so many coordinates of neighbours are asked about, at most, */
-    int asked;                                   /* and so many were: */
+    int same;                                    /* at most this many coordinates of neighbours are asked about, */
+    int asked;                                   /* and this many were: */
     int question[CQI_SAMES];
     int32_t common[CQI_SAMES];
     int gain_same[2];                            /* saved by the first question, and by the others, in 1/64 bit */
@@ -1073,7 +1073,7 @@ typedef struct cqi_seams {
 /* The range of face numbers of a material. */
 typedef struct cqi_material {
     cq_index first, count;                    /* the next face gets first + count; */
-    cq_index shown;                           /* cq_material tells so many */
+    cq_index shown;                           /* the count that cq_material tells */
     cq_index scan;                            /* base: all halfedges of the range before it are closed */
 } cqi_material;
 
@@ -1135,7 +1135,7 @@ typedef struct cqi_regular {
  * mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
 struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
-    cq_mesh mesh;                          /* as it is by now */
+    cq_mesh mesh;                          /* as far as it is decoded */
     cq_index *index;                       /* cq_index[3 * mesh.num_faces], index buffer: mesh.origin, or with wedges
                                               rows */
     cq_value *channel[CQ_MAX_CHANNELS];    /* channel k, a vertex buffer: cq_value[mesh.num_vertices][components], or
@@ -1143,14 +1143,14 @@ struct cq_decoder {
                                               [mesh.num_faces], in the order of the faces in index */
     cq_index *vertex;                      /* cq_index[num_rows], the mesh vertex of each row; NULL: row v is vertex
                                               v */
-    cq_index num_rows;                     /* by now; mesh.num_vertices if vertex is NULL */
+    cq_index num_rows;                     /* of the mesh so far; mesh.num_vertices if vertex is NULL */
     cq_aside aside;
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
                                               it, in 1/16 of the positions' step. 0 at CQ_DONE, and where it is not
                                               known: before the first level, and without positions */
-    uint32_t num_components;               /* connected components of the mesh, by now */
+    uint32_t num_components;               /* connected components of the mesh so far */
     cq_report *report;                     /* in: NULL, or set after cq_decoder_init: filled while decoding */
 
     /* private */
@@ -2639,7 +2639,7 @@ typedef struct cqi_plan {
     cq_index *to_input;                 /* input vertices of those of the decoded base */
     cqi_row *row;                       /* of CQI_ROWS vertices */
     uint32_t *log2;                     /* logarithms of the numbers up to CQI_ROWS, see cqi_log2: */
-    uint32_t num_logs;                  /* so many are computed yet */
+    uint32_t num_logs;                  /* this many are computed so far */
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -2648,7 +2648,7 @@ typedef struct cqi_plan {
     int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* so many are allowed; if CQI_MAX_REGULAR, */
+    uint32_t most_regular;              /* at most this many are allowed; if CQI_MAX_REGULAR, */
     uint32_t rejected;                  /* this one ended the encoding, as it does not pay; 0: none */
     int is_near;                        /* 1: the mesh before the finest is near enough to the exact one */
     int is_smooth;                      /* 1: the exact mesh has no sharp edges */
@@ -3383,7 +3383,7 @@ static int cqi_aside_material(cq_decoder *d, cq_index face)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Faces that the mesh has by now, without gaps. */
+/* Number of faces that the mesh has so far, without gaps. */
 static cq_index cqi_num_faces(const cq_decoder *d)
 {
     cq_index n = 0;
@@ -4109,8 +4109,8 @@ static void cqi_turn_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
  * the surface differ from those above it. */
 
 /* What to expect of residuals, from how far the neighbours are from their mean along each axis. */
-#define CQI_LESS 4        /* x, y: so many half bits less than three times the mean distance has */
-#define CQI_LESS_ABOVE 5  /* z: so many half bits less than the mean distances along all axes together have */
+#define CQI_LESS 4        /* x, y: this many half bits less than three times the mean distance has */
+#define CQI_LESS_ABOVE 5  /* z: this many half bits less than the mean distances along all axes together have */
 static void cqi_expect_residuals(const cqi_ring *r, cqi_fan *f, cqi_vector mean, int p, int q)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -5577,7 +5577,7 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The vertex of the queue that has its turn after so many others. */
+/* The vertex of the queue that has its turn after this many others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 {
     return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
@@ -7541,7 +7541,7 @@ typedef struct cqi_changes {
 typedef struct cqi_rows {
     cqi_row *row;
     uint32_t count;
-    int parts;                     /* 4: so many for each choice of axes, one part after the other; else 1 */
+    int parts;                     /* 4: this many for each choice of axes, one part after the other; else 1 */
     const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
 } cqi_rows;
 
@@ -7927,7 +7927,8 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
+/* Rows for a level, in this many parts: half as many as vertices, or a quarter of what there is room for if that is
+ * more. */
 static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
     cqi_plan *const p = d->plan;
@@ -9724,7 +9725,7 @@ static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
 #endif
 
-/* Once a call of cq_encode has set num_rows, the mesh has at most so many vertices. */
+/* Once a call of cq_encode has set num_rows, the mesh has at most that many vertices. */
 size_t cq_encoder_bytes(const cq_shape *shape)
 {
     cq_shape coded, *s = &coded;
@@ -9785,7 +9786,7 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 #define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
 
-/* Vertices that a level with a limit must remove if it keeps so many: half of what a level without one can. */
+/* Vertices that a level with a limit must remove if it keeps this many: half of what a level without one can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
@@ -13301,12 +13302,12 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
-/* On all meshes without sharp edges, with so many vertices, of which waves find so many per mille odd, regular levels
- * have paid; conquest levels alone are then not tried. */
+/* Regular levels have paid on all meshes without sharp edges of whose vertices waves make at least this many per mille
+ * odd, and that have at least this many; conquest levels alone are then not tried. */
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* Is a mesh of so many vertices large, and the one before its finest level near it: less away than 3/2 of the span of
+/* Is a mesh of this many vertices large, and the one before its finest level near it: less away than 3/2 of the span of
  * the positions, divided by the root of the number of vertices? Counts in 1/4096 of the span. */
 static int cqi_is_near_before(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
@@ -13611,7 +13612,7 @@ static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_in
     return n;
 }
 
-/* The number of pairs of halfedges of the same place: at most so many can be glued. `open` is sorted by places. */
+/* The number of pairs of halfedges of the same place: no more can be glued. `open` is sorted by places. */
 static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
 {
     cq_index k, single = 0, pairs = 0;
@@ -13805,7 +13806,7 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
 
 /* Encodes with all regular levels that there are; if one of these turns out not to pay, again with only those finer
  * than it. Then without any, to compare, if it is in question whether they pay: into what is left of the output, so
- * that this stream only moves if it is chosen. If fewer levels are better, or if there was no room, once more. Should a
+ * that this stream only moves if it is chosen. If fewer levels are better, or if there was no room, again. Should a
  * plan with regular levels be wrong, the mesh is encoded without any. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
