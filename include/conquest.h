@@ -18,7 +18,7 @@
  *     result = cq_decoder_init(&dec, memory, sizeof memory);
  *     while (result >= 0 && result != CQ_DONE && (n = read_some(bytes)) > 0) {
  *         cq_bytes in = { bytes, n };                                  a piece of the stream, of any size
- *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);                  or at most so many steps
+ *         result = cq_decode(&dec, &in, CQ_NO_LIMIT);                  or at most this many steps
  *         draw(dec.index, dec.mesh.num_faces, dec.channel[0], dec.mesh.num_vertices);
  *     }
  *     if (result == CQ_NEED_INPUT) result = cq_decode(&dec, NULL, CQ_NO_LIMIT);   it was cut off: CQ_TRUNCATED
@@ -45,8 +45,8 @@
  *     memory = malloc(size);
  *     if (result == CQ_OK) result = cq_encode(&in, memory, size, out, out_size, &stream_size, NULL, NULL);
  *
- * As long as the result is CQ_ERROR_MEMORY, which it is at first for a mesh with boundaries, call again with as much
- * memory as cq_encoder_bytes(&in.shape) asks for by then.
+ * A mesh with boundaries may give CQ_ERROR_MEMORY at first: cq_encode has then counted its boundaries in in.shape. As
+ * long as it does, call it again with as much memory as cq_encoder_bytes(&in.shape) has come to.
  *
  * examples/ has complete programs. Method: Hao, Paker, Pearmain, "Mesh Connectivity Compression for
  * Progressive-to-Lossless Transmission" ("the paper" below): levels of edge collapses inside patches that are found
@@ -56,21 +56,21 @@
  *     patch        all triangles around one vertex, its centre
  *     gate         directed edge (L, R) on the border of a conquered patch; the next patch lies to its left
  *     front        the vertex A of the triangle L, R, A to the left of a gate
- *     conquered    the vertex belongs to a patch of this level already; else it is available
+ *     conquered    a vertex that already belongs to a patch of this level; until then it is available
  *     isolated     a patch whose centre is not split at this level
- *     spoke        a halfedge that starts at the centre of a patch, or at another vertex in question
+ *     spoke        a halfedge that starts at the centre of a patch, or at whichever vertex is looked at
  *     level        one conquest, which covers the mesh with patches that do not overlap; or one regular level
- *     regular      a level that undoes a step of subdivision: its vertices lie on edges, without gates. If a stream has
- *                  regular levels, they are its finest ones
+ *     regular      a level without gates: one step of subdivision, which inserts vertices into edges. The regular
+ *                  levels of a stream are its finest ones
  *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
- *     base         the coarsest mesh, where no level collapses anything more; the beginning of the stream
+ *     base         the coarsest mesh, with which the stream begins
  *     row          one element of the vertex buffers. A mesh vertex has several where a seam runs through it
  *     channel      one attribute: 1 to 4 integers per vertex, face or row
  *     aside        faces and rows that are not part of the surface, and are carried beside it
- *     step         one small piece of decoding, the unit of a budget; or of a channel, the distance of two values
+ *     step         a small piece of decoding, the unit of a budget; of a channel, the distance between two values
  *
- * Threads: distinct objects are independent. Functions that take a const cq_mesh may still use its array `mark` for a
- * moment, so that one mesh belongs to one thread at a time. Objects hold pointers into the caller's memory: do not move
+ * Threads: distinct objects are independent. A mesh belongs to one thread at a time, since even functions that take a
+ * const cq_mesh write its array `mark` while they run. Objects hold pointers into the caller's memory: do not move
  * either while in use. Bytes are the same on every platform.
  *
  * Changes: CHANGELOG.md lists them by version. The license is at the end of this file. */
@@ -89,7 +89,7 @@
 #endif
 
 /* CQ_NO_REGULAR, defined in every file that includes the header, leaves out regular levels: 7 KB less code. Streams
- * that may have them are then unsupported, which their header tells. Only for decoders: it needs CQ_NO_ENCODER. */
+ * whose header says that they may have some are then CQ_ERROR_UNSUPPORTED. It needs CQ_NO_ENCODER. */
 #if (defined(CQ_NO_REGULAR) || defined(CQ_NO_ATTRIBUTES)) && defined(CONQUEST_IMPLEMENTATION) && !defined(CQ_NO_ENCODER)
 #error "CQ_NO_REGULAR and CQ_NO_ATTRIBUTES need CQ_NO_ENCODER"
 #endif
@@ -99,8 +99,8 @@
 #define CQ_API extern
 #endif
 
-/* Names for the linker. They end in _16 with 16-bit indices and in _nr without regular levels: both change the layout
- * of structures, so files that do not agree do not link, while one program may have libraries of both kinds. */
+/* Names for the linker end in _16 with 16-bit indices, and in _nr without regular levels. Both change the layout of
+ * structures: files that disagree about them do not link, and one program may have libraries of both kinds. */
 #if CQ_INDEX_BITS == 16 && defined(CQ_NO_REGULAR)
 #define CQI_SYMBOL(name) name##_16_nr
 #elif CQ_INDEX_BITS == 16
@@ -203,7 +203,7 @@ typedef enum cq_result {
     CQ_ERROR_VALUE = -11,        /* a channel value outside 0 .. 2^bits - 1, or a float that no value can stand for */
     CQ_ERROR_FORMAT = -12,       /* stream: not a conquest stream */
     CQ_ERROR_VERSION = -13,      /* stream: a version that this library does not know */
-    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build does not know or is too small for */
+    CQ_ERROR_UNSUPPORTED = -14,  /* a feature that this build lacks, or values that need a build with 32-bit indices */
     CQ_ERROR_CORRUPT = -15,      /* stream: bytes that no encoder writes */
     CQ_ERROR_CHECKSUM = -16      /* stream: the check value does not match */
 } cq_result;
@@ -232,8 +232,8 @@ typedef struct cq_place {
     cq_index other;       /* CQ_ERROR_EDGE, _ORIENTATION: the edge's second vertex */
 } cq_place;
 
-/* What a channel's numbers mean to a reader of the stream. To the codec only positions mean something: connectivity is
- * predicted from the first channel of positions that is CQ_AVERAGE and not exact. */
+/* What a channel's numbers mean. Connectivity is predicted from the first channel of positions that is CQ_AVERAGE and
+ * not exact; of the other kinds, some have predictions of their own. */
 typedef enum cq_kind {
     CQ_POSITION = 0,      /* 3 components */
     CQ_GENERIC = 1,       /* 1 .. 4 components: anything else */
@@ -242,7 +242,7 @@ typedef enum cq_kind {
     CQ_COLOR = 4,         /* 3 components, red, green, blue; or 4, with alpha */
     CQ_JOINTS = 5,        /* 1 .. 4 components: joints of skinning, by number, */
     CQ_WEIGHTS = 6,       /* 1 .. 4 components: and their weights, in the same order */
-    CQ_NUMBER = 7,        /* 1 component: the number that the vertex or face has elsewhere, as in the file it is from */
+    CQ_NUMBER = 7,        /* 1 component: the number of the vertex or face elsewhere, such as in the original file */
     CQ_GROUP = 8,         /* 1 component: the material or group that the vertex or face belongs to */
     CQ_TURNED = 9,        /* 1 component of 1 bit, CQ_PER_FACE: 1 if the mesh has the face with the opposite
                              orientation. Only cq_encode adds it: see cq_read_triangles */
@@ -252,9 +252,9 @@ typedef enum cq_kind {
 
 /* What the numbers of a channel belong to, and how new ones are predicted. */
 typedef enum cq_merge {
-    CQ_AVERAGE = 0,       /* to vertices; from weighted means of what is around */
-    CQ_COPY = 1,          /* to vertices; as copies of neighbours: for numbers whose mean has no meaning */
-    CQ_PER_FACE = 2       /* to faces, 1 component; as copies of neighbours */
+    CQ_AVERAGE = 0,       /* to vertices; predicted from weighted means of neighbours */
+    CQ_COPY = 1,          /* to vertices; predicted as copies of neighbours: for numbers whose mean has no meaning */
+    CQ_PER_FACE = 2       /* to faces, 1 component; predicted as copies of neighbours */
 } cq_merge;
 
 /* One channel: `components` integers per vertex or face, each in 0 .. 2^bits - 1. Component k with value x stands for
@@ -300,16 +300,16 @@ typedef struct cq_shape {
  *             /   |   \              Per mesh vertex: positions, generic values, numbers, groups, joints and weights.
  *           /  1  |  2  \            Per row: normals, tangents, texture coordinates and colours.
  *
- * Rows are final as vertices are, with one exception: if a split hands all corners of a row to the new vertex, the row
- * moves there too, and takes its values of the channels per mesh vertex from it. cq_moved_rows tells which rows moved.
- * With cq_input.clean none does.
+ * A decoded vertex never changes, and neither does a row, with one exception: if a split hands all corners of a row to
+ * the new vertex, the row moves to that vertex, and takes over its values of the channels per mesh vertex.
+ * cq_moved_rows tells which rows moved. With cq_input.clean none does.
  *
  * In a mesh without seams, index == mesh.origin, row v is vertex v, and none of this costs anything.
  *
  * Aside are faces that no surface can have, namely those with the same row or position twice, or with the same three
  * rows as another face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
 
-/* Faces and rows aside. Their rows are numbered behind those of the mesh: row k below has the number shape.num_rows + k
+/* Faces and rows aside. Their rows are numbered after those of the mesh: row k below has the number shape.num_rows + k
  * in an index, or shape.num_vertices + k if there are no wedges. */
 typedef struct cq_aside {
     uint32_t num_rows, num_faces;          /* as in the shape, or 0 before they are read */
@@ -325,8 +325,8 @@ typedef struct cq_aside {
  *
  *     index buffer   | a a a a . . | b b . . . | c c c c |      capacity 6, 5, 4; cq_material tells 4, 2, 4
  *
- * mesh.num_faces is then the sum of the capacities, and a face that is not there yet is free: origin[3f] == CQ_NONE;
- * or, while is_partial is set, origin[3f] is no vertex that is there. No face ever changes its number.
+ * mesh.num_faces is then the sum of the capacities, and a face f that is not there yet is free: origin[3f] is CQ_NONE
+ * or, while is_partial is set, a vertex that is not there yet either. No face ever changes its number.
  * Without materials all faces form one range. */
 
 /* -- Decoder -------------------------------------------------------------------------------------------------------
@@ -388,8 +388,8 @@ typedef struct cq_decoder cq_decoder;
 /* Prepares a decoder; can also be called again to start over with another stream.
  *
  * memory   at least cq_decoder_bytes(shape) bytes for the shape in the header, aligned to 4; contents need not be
- *          initialised. In use as long as the decoder is. cq_decode looks at it once the header is read, and returns
- *          CQ_ERROR_MEMORY if it does not do.
+ *          initialised. In use as long as the decoder is. cq_decode returns CQ_ERROR_MEMORY if it turns out, once the
+ *          header is read, to be too small or misaligned.
  *
  * Returns CQ_OK, or CQ_ERROR_ARGUMENT for NULL. */
 CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size);
@@ -397,18 +397,18 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
 /* Decodes until the input or the budget is used up.
  *
  * in       the next piece of the stream, of any size; it is advanced past the bytes used, which need not be kept. Bytes
- *          behind the end of the stream are not used. NULL: no more input will come.
+ *          after the end of the stream are not used. NULL: no more input will come.
  * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
  *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
- *          budget 1, each call makes at most one split. A step takes bounded time, but for a vertex with more than
- *          CQ_MAX_VALENCE neighbours: once a level, a step may walk around that.
+ *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
+ *          walk around each vertex that has more than CQ_MAX_VALENCE neighbours.
  *
  * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
  * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
  * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
  *
  * Before the first level begins (level 0), components arrive one after another: those with more levels first, and of
- * these the largest. A component becomes part of the mesh when it is complete.
+ * those with equally many the largest first. A component becomes part of the mesh when it is complete.
  *
  * Time O(bytes + steps), and once O(max vertices) for the header and O(vertices) for the base; no recursion. */
 CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
@@ -426,7 +426,7 @@ CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index coun
 CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
 
 /* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
- * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked, and without wedges none is.
+ * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked; without wedges, none are.
  * Time O(new vertices). */
 CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_rows, int shift, uint8_t *rows);
 
@@ -434,7 +434,7 @@ CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index
  *
  * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
  * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
- * vertex buffers. A row that moves is drawn where it is at last; with cq_input.clean none moves. */
+ * vertex buffers. A row that moves later on is drawn at its last place; with cq_input.clean none moves. */
 typedef struct cq_lod {
     cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
     uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
@@ -445,14 +445,14 @@ typedef struct cq_lod {
     cq_index *of_material;  /* in: NULL, or cq_index[num_materials]. out: faces of each */
 } cq_lod;
 
-/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: as it only sees the mesh
- * then, a level may have a vertex more for each step of the budget.
+/* Keeps the levels that are due, once the base is complete. Call it after each cq_decode: it sees no mesh between two
+ * calls, so a level may have up to one vertex more than asked for per step of the budget.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
- * indices  cq_index[capacity], for all levels, one behind the other. Levels that are due at once share theirs.
+ * indices  cq_index[capacity], for all levels, one after the other. Levels that are due at once share theirs.
  *
- * Returns how many are kept. A level for which there is no room is not, nor are those behind it. If the stream has no
- * errors, a max_error is reached at CQ_DONE. */
+ * Returns how many are kept. A level for which there is no room is not, nor are those after it. Without positions
+ * errors are not known, and a max_error is reached at CQ_DONE. */
 CQ_API size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *indices, size_t capacity);
 
 /* -- Encoder -------------------------------------------------------------------------------------------------------
@@ -496,10 +496,11 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 /* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
  * one, and a decoder gets the same triangles and rows back; see "Rows and wedges" and cq_preparation. A line can be
  * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
- * the surface touches itself may become several. Without a channel of positions rows only differ by their numbers.
+ * the surface touches itself may become several. Without a channel of positions no rows become one.
  *
- * in       in->shape.num_boundary_loops, _edges and num_rows are set as found. Start with zeros, which is enough for a
- *          closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as cq_encoder_bytes(&in->shape) is by then.
+ * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found. Begin with
+ *          zeros, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes as
+ *          cq_encoder_bytes(&in->shape) returns then.
  * memory   cq_encoder_bytes(&in->shape) bytes, aligned to 8. With an eighth more, most meshes with boundaries need no
  *          second call.
  * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
@@ -514,8 +515,8 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
  * mesh.num_faces + k, face k aside.
  *
  * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
- * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED only if coarser meshes stay about
- * as near to the surface. To find out, the mesh may be encoded once more, or twice.
+ * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED, coarser meshes must also stay
+ * about as near to the surface. To find out, cq_encode may encode the mesh two or three times.
  *
  * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
@@ -531,13 +532,15 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * With -ffast-math these functions may miss a NaN or an infinity, and their results may differ from other builds in the
  * last bit. Nothing else is affected: the bytes of a stream depend on the values alone.
  *
- * The grid of a channel are the floats that its values stand for: origin[k] + step * q for value q of component k. */
+ * The grid of a channel is the set of floats that its values stand for: origin[k] + step * q for value q of component
+ * k. */
 
 #ifndef CQ_NO_QUANTISER
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
- * minimum. The step is longer where neighbouring floats are further apart than that, and 0 if all vertices are equal.
- * Unless it is longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same values.
+ * minimum. The step is longer if neighbouring floats there are further apart than that, and 0 if all vertices are
+ * equal. If it is not longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same
+ * values.
  *
  * channel  in: components, bits. out: origin, step; the rest stays as it is.
  * from     float[count][components].
@@ -580,12 +583,12 @@ CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count,
  *
  * The mesh is always closed: each boundary loop is filled by a fan of virtual faces around one virtual vertex. Virtual
  * vertices are numbered first_virtual .. first_virtual + num_virtual - 1, their faces first_virtual_face ..
- * first_virtual_face + num_virtual_faces - 1. Both lie behind room for all real ones, so that real vertices and faces
+ * first_virtual_face + num_virtual_faces - 1. Both come after room for all real ones, so that real vertices and faces
  * are 0 .. n-1 at every level.
  *
  * A collapse frees one vertex and two faces; free slots have out[v] == CQ_NONE, origin[3f] == CQ_NONE and are reused
- * last in, first out. A decoder never collapses: its vertices have no gaps, and its faces only those of materials,
- * whose free slots are on no list.
+ * last in, first out. A decoder never collapses: it has no free slots but those of faces of materials, which are on no
+ * list.
  *
  * Invariants (cq_mesh_check): twin[twin[h]] == h != twin[h]; origin[next(twin[h])] == origin[h]; all halfedges that
  * start at a vertex form one cycle of length valence[v] >= 2 (virtual: 3) that contains out[v]; no two edges join the
@@ -603,9 +606,9 @@ typedef struct cq_mesh {
     cq_index free_vertex, free_face, free_virtual_face;  /* heads of the free lists, or CQ_NONE */
     int is_partial;                                   /* 1: faces whose vertices are not there are free, too: see
                                                          "Materials" */
-    cq_index flipped_from, flipped_to;                /* new vertices of the last regular level: its flips changed only
-                                                         faces of these; */
-    cq_index flipped_before;                          /* and the end of the level before; 0: there was none */
+    cq_index flipped_from, flipped_to;                /* the new vertices of the last regular level, up to flipped_to -
+                                                         1: its flips only changed faces of these; */
+    cq_index flipped_before;                          /* and flipped_to of the regular level before; 0: none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: not watched; */
     int watched_shift;                                /* see cq_mesh_watch */
 } cq_mesh;
@@ -630,7 +633,7 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
  * indices  cq_index[3 * num_faces], values 0 .. num_vertices - 1, counter-clockwise. Halfedge h starts at indices[h].
  * memory   cq_mesh_bytes(shape) bytes for the shape as it comes out, aligned to 4; in use as long as the mesh is. Start
  *          with loops and edges 0, which is enough for a closed mesh; on CQ_ERROR_MEMORY call again with as many bytes
- *          as cq_mesh_bytes(shape) is by then.
+ *          as cq_mesh_bytes(shape) returns then.
  * place    out: where the input is not an oriented 2-manifold; may be NULL.
  *
  * Any genus, number of components and of boundary loops. Returns CQ_OK, CQ_ERROR_MEMORY, _TOO_LARGE, _ARGUMENT or
@@ -638,8 +641,8 @@ CQ_API size_t cq_mesh_bytes(const cq_shape *shape);
 CQ_API cq_result cq_mesh_build(cq_mesh *mesh, cq_shape *shape, const cq_index *indices, void *memory,
                                size_t memory_size, cq_place *place);
 
-/* Checks every invariant of the mesh in time O(vertices + faces), whatever its arrays and counts contain; uses mark[]
- * meanwhile. Returns CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE or _VERTEX with the place, which may be NULL. */
+/* Checks every invariant of the mesh in time O(vertices + faces), whatever its arrays and counts contain; writes mark[]
+ * while it runs. Returns CQ_OK, or CQ_ERROR_INDEX, _FACE, _EDGE or _VERTEX with the place, which may be NULL. */
 CQ_API cq_result cq_mesh_check(const cq_mesh *mesh, cq_place *place);
 
 /* 1 if halfedge h can be collapsed: both ends real, the link condition holds (the ends have exactly two common
@@ -651,9 +654,9 @@ CQ_API int cq_mesh_can_collapse(const cq_mesh *mesh, cq_index h, cq_index max_va
  *
  *            p                      p          h must satisfy cq_mesh_can_collapse.
  *          / | \                    |          p = origin[prev(h)] lies to the left of A -> B.
- *        --A-h>B--       =>       --A--        p = origin[prev(h)] lies to the left of A -> B. A's ring clockwise is
- *          \ | /                    |          then p, neighbours of B, q, neighbours of A. cq_mesh_split with
- *            q                      q          first = A -> p and last = A -> q undoes the collapse.                 */
+ *        --A-h>B--       =>       --A--        Afterwards A's ring is, clockwise: p, neighbours of B, q, neighbours
+ *          \ | /                    |          of A; *first is A -> p and *last is A -> q. cq_mesh_split with these
+ *            q                      q          two undoes the collapse.                                              */
 CQ_API void cq_mesh_collapse(cq_mesh *mesh, cq_index h, cq_index *first, cq_index *last);
 
 /* Splits vertex A = origin[first] = origin[last], first != last: a new vertex B takes A's neighbours strictly between
@@ -668,9 +671,9 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
 
 /* Marks the faces that a decoder has changed since its mesh had `since` vertices, so that only those are uploaded to a
  * GPU; since == 0 marks all. Vertices need no marks, as they never change: upload elements since .. num_vertices - 1 of
- * each vertex buffer, and of each channel CQ_PER_FACE those from the number of faces at that time on.
+ * each vertex buffer, and those of each channel CQ_PER_FACE from the number of faces that there were then.
  *
- * Regular levels also flip edges between older vertices. While one is under way, everything that it has changed so far
+ * Regular levels also flip edges between older vertices. While one is under way, all that it has changed since it began
  * is marked, unless cq_mesh_watch was called with these `faces`.
  *
  * faces    uint8_t[blocks], blocks = (faces of the full mesh + 2^shift - 1) >> shift. The index buffer is divided into
@@ -737,8 +740,8 @@ CQ_API void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, u
 CQ_API void cq_encode_raw(cq_range_encoder *e, uint32_t value, int bits);
 CQ_API uint32_t cq_decode_raw(cq_range_decoder *d, int bits);
 
-/* Ends the code with as few bytes as a decoder needs that reads zeros beyond them; returns e->count, the number of
- * bytes. The data is complete if that is <= size. */
+/* Ends the code with the fewest bytes that suffice for a decoder that reads zeros beyond them; returns e->count, the
+ * number of bytes. The data is complete if that is <= size. */
 CQ_API size_t cq_range_encoder_finish(cq_range_encoder *e);
 
 /* -- Reports -------------------------------------------------------------------------------------------------------
@@ -782,7 +785,8 @@ struct cq_report {
 
 /* -- Private types: their sizes are public, their contents are not -------------------------------------------------
  *
- * Decoders have these inside, so that a caller can declare one. Of the interface, the fields of cq_decoder follow. */
+ * They are here so that a caller can declare a cq_decoder, which contains them. Its own fields, which follow them, are
+ * interface again. */
 
 /* Bytes of input that one step may need: 34, and 18 for each component, but 19 for a weight, and 72 for a pair that is
  * predicted from faces. At most, in bits:
@@ -807,10 +811,11 @@ struct cq_report {
  * quick models, 11.05 each, and 5 and 32 raw ones: 880 of the 896 bits here. */
 #define CQI_ROW_STEP_BYTES 112
 
-/* Input that waits for its step, or a header: the largest step. When the buffer is full and holds less than a step,
- * what is left moves to the start; steps of most meshes are short, so this happens once for many of them. The
- * largest step has a position, a material and all other channels full of weights. All channels full of them, without a
- * position and its questions, take as much: 158.9, 64 weights, 136.6 and 8, of 9968 bits. */
+/* The buffer holds input that waits for its step, or a header; it has room for the largest step. When it is full and
+ * holds less than a step, what is left moves to its start; steps of most meshes are short, so that happens once for
+ * many of them. The largest step has a position, a material and all other channels full of weights. If all channels are
+ * full of weights, a step has no position and no questions, and takes no more: 158.9, 64 weights, 136.6 and 8, of 9968
+ * bits. */
 #define CQI_BUFFER_BYTES (CQI_STEP_BYTES(4) + 19 * (CQ_MAX_CHANNELS - 1) * CQ_MAX_COMPONENTS)
 
 /* A conquest in progress. Vertices wait in a ring buffer until the gate that found them has its turn; out[v] is then
@@ -832,7 +837,7 @@ typedef struct cqi_vector {
 enum {
     CQI_FREE,             /* available */
     CQI_HELD,             /* on the ring of one patch */
-    CQI_HELD_OFTEN,       /* of two or more */
+    CQI_HELD_OFTEN,       /* on the rings of two or more */
     CQI_TAKEN,            /* centre of a patch, or new, or passed over, or virtual: cannot become a centre */
     CQI_STATE = 3,        /* mask of these */
     CQI_QUEUED = 4        /* bit: waits in the queue */
@@ -867,12 +872,13 @@ typedef struct cqi_ring {
     int32_t square[CQ_MAX_VALENCE + 1];          /* of the offset's length; after the last one, the first again */
 } cqi_ring;
 
-/* Candidates for the pair of common neighbours: p < q. A score is the sum of those of its parts, see "The pair". */
+/* The candidates for the pair of common neighbours, p < q. The score of a pair is the sum of the scores of its parts,
+ * see "The pair". */
 #define CQI_PAIRS (CQ_MAX_VALENCE * (CQ_MAX_VALENCE - 1) / 2)
 typedef struct cqi_choice {
     int steps;                                   /* the table of weights by q - p */
-    int32_t end_p[CQ_MAX_VALENCE];               /* of vertex k as p, minus those of 0 .. k as neighbours of B alone */
-    int32_t end_q[CQ_MAX_VALENCE];               /* of vertex k as q, plus those of 0 .. k - 1, likewise */
+    int32_t end_p[CQ_MAX_VALENCE];               /* score of k as p, minus those of 0 .. k as neighbours of B alone */
+    int32_t end_q[CQ_MAX_VALENCE];               /* score of k as q, plus those of 0 .. k - 1 likewise */
     uint8_t before[CQ_MAX_VALENCE], after[CQ_MAX_VALENCE]; /* what the rule compares: see cqi_find_alternatives */
     int32_t score[CQI_PAIRS];                    /* of each pair minus that of its q, by q, then p; CQI_TRIED */
     int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q, see cqi_ranked */
@@ -886,8 +892,8 @@ typedef struct cqi_contest {
     int question;                                /* that was asked; -1: there were none */
 } cqi_contest;
 
-/* B and its neighbours, once the pair is known: A, then p .. q without a virtual vertex. And the vertices beyond the
- * edges of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
+/* B's neighbours, once the pair is known: A, then p .. q, without a virtual vertex; and the vertices beyond the edges
+ * of this ring: number k lies beyond the edge from k to k + 1, the last one beyond the edge back to A. */
 #define CQI_FEATURES 3
 #define CQI_RIVALS 16
 #define CQI_SAMES 3
@@ -907,8 +913,8 @@ typedef struct cqi_fan {
     int num_rivals;
     cqi_contest along, over;                     /* of predictions along the surface, and of planes for the height */
     int flat_sides;                              /* 1: planes compete for z */
-    int same;                                    /* so many coordinates of neighbours are asked about, at most, */
-    int asked;                                   /* and so many were: */
+    int same;                                    /* at most this many coordinates of neighbours are asked about, */
+    int asked;                                   /* and this many were: */
     int question[CQI_SAMES];
     int32_t common[CQI_SAMES];
     int gain_same[2];                            /* saved by the first question, and by the others, in 1/64 bit */
@@ -1003,7 +1009,7 @@ enum {
 /* Questions that are asked while they pay. */
 enum {
     CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
-    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][place of the component][how many] it is as neighbours' */
+    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it] it is that of neighbours */
     CQI_FLAT = CQI_SAME + CQI_SAMES * 4 * 8,  /* [agreement][distance] its height is where planes agree */
     CQI_QUESTIONS = CQI_FLAT + 8 * 8
 };
@@ -1067,14 +1073,14 @@ typedef struct cqi_seams {
 /* The range of face numbers of a material. */
 typedef struct cqi_material {
     cq_index first, count;                    /* the next face gets first + count; */
-    cq_index shown;                           /* cq_material tells so many */
+    cq_index shown;                           /* the count that cq_material tells */
     cq_index scan;                            /* base: all halfedges of the range before it are closed */
 } cqi_material;
 
 /* Everything that adapts. */
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
-    int32_t worth_rivals, worth_flat, worth_same[2];         /* by asking all questions of a vertex, see gain */
+    int32_t worth_rivals, worth_flat, worth_same[2];         /* gain of all questions of a kind about one vertex */
     int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
                                                                 those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
@@ -1120,16 +1126,16 @@ typedef struct cqi_regular {
     uint16_t size_of[CQ_MAX_CHANNELS];               /* half bits of their residuals, 1/64: running means */
     cq_index first_row;                    /* of those that the level makes */
     uint32_t view, part;                   /* cqi_at looks at three components of this channel, from that one on; */
-    int fold;                              /* it takes them out of the fold of a pair */
+    int fold;                              /* 1: and folds them, as they are a pair */
 } cqi_regular;
 
 /* -- Decoder: its fields ------------------------------------------------------------------------------------------- */
 
-/* Public fields, for reading; with cq_report the one exception. They are set once the header is read, and until then 0
- * or NULL. mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
+/* The public fields are for reading; only `report` may be set. They are 0 or NULL until the header is read.
+ * mesh.num_vertices, mesh.num_faces and num_rows grow with each split. */
 struct cq_decoder {
     cq_shape shape;                        /* of the full mesh */
-    cq_mesh mesh;                          /* as it is by now */
+    cq_mesh mesh;                          /* as far as it is decoded */
     cq_index *index;                       /* cq_index[3 * mesh.num_faces], index buffer: mesh.origin, or with wedges
                                               rows */
     cq_value *channel[CQ_MAX_CHANNELS];    /* channel k, a vertex buffer: cq_value[mesh.num_vertices][components], or
@@ -1137,14 +1143,14 @@ struct cq_decoder {
                                               [mesh.num_faces], in the order of the faces in index */
     cq_index *vertex;                      /* cq_index[num_rows], the mesh vertex of each row; NULL: row v is vertex
                                               v */
-    cq_index num_rows;                     /* by now; mesh.num_vertices if vertex is NULL */
+    cq_index num_rows;                     /* of the mesh so far; mesh.num_vertices if vertex is NULL */
     cq_aside aside;
     uint8_t *metadata;                     /* uint8_t[shape.metadata_bytes], complete at CQ_DONE */
     uint32_t level;                        /* levels begun; level - 1 of them are complete, all at CQ_DONE */
     uint32_t error;                        /* of the mesh when the last level began: no exact vertex is further from
-                                              it, in 1/16 of the positions' step. 0 at CQ_DONE; and where it is not
+                                              it, in 1/16 of the positions' step. 0 at CQ_DONE, and where it is not
                                               known: before the first level, and without positions */
-    uint32_t num_components;               /* connected components of the mesh, by now */
+    uint32_t num_components;               /* connected components of the mesh so far */
     cq_report *report;                     /* in: NULL, or set after cq_decoder_init: filled while decoding */
 
     /* private */
@@ -1253,7 +1259,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #endif
 
 /* Prefetches memory that will be read soon; makes no difference to the result. Functions that do nothing else must be
- * inlined: gcc takes them for functions without effect, and removes calls of them. */
+ * inlined: gcc takes them for functions without effect, and removes the calls. */
 #if defined(__GNUC__) && __SIZEOF_POINTER__ == 8
 #define CQI_SOON(address) __builtin_prefetch(address)
 #define CQI_INLINED inline __attribute__((always_inline))
@@ -1271,13 +1277,13 @@ static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_
 
 static uint32_t cqi_abs(int32_t x) { return x < 0 ? (uint32_t)0 - (uint32_t)x : (uint32_t)x; }
 
-/* x, or -x if `negative` is 1: without a branch, as signs of residuals cannot be foretold. */
+/* x, or -x if `negative` is 1; without a branch, as the processor cannot predict signs of residuals. */
 static inline uint32_t cqi_negated(uint32_t x, int negative)
 {
     return (x ^ ((uint32_t)0 - (uint32_t)negative)) + (uint32_t)negative;
 }
 
-/* x, or -1 - x if x is negative: has as many bits. */
+/* x without its sign bit: x, or -1 - x if x is negative. */
 static inline uint32_t cqi_fold_sign(int32_t x) { return x < 0 ? ~(uint32_t)x : (uint32_t)x; }
 
 /* Sums and differences modulo 2^32: exact values may overflow, all others are far too small. */
@@ -1309,7 +1315,7 @@ static int cqi_bit_length_wide(uint64_t x)
 #endif
 }
 
-/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers; where it is an arithmetic shift, that. */
+/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers: taken where it is an arithmetic shift. */
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
@@ -1370,8 +1376,8 @@ static void *cqi_take(cqi_arena *arena, size_t count, size_t size)
 struct cqi_alignment { char before; uint32_t word; };
 static int cqi_aligned(const void *memory) { return (uintptr_t)memory % offsetof(struct cqi_alignment, word) == 0; }
 
-/* Counts that include virtual vertices and faces. */
-/* With the rows of an encoder's shape, these may be more than 32 bits. */
+/* Counts that include virtual vertices and faces. In an encoder's shape num_vertices counts rows, so that the sum may
+ * need more than 32 bits. */
 static cqi_size cqi_all_vertices(const cq_shape *s) { return (cqi_size)s->num_vertices + s->num_boundary_loops; }
 static uint32_t cqi_all_faces(const cq_shape *s) { return s->num_faces + s->num_boundary_edges; }
 
@@ -1396,7 +1402,7 @@ static uint32_t cqi_components(const cq_channel *c)
 }
 #endif
 
-/* What the numbers of a channel belong to. */
+/* What the numbers of a channel belong to: the class of the channel. */
 enum { CQI_OF_VERTEX, CQI_OF_FACE, CQI_OF_ROW };
 
 static int cqi_is_of_corner(int kind)
@@ -1484,7 +1490,7 @@ static cq_result cqi_error(cq_place *place, cq_result result, cq_index face, cq_
     return result;
 }
 
-/* Has every face three different vertices, all of which exist? */
+/* Does every face have three different vertices, all of which exist? */
 static cq_result cqi_check_faces(const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     cq_index f, k;
@@ -1519,7 +1525,7 @@ static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
     return (a == c && b == d) || (a == d && b == c);
 }
 
-/* Sorts the halfedges by their smaller end, stably. In the end first[v] is behind the last halfedge of v. */
+/* Sorts the halfedges by their smaller end, stably. On return first[v] is the place after the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1554,8 +1560,8 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
 
 /* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
  * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
- * scratch, too; in the end origin = indices. Reports the first edge with three faces in that order; if there is none,
- * the first one whose two faces do not agree. */
+ * scratch, too; in the end origin = indices. Of the errors it reports, in this order, the first edge with three faces;
+ * if there is none, the first one along which two faces run in the same direction. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1679,7 +1685,8 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     return r;
 }
 
-/* Lays the mesh out again, with room for its virtual vertices and faces. All blocks move up, the last one first. */
+/* Lays the mesh out again, with room for its virtual vertices and faces. twin and out move up, and the latter first, as
+ * the blocks may overlap. */
 static cq_result cqi_make_room(cq_mesh *m, const cq_shape *s, void *memory, size_t size)
 {
     const cq_index *const twin = m->twin, *const out = m->out;
@@ -1822,8 +1829,8 @@ static cq_index cqi_count_corners(const cq_mesh *m, cq_index first, cq_index cou
     return n;
 }
 
-/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: how
- * many corners other faces may have at these vertices. */
+/* Checks vertices v .. num_vertices - 1, faces f .. num_faces - 1, and virtual ones from vv and vf on. `corners`: the
+ * number of corners of other faces at these vertices. */
 static cq_result cqi_check_from(const cq_mesh *m, cq_index v, cq_index f, cq_index vv, cq_index vf, cq_index corners,
                                 cq_place *place)
 {
@@ -1851,9 +1858,9 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
  *
  * Encoders do both; decoders only split. */
 
-/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
- * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
- * boundary, so must be the edge: else two loops would touch, or two places of one. */
+/* May A -> B be collapsed? A's neighbours carry the scratch mark; `boundary`: one of them is virtual. The only common
+ * neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a boundary, so must be
+ * the edge: else two loops would touch, or two places of one loop. */
 static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
 {
     cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
@@ -1983,7 +1990,7 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
     f = cqi_new_face(m, cq_is_virtual(m, p));
     g = cqi_new_face(m, cq_is_virtual(m, q));
     b = cqi_new_vertex(m);
-    for (s = cq_clockwise(m, first);; s = cq_clockwise(m, s)) { /* B takes the spokes behind first up to last */
+    for (s = cq_clockwise(m, first);; s = cq_clockwise(m, s)) { /* B takes the spokes after first up to last */
         m->origin[s] = b;
         moved++;
         if (s == last) break;
@@ -2008,7 +2015,7 @@ cq_index cq_mesh_split(cq_mesh *m, cq_index first, cq_index last)
 
 /* -- Mesh: flip ----------------------------------------------------------------------------------------------------
  *
- * Regular levels also turn edges. A flip keeps all slots, so that it needs no room. */
+ * Regular levels also flip edges. A flip keeps all slots, so that it needs no room. */
 
 /* Does an edge join v and w? Walks around the one with fewer neighbours. */
 static int cqi_joined(const cq_mesh *m, cq_index v, cq_index w)
@@ -2078,10 +2085,10 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* The first vertex whose faces may have changed since there were `since` vertices. A split moves halfedges to its new
- * vertex B, and these leave B only for newer vertices: so changed faces have a new vertex. A regular level also flips
- * edges between older vertices; of the two faces of a flip each has a vertex of that level. So if `since` is within the
- * last regular level, the answer is its first vertex; if before the end of an earlier one, all faces may have. */
+/* All faces that changed since there were `since` vertices have a vertex from the result on. A split moves halfedges to
+ * its new vertex B, and these leave B only for newer vertices: so the faces that it changed have a new vertex. Regular
+ * levels also flip edges between older vertices, but each face of a flip has a vertex of that level. So if `since` is
+ * within the last regular level, the result is its first vertex; if within or before an earlier one, it is 0. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -2129,7 +2136,7 @@ static void cqi_put_byte(cq_range_encoder *e, int byte)
 }
 
 /* Moves the top byte of low out. Until it is known whether there will be a carry, a byte waits in cache, and the number
- * of 0xff bytes behind it in pending. */
+ * of 0xff bytes after it in pending. */
 static void cqi_shift_low(cq_range_encoder *e)
 {
     uint32_t low = (uint32_t)e->low;
@@ -2210,7 +2217,8 @@ static inline int cqi_decode_part(cq_range_decoder *d, uint32_t p)
     return 0;
 }
 
-/* The probability of the other value, of 65535, loses a 2^-rate of itself, rounded down: so it stays above 0. */
+/* The probability of the value that did not come, in 1/65535, loses 2^-rate of itself, rounded down: so it stays above
+ * 0. */
 static inline void cqi_adapt_bit(cq_bit_model *model, int rate, int bit)
 {
     const uint32_t p = *model;
@@ -2424,10 +2432,10 @@ static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* Bits beside the number of channels. Without what they stand for, a build leaves them in the number, which is then too
- * large: CQ_ERROR_UNSUPPORTED. */
+/* Flags in the byte that has the number of channels. A build without the feature leaves its flag in the number, which
+ * is then too large: CQ_ERROR_UNSUPPORTED. */
 #define CQI_REGULAR 0x40  /* there may be regular levels */
-#define CQI_EXTENDED 0x80 /* counts follow that a mesh without seams, materials, metadata and things aside has not */
+#define CQI_EXTENDED 0x80 /* counts follow of rows, things aside, metadata and materials, not all 0 */
 static int cqi_is_extended(const cq_shape *s)
 {
     return s->num_rows || s->num_aside_rows || s->num_aside_faces || s->metadata_bytes || s->num_materials;
@@ -2448,7 +2456,7 @@ static cq_result cqi_read_extension(cqi_reader *r, cq_shape *s)
     return CQ_OK;
 }
 
-/* An insertion of a regular level may have the values of two rows, which must not take more than a step may. */
+/* An insertion of a regular level may read the values of two rows: together they must fit into one step. */
 static int cqi_allows_regular(const cq_shape *s)
 {
     return !s->num_rows || cqi_all_components(s, CQI_OF_VERTEX) + 2 * cqi_all_components(s, CQI_OF_ROW) <=
@@ -2491,7 +2499,7 @@ static cq_result cqi_read_body(cqi_reader *r, cqi_header *h)
     return r->result;
 }
 
-/* The check value comes last. Where that is follows from the counts and channels, which are judged before it. */
+/* The check value comes last. Its place follows from the counts and channels, so that their errors are found first. */
 static cq_result cqi_read_header(const uint8_t *data, size_t size, cqi_header *h)
 {
     static const uint8_t magic[3] = { 'C', 'Q', CQ_STREAM_VERSION };
@@ -2533,8 +2541,8 @@ static cqi_size cqi_decoder_size(const cq_shape *s)
            cqi_all_components(s, CQI_OF_FACE) * CQ_FACE_BYTES(s->num_faces);
 }
 
-/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, which
- * cannot overflow. */
+/* What comes on top of that: CQ_WEDGE_BYTES, CQ_ASIDE_BYTES, CQ_METADATA_BYTES and CQ_MATERIAL_BYTES, in 64 bits, so
+ * that nothing overflows. */
 static uint64_t cqi_more_bytes(const cq_shape *s)
 {
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
@@ -2599,10 +2607,10 @@ typedef struct cqi_seed {
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
-    int16_t feature[3][CQI_MOST];       /* 0 behind the last one */
+    int16_t feature[3][CQI_MOST];       /* 0 after the last one */
     int32_t offset[3];
-    int32_t state[3];                   /* the shares of its equations in the sums; then what is left of the offset by
-                                           the weights at hand, 1/256 */
+    int32_t state[3];                   /* the shares of its equations in the sums; then what the present weights leave
+                                           of the offset, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
 } cqi_row;
 
@@ -2614,9 +2622,9 @@ typedef struct cqi_plan {
     cqi_ring ring;
     const cq_value *positions;          /* that decide what is collapsed; or NULL */
     const cq_value *measured;           /* that the levels' errors are measured with; or NULL */
-    uint32_t most_loss;                 /* a collapse at this level may have; CQI_ANY_LOSS: any */
+    uint32_t most_loss;                 /* largest loss that a collapse of this level may have; CQI_ANY_LOSS: any */
     uint32_t refused_loss;              /* smallest one that was refused at this level */
-    int tries;                          /* of this level, with other first patches */
+    int tries;                          /* of this level so far, each with another first patch */
     const cq_value *const *input;       /* values as handed in */
     cqi_collapse *note;                 /* component after component, each from its finest level on */
     cq_index num_notes;
@@ -2624,14 +2632,14 @@ typedef struct cqi_plan {
     cq_index *attached;                 /* to each face: a removed vertex that is near it, or CQ_NONE */
     cq_index *follower;                 /* of each removed vertex: the next one that is attached to the same face */
     cq_index root;                      /* of the component that is measured: first in its list, see decoded */
-    uint32_t looks;                     /* how often its nearest vertex to another may still be looked for */
+    uint32_t looks;                     /* how many more searches it may have for the vertex nearest to another */
     uint8_t *passed;                    /* last level that passed over the vertex */
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* of CQI_ROWS vertices, */
-    uint32_t *log2;                     /* and of numbers up to CQI_ROWS the logarithm, see cqi_log2: */
-    uint32_t num_logs;                  /* so many are there */
+    cqi_row *row;                       /* of CQI_ROWS vertices */
+    uint32_t *log2;                     /* logarithms of the numbers up to CQI_ROWS, see cqi_log2: */
+    uint32_t num_logs;                  /* this many are computed so far */
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -2640,11 +2648,11 @@ typedef struct cqi_plan {
     int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
-    uint32_t most_regular;              /* as many of them are allowed; */
-    uint32_t rejected;                  /* with the most, one that does not pay ends the encoding; 0: none has */
-    int is_near;                        /* 1: the mesh before them is near enough to the exact one, */
-    int is_smooth;                      /* the exact one has no sharp edges, */
-    int surely_regular;                 /* and it is so regular that encoding without them need not be tried */
+    uint32_t most_regular;              /* at most this many are allowed; if CQI_MAX_REGULAR, */
+    uint32_t rejected;                  /* this one ended the encoding, as it does not pay; 0: none */
+    int is_near;                        /* 1: the mesh before the finest is near enough to the exact one */
+    int is_smooth;                      /* 1: the exact mesh has no sharp edges */
+    int surely_regular;                 /* 1: it is near, and so regular that encoding without them need not be tried */
     cq_index count_of[CQI_MAX_REGULAR + 1]; /* of each regular level: vertices, */
     uint32_t bytes_of[CQI_MAX_REGULAR + 1]; /* and bytes */
     uint32_t bytes_at[CQ_MAX_LEVELS + 1]; /* bytes before each level */
@@ -2721,9 +2729,9 @@ static cq_index cqi_plan_to_decoded(const cqi_plan *p, cq_index input)
     return first == CQ_NONE ? CQ_NONE : cqi_corner(first, (int)(input % 3));
 }
 
-/* The border halfedge that ends at x, for a new face with halfedge x -> w: the gap at x that the face begins to fill
- * ends at the first face clockwise that is there already. Takes more than a step only for a join, which splits the gap
- * in two: around a vertex, searches are as many as joins. */
+/* The border halfedge that ends at x, for a new face with halfedge x -> w. Walks clockwise around x to the first face
+ * that is there already: there the gap ends that the new face begins to fill. Only for a join is this more than one
+ * step; and a join splits the gap in two, so a vertex has no more long walks than joins. */
 static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
 {
     cq_index t = p->mesh.twin[x_to_w];
@@ -2737,7 +2745,7 @@ static int cqi_plan_begins(const cqi_plan *p)
     return p->num_active < p->num_seeds && p->note[p->seed[p->num_active].notes - 1].level >= p->level;
 }
 
-/* Turns to the collapses of a component at this level: the last ones that are not yet replayed. */
+/* Moves on to the collapses of a component at this level: the last ones that are not yet replayed. */
 static void cqi_plan_component(cqi_plan *p)
 {
     cqi_seed *s = &p->seed[p->next_seed++];
@@ -2745,7 +2753,7 @@ static void cqi_plan_component(cqi_plan *p)
     p->next = s->notes;
 }
 
-/* The next collapse if this patch was its; else NULL. */
+/* The next collapse if it was in the patch of this centre; else NULL. */
 static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
 {
     const cqi_collapse *c = &p->note[p->next];
@@ -2764,10 +2772,13 @@ static int cqi_plan_side(const cqi_plan *p)
 /* -- The plan of a regular level --
  *
  * A note of each odd vertex (new at the level) has: removed, the vertex; kept and face[0], its parents a and b; p and
- * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB. When the level begins,
- * the base has been read and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the
- * note of input vertex v. */
+ * q, what it knows of the coarse face to the left and to the right of a -> b, see CQI_SIDE_HUB; and with seams face[1],
+ * its wedge on the left, whose entry in p->uses is the one on the right. When the level begins, the base has been read
+ * and p->mesh is idle: twin[h] then becomes the note of decoded halfedge h, and origin[v] the note of input vertex
+ * v. */
 
+/* What a note says of a coarse face: its vertex is the hub there (or if the face has no other mark, a spoke of it is
+ * flipped, see cqi_plan_second); in the face, the edge after its own is dissolved; the edge before its own is. */
 enum { CQI_SIDE_HUB = 1, CQI_SIDE_NEXT = 2, CQI_SIDE_PREVIOUS = 4 };
 
 /* The halfedge between two neighbours in the decoded mesh, found around the one with fewer neighbours. Over all edges
@@ -2777,7 +2788,7 @@ static cq_index cqi_find_edge(const cq_mesh *m, cq_index a, cq_index b)
     return m->valence[a] < m->valence[b] ? cqi_find_spoke(m, a, b) : cqi_find_spoke(m, b, a);
 }
 
-/* Turns to a level whose notes are first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
+/* Moves on to a level with notes first .. first + count - 1, before any of it is inserted in the decoded mesh m. */
 static void cqi_plan_regular(cqi_plan *p, const cq_mesh *m, cq_index first, cq_index count)
 {
     cq_index k, h;
@@ -2814,7 +2825,7 @@ static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
     return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
-/* Does the note of halfedge `marked` say this of its face? See CQI_SIDE_HUB; of what is dissolved, or of the hub. */
+/* Does halfedge `marked` have a note, and bit `side` in what this says of the face of `marked`? See CQI_SIDE_HUB. */
 static int cqi_plan_mark_says(const cqi_plan *p, const cq_mesh *m, cq_index marked, int side)
 {
     const cq_index k = p->mesh.twin[marked];
@@ -3136,14 +3147,15 @@ static void cqi_model_keep(const cqi_model *m);
 static void cqi_model_omit(cqi_model *m);                     /* takes out the parts that it is to do without */
 #endif
 
-/* What the next step does. */
+/* What the next step does. Those up to CQI_BASE_ROWS come before the base is complete. */
 enum {
     CQI_HEADER, CQI_MATERIALS, CQI_BASE, CQI_BASE_VALUES, CQI_BASE_ROWS, CQI_LEVEL, CQI_ACTIVE, CQI_CLEAR, CQI_PATCHES,
     CQI_WIPE, CQI_MARKS, CQI_TABLE, CQI_EXPECT, CQI_DISSOLVES, CQI_RECORDS, CQI_SWEEP, CQI_READ_CORNERS, CQI_READ_ROWS,
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value that mostly is equal to one of the n beside it: asks for each different one of these, then the bits. */
+/* A value that is mostly equal to one of the n beside it: asks for each distinct one of these whether it is that, until
+ * it is; else its bits follow. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -3163,8 +3175,8 @@ static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int
 
 /* -- Materials: ranges of face numbers --
  *
- * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. Before it does, the
- * slot that the face is to get is put on that stack. */
+ * The mesh has room for all faces from the start, and takes new ones from its stack of free faces. The slot that a face
+ * is to get is put on that stack just before. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_code_base_material(d, input) 1
@@ -3185,7 +3197,7 @@ static cq_index cqi_end_of_material(const cq_decoder *d, uint32_t m)
     return m + 1 < d->shape.num_materials ? d->materials[m + 1].first : (cq_index)d->shape.num_faces;
 }
 
-/* The material of a face: the last one whose range does not begin behind it. */
+/* The material of a face: the last one whose range does not begin after it. */
 static uint32_t cqi_material_of(const cq_decoder *d, cq_index face)
 {
     uint32_t low = 0, high = d->shape.num_materials;
@@ -3203,14 +3215,14 @@ static uint32_t cqi_plan_material(const cq_decoder *d, cq_index face)
     return p->materials[p->face_of_input ? p->face_of_input[face] : face];
 }
 
-/* An encoder counts the faces of each material. */
+/* An encoder counts the faces of each material, in `shown`. */
 static void cqi_count_materials(cq_decoder *d)
 {
     cq_index f;
     for (f = 0; f < d->shape.num_faces; f++) d->materials[cqi_plan_material(d, f)].shown++;
 }
 
-/* The number of faces of the next material: of each but the last one, out of those that are left. */
+/* The number of faces of the next material, of those that are left. The last material has the rest, without a code. */
 static cq_result cqi_step_materials(cq_decoder *d)
 {
     const uint32_t k = d->base.material++;
@@ -3234,7 +3246,7 @@ static cq_result cqi_step_materials(cq_decoder *d)
     return CQ_OK;
 }
 
-/* A material, given those of faces nearby; -1 if there is no such material. */
+/* A material, given those of faces nearby; -1 if what was decoded is none. */
 static int32_t cqi_code_material(cq_decoder *d, const int32_t *beside, int n, uint32_t material)
 {
     const int32_t m = cqi_code_copy(d, cqi_bit_length(d->shape.num_materials - 1), beside, n, (int32_t)material);
@@ -3293,7 +3305,7 @@ static cq_index cqi_next_of_material(const cq_decoder *d, cq_index f)
     return (cq_index)(m->first + m->count++);
 }
 
-/* The next face of a regular level's coarse mesh, from f on: of those of each material before its `scan`. */
+/* The next face of a regular level's coarse mesh, from f on. Those of a material end at its `scan`. */
 static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
 {
     uint32_t k;
@@ -3333,8 +3345,8 @@ static void cqi_show_materials(cq_decoder *d)
     for (m = 0; d->materials && m < d->shape.num_materials; m++) d->materials[m].shown = d->materials[m].count;
 }
 
-/* Face n of the component that is being read, in the order of face numbers: these are, of each material, the faces
- * behind those that are shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
+/* Face n of the component that is being read, in the order of face numbers. Of each material, its faces are those that
+ * are not yet shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3359,7 +3371,7 @@ static cq_result cqi_check_material_faces(const cq_decoder *d, cq_index *corners
     return result;
 }
 
-/* The material of the next face aside, given that of the one before. 0 if there is no such material. */
+/* The material of the next face aside, given that of the one before. Returns 0 if what was decoded is none. */
 static int cqi_aside_material(cq_decoder *d, cq_index face)
 {
     const cq_index k = (cq_index)d->aside.num_faces;
@@ -3371,7 +3383,7 @@ static int cqi_aside_material(cq_decoder *d, cq_index face)
 
 #endif /* CQ_NO_WEDGES */
 
-/* Faces that the mesh has by now, without gaps. */
+/* Number of faces that the mesh has so far, without gaps. */
 static cq_index cqi_num_faces(const cq_decoder *d)
 {
     cq_index n = 0;
@@ -3531,8 +3543,8 @@ static void cqi_link_face(cq_decoder *d, cq_index k, cq_index border)
     cqi_set_twins(m, d->base.gate, k);
 }
 
-/* The first open halfedge from *scan on becomes the second one before the gate. Halfedges never open again, so that all
- * scans together take linear time. */
+/* The first open halfedge from *scan on becomes the second one before the gate. Closed halfedges never open again, so
+ * that all scans together take linear time. */
 static int cqi_scan_gate(cq_decoder *d, cq_index *scan, cq_index end)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3594,7 +3606,7 @@ static cq_result cqi_grow_base(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Has the complete base the header's number of boundary loops and Euler characteristic? */
+/* Does the complete base have the header's number of boundary loops and Euler characteristic? */
 static int cqi_base_fits(const cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3660,11 +3672,12 @@ static int cqi_code_bits(cq_decoder *d, int index, int expected, int bits)
     return less < expected ? expected - less : 0;
 }
 
-/* Bits that a residual of the channel may have. The second highest one has a model for up to 26 bits. */
+/* The most bits that a residual of the channel may have. */
 static int cqi_most_bits(const cq_channel *c) { return cqi_is_exact(c) ? 32 : 26; }
 
-/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model of its kind, and so
- * has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had none). Others are raw. */
+/* The bits of a magnitude below the highest one, and the sign. The second highest bit has a model, by kind and by the
+ * number of bits up to 26; so has the sign of small residuals whose prediction had a fraction (in quarters; -1: it had
+ * none). All others are raw. */
 static inline int32_t cqi_code_low_bits(cq_decoder *d, int kind, int bits, uint32_t magnitude, int negative, int fraction)
 {
     const int modelled = bits <= 3 && fraction >= 0, low = bits > 2 ? bits - 2 : 0;
@@ -3730,7 +3743,7 @@ static int32_t cqi_plan_of_face(const cq_decoder *d, uint32_t k, cq_index face)
     return d->shape.channel[k].kind == CQ_TURNED ? (p->face_state[face] & CQI_FACE_TURNED) != 0 : p->input[k][face];
 }
 
-/* Base values are predicted by the mean of the neighbours that are known: those with lower numbers. */
+/* Base values are predicted by the mean of the neighbours that are known, those with lower numbers; at most 64. */
 static int32_t cqi_predict_base(const cq_decoder *d, const cq_channel *channel, const cq_value *values, cq_index v)
 {
     const cq_mesh *m = &d->base.draft;
@@ -3773,7 +3786,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
 
 /* -- Values of faces: mostly equal to that of a face nearby --
  *
- * Materials of faces are coded like these, see above. */
+ * Materials of faces, see above, are coded in the same way. */
 
 /* Channel k of base face f, given the value of the face before it. */
 static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
@@ -3794,7 +3807,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
     uint32_t k, c;
     d->base.value++;
     for (k = 0; k < d->shape.num_channels; k++) {
-        const int begins = d->base.value == 1 && v; /* another component: far away */
+        const int begins = d->base.value == 1 && v; /* another component, perhaps far away */
         int32_t *size = (begins ? d->now.base.first : d->now.base.size) + k * CQ_MAX_COMPONENTS;
         if (cqi_class(&d->shape, k) != (of_face ? CQI_OF_FACE : CQI_OF_VERTEX)) continue;
         if (of_face) cqi_code_base_face(d, k, v);
@@ -3890,7 +3903,7 @@ static int64_t cqi_wide_dot(cqi_vector a, cqi_vector b)
 
 static inline int32_t cqi_dot(cqi_vector a, cqi_vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-/* Length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
+/* The length, within 10 % except for tiny vectors; without a square root, and without overflow below 2^26. */
 static inline int32_t cqi_norm(cqi_vector a)
 {
     const int32_t x = (int32_t)cqi_abs(a.x), y = (int32_t)cqi_abs(a.y), z = (int32_t)cqi_abs(a.z);
@@ -3941,11 +3954,11 @@ static uint32_t cqi_square_root(uint64_t x)
 /* Base-2 logarithm of x > 0, in 1/8. */
 static inline int cqi_logarithm(uint32_t x)
 {
-    const int zeros = 32 - cqi_bit_length(x); /* the top four bits behind them are 8 .. 15 */
+    const int zeros = 32 - cqi_bit_length(x); /* the top four bits after them are 8 .. 15 */
     return 8 * (30 - zeros) + (int)(x << zeros >> 28);
 }
 
-/* x times 2^shift, the scale of a ring; and back, to the nearest. */
+/* x in the scale of a ring, times 2^shift; and back, rounded to the nearest. */
 static inline int32_t cqi_scaled(int32_t x, const cqi_ring *r) { return cqi_floor_shift(x * r->factor, r->right); }
 
 static inline int32_t cqi_unscaled(int32_t x, int shift)
@@ -3961,7 +3974,7 @@ static inline void cqi_nudge(int16_t *weight, int32_t by)
 }
 
 /* Adapts a weight of a linear prediction: it moves by a constant step in the direction of the sign of error times input
- * (sign-sign LMS), without a branch, as that cannot be foretold. */
+ * (sign-sign LMS); without a branch, as the processor cannot predict that sign. */
 #define CQI_LINEAR_BITS 13 /* such weights are in 2^-13, between -4 and 4 */
 #define CQI_LINEAR_STEP 25
 static inline void cqi_follow(int16_t *weight, int64_t product)
@@ -4035,8 +4048,8 @@ static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* Offset from A of a vertex beyond the ring. 0 if, along some axis, it is more than twice as far away as the ring may
- * be large: then it tells nothing. */
+/* Offset from A of a vertex beyond the ring. 0 if it is, along some axis, at least twice as far away as a vertex of the
+ * ring can be: then it tells nothing. */
 static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const cq_value *b, cqi_vector *x)
 {
     const uint32_t limit = (uint32_t)2 << CQI_RING_BITS;
@@ -4096,8 +4109,8 @@ static void cqi_turn_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
  * the surface differ from those above it. */
 
 /* What to expect of residuals, from how far the neighbours are from their mean along each axis. */
-#define CQI_LESS 4        /* x, y: in half bits, a residual is expected that much below three times the mean distance */
-#define CQI_LESS_ABOVE 5  /* z: that much below the mean distance along all axes */
+#define CQI_LESS 4        /* x, y: this many half bits less than three times the mean distance has */
+#define CQI_LESS_ABOVE 5  /* z: this many half bits less than the mean distances along all axes together have */
 static void cqi_expect_residuals(const cqi_ring *r, cqi_fan *f, cqi_vector mean, int p, int q)
 {
     const cqi_vector none = { 0, 0, 0 };
@@ -4170,7 +4183,7 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
  * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
  * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Adds a prediction, unless it is further away than the ring may be large, a power of 2. */
+/* Adds a prediction, unless it is further away than vertices of a ring can be, a power of 2. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
@@ -4200,13 +4213,13 @@ static void cqi_list_rivals(cqi_fan *f)
         for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
 }
 
-/* Where a surface has edges, B often lies in the plane of a flat side to which only some triangles nearby belong. So once
- * x and y are known, planes compete for z in the same way: as predictions with z in place of x, and 0 for y.
+/* Where a surface has sharp edges, B often lies in the plane of a flat side to which only some triangles nearby belong.
+ * So once x and y are known, planes compete for z in the same way: as predictions with z in place of x, and 0 for y.
  *
- * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless that is steep: then it
- * tells little. Components of edges are below 2^16, and 2^14 once they are shifted; those of the cross product below 2^29.
- * Its z is then made at most 2^15, and x and y are at most 8 more than 8 times as large: so slopes, in 2^-14, are at most
- * 2^18, and all products at most 2^35. */
+ * Adds the height at a place, at most CQI_FAR away, of the plane through three points, unless the plane is steep: then
+ * it tells little. Nothing overflows: components of edges are below 2^16, and 2^14 once they are shifted; those of the
+ * cross product below 2^29. Its z is then made at most 2^15, and x and y are at most 8 more than 8 times that: so
+ * slopes, in 2^-14, are at most 2^18, and all products at most 2^35. */
 #define CQI_STEEP_BITS 3  /* steep: the slope is 2^3 or more */
 static void cqi_add_plane(cqi_fan *f, cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
 {
@@ -4234,7 +4247,7 @@ static void cqi_list_planes(cqi_fan *f, cqi_vector place)
         cqi_add_plane(f, place, at[k], at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0]);
 }
 
-/* Distance along the surface. */
+/* Distance along the surface: the larger of those in x and y. */
 static inline int32_t cqi_apart(cqi_vector a, cqi_vector b)
 {
     const int32_t x = (int32_t)cqi_abs(a.x - b.x), y = (int32_t)cqi_abs(a.y - b.y);
@@ -4261,8 +4274,8 @@ static int cqi_add_votes(cqi_votes *v, int from, int count, int16_t radius)
     return all;
 }
 
-/* Counts all votes. Where loops of a fixed length become vector instructions, that also lets rivals vote for
- * themselves, which is subtracted, and for places behind the last one, zeros where nobody looks. */
+/* Counts all votes. A loop of fixed length becomes vector instructions where there are some; there, each rival also
+ * votes for itself, which is subtracted, and for the zeros after the last one, whose votes nobody reads. */
 static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
 {
     int k;
@@ -4285,8 +4298,8 @@ static void cqi_count_votes(const cqi_fan *f, int16_t radius, cqi_votes *v)
     }
 }
 
-/* Finds the place that most predictions agree upon: those within a radius; within half of it they count twice. Returns
- * the votes for it. */
+/* Finds the place that most predictions agree on: two agree if they are less than the radius apart, and count twice if
+ * less than half of it. Returns the votes for the place. */
 static CQI_APART int cqi_vote(const cqi_fan *f, cqi_contest *c)
 {
     int k, best = 0, n = 0;
@@ -4315,13 +4328,14 @@ static int cqi_is_hit(const cqi_contest *c, cqi_vector place) { return cqi_apart
 
 /* -- Questions that are asked while they pay --
  *
- * A question is a bit that says yes where the encoder could also do without it. Both sides keep a running mean of what
- * asking has gained, or would have gained where it was not asked; while that is negative, the answer is no. */
+ * A question is a bit that could be left out, but whose yes saves other bits. Both sides keep a running mean of what
+ * asking has gained, or would have gained where nothing was asked; while that is negative, they do not ask, and the
+ * answer is no. */
 
 /* -log2(p / 65536), in 1/64 bit. */
 static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
 
-/* Asks, if that has paid so far. */
+/* Asks, if that has paid so far, and returns the answer. */
 static int cqi_code_question(cq_decoder *d, int index, int yes)
 {
     if (d->model.gain[index] < 0) return 0;
@@ -4330,7 +4344,8 @@ static int cqi_code_question(cq_decoder *d, int index, int yes)
     return yes;
 }
 
-/* Updates what asking gains, given what a yes saves beside its cost, in 1/64 bit. Returns this gain, 0 if not asked. */
+/* Updates the mean of what asking gains, given what a yes saves before its own cost, in 1/64 bit. Returns what was
+ * gained this time, 0 if it was not asked. */
 static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
 {
     const uint32_t p = m->yes[index];
@@ -4352,8 +4367,8 @@ static int cqi_residual_cost(int32_t x, int shift)
  *
  * Coordinates are coded relative to A, in steps of the channel; predictions are in the scale of the ring. */
 
-/* Of the coordinates of the vertices that are left, one at least: the commonest if it is the first one, of equally common
- * ones that nearest to a prediction; else the nearest. */
+/* Chooses from the coordinates of the vertices that are left, at least one: the first time the commonest coordinate, of
+ * equally common ones the nearest to the prediction; later just the nearest. */
 static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int32_t predicted)
 {
     const int32_t *const x = f->scratch;
@@ -4372,7 +4387,7 @@ static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int
     return common;
 }
 
-/* Takes the vertices that have it from those that are left. Returns how many. */
+/* Takes the vertices with this coordinate from those that are left. Returns how many have it. */
 static int cqi_take_equal(const cqi_fan *f, int32_t common, uint32_t *left)
 {
     int k, many = 0;
@@ -4411,7 +4426,7 @@ static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *v
     return 0;
 }
 
-/* Updates what asking gains, now that the coordinate is known: up to the first yes. */
+/* Updates what asking gains, now that the coordinate is known: of all questions up to the first yes. */
 #define CQI_EXACT_SAVES 192 /* what a yes saves beside the residual's bits, in 1/64 bit */
 static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
 {
@@ -4425,7 +4440,8 @@ static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
     }
 }
 
-/* A coordinate of B: as neighbours have it, or by a residual. half_bits: what to expect of that; f->halves: what it was. */
+/* A coordinate of B: that of a neighbour, or a residual. half_bits: the expected size of that; f->halves: its actual
+ * size, in half bits. */
 static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t predicted, int32_t *value)
 {
     cqi_fan *const f = &d->now.fan;
@@ -4443,9 +4459,9 @@ static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t
     cqi_learn_same(d, predicted, *value);
 }
 
-/* Is the place, which an encoder knows, where predictions agree? Asks, if there are any, by their votes, and by how far
- * that is from what was predicted without them. Two agree within a part of the fan's extent, in 1/256, and one and a half
- * steps. */
+/* Asks, if there are predictions, whether the place, which only an encoder knows, is where they agree. The model
+ * depends on their votes, and on how far from c->linear they agree. Two agree within part / 256 of the fan's extent and
+ * one and a half steps more. */
 #define CQI_RIVALS_APART 14
 #define CQI_PLANES_APART 2
 static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, cqi_vector place)
@@ -4464,7 +4480,7 @@ static int cqi_code_hit(cq_decoder *d, cqi_contest *c, int questions, int part, 
     return cqi_code_question(d, c->question, CQI_ENCODING(d) && cqi_is_hit(c, place));
 }
 
-/* Updates what asking gains, now that the place is known: its residual has `count` numbers. */
+/* Updates what asking gains, now that the place is known. Its residual has `count` components. */
 static void cqi_learn_hit(cq_decoder *d, const cqi_contest *c, cqi_vector place, int count, int32_t *worth)
 {
     const int shift = d->ring.shift;
@@ -4494,9 +4510,10 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
 }
 
 
-/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used as long
- * as a running mean says that a vertex gains more than a little; else at one vertex of CQI_PROBE, to keep that mean. */
-#define CQI_WORTH_IT 24    /* that little, in 1/1024 bit */
+/* Predictions that compete and common components take time, and save bits only on some surfaces. They are used while
+ * the running mean of what they gain per vertex is above CQI_WORTH_IT; else only at one vertex in CQI_PROBE, to update
+ * that mean. */
+#define CQI_WORTH_IT 24    /* in 1/1024 bit */
 #define CQI_PROBE 32
 
 /* Are all features of the linear prediction within four steps of the fan's plane? Then planes tell nothing new. */
@@ -4531,7 +4548,8 @@ static void cqi_code_above(cq_decoder *d, int hit, int half_bits, int32_t predic
     cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
 
-/* Codes B relative to A. A residual of CQI_WILD makes a value of 27 bits, hardly more than 2^30 in the scale of the ring. */
+/* Codes B relative to A. Even a residual of CQI_WILD only makes a value of 27 bits, at most little above 2^30 in the
+ * scale of the ring. */
 static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
 {
     cqi_fan *f = &d->now.fan;
@@ -4591,7 +4609,7 @@ static int cqi_code_position(cq_decoder *d, uint32_t channel, int p, int q, cq_i
 
 static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -most : x > most ? most : x; }
 
-/* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3 and so on up to 5. */
+/* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3, 4, 4, and from then on 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
     const int rate = 1 + (model->used + 1) / 2;
@@ -4623,10 +4641,10 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
 
 /* -- Attributes from geometry --
  *
- * The position of B is known before its other values, and so are the faces that it gets. What these tell of a vertex,
- * or of one of its rows, is kept in d->now.fan. */
+ * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its
+ * rows, is kept in d->now.fan. */
 
-/* Places of the neighbours along the surface, from their offsets: with 8 bits; and the mean of these. */
+/* Sets f->outer to the places of the neighbours along the surface, with 8 bits, and f->mean to the mean of these. */
 static void cqi_flatten_fan(cqi_fan *f)
 {
     uint32_t all = 0;
@@ -4665,7 +4683,7 @@ static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
         if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
 }
 
-/* Prepares the fan of B for its other channels. At a virtual vertex there is no face. */
+/* Prepares the fan of B for its other channels. Between the neighbours of a virtual one there is no face. */
 static void cqi_locate_fan_of_b(cq_decoder *d, int p, int q)
 {
     cqi_fan *f = &d->now.fan;
@@ -4693,8 +4711,8 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
 }
 
 /* What the fit predicts for B, minus the mean of its neighbours, given their values x and this mean; clamped to twice
- * the largest of their differences from it. A little is added to the squares, so that neighbours on a line can be
- * fitted, too. *off becomes the sum of the fit's distances from the neighbours, if there is a fit.
+ * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
+ * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
  * 37, numerators 61, of which 30 are looked at. */
@@ -4733,11 +4751,12 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
 
 /* -- Normals --
  *
- * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. In an octahedral
- * pair, directions that are close may be far apart at the border of the square, to which the lower hemisphere is folded
- * out. If the prediction lies there, all pairs are folded before they are compared, which takes the upper one out. */
+ * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. Octahedral pairs
+ * have the lower hemisphere folded out to the border of the square, where close directions may be far apart. If the
+ * prediction is in the lower hemisphere, all pairs are folded before they are compared: the upper one is then
+ * outside. */
 
-/* An octahedral pair, from the middle of the square, whose border is `half` away. */
+/* An octahedral pair, relative to the middle of the square, whose border is `half` away. */
 typedef struct cqi_pair_of_normal {
     int32_t x, y;
 } cqi_pair_of_normal;
@@ -4755,7 +4774,8 @@ typedef struct cqi_vector64 {
     int64_t x, y, z;
 } cqi_vector64;
 
-/* The angle of a direction in a plane, y >= 0, in 1/65536 radian: as t (pi/4 + 0.273 (1 - t)), within 0.004. */
+/* The angle of a direction in a plane, y >= 0, in 1/65536 radian. Up to pi/4 it is t (pi/4 + 0.273 (1 - t)), within
+ * 0.004, for t = y / x. */
 static int64_t cqi_angle(int64_t x, int64_t y)
 {
     const int64_t size = x < 0 ? -x : x, low = size < y ? size : y, high = size < y ? y : size;
@@ -4765,8 +4785,8 @@ static int64_t cqi_angle(int64_t x, int64_t y)
     return x < 0 ? 205887 - angle : angle;
 }
 
-/* The angle between two offsets of 25 bits, which are shifted down to 14; their cross product, of 30 bits, and its
- * length, of 31. */
+/* The angle between two offsets of 25 bits, which are shifted down to 14. Also their cross product, of 30 bits, and the
+ * length of that, of 31. */
 static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal, int64_t *length)
 {
     u = cqi_shift(u, cqi_bit_length((cqi_abs(u.x) | cqi_abs(u.y) | cqi_abs(u.z)) >> 14));
@@ -4776,7 +4796,7 @@ static int64_t cqi_angle_between(cqi_vector u, cqi_vector v, cqi_vector *normal,
     return cqi_angle(cqi_wide_dot(u, v), *length);
 }
 
-/* Adds a direction, normalised by its length, times an angle of 18 bits. That makes 43 bits, for each of up to 26. */
+/* Adds a direction, divided by its length, times an angle of 18 bits: 43 bits for each of up to 26 directions. */
 static void cqi_add_direction(cqi_vector64 *sum, cqi_vector a, int64_t length, int64_t angle)
 {
     const int64_t weight = length ? angle * 0x1000000 / length : 0;
@@ -4829,7 +4849,7 @@ static cqi_pair_of_normal cqi_pair_at(const cq_value *values, uint32_t stride, c
     return fold ? cqi_folded(a, half) : a;
 }
 
-/* Octahedral pairs are predicted as such if there are positions. */
+/* Is this a channel of octahedral pairs? They are only predicted as such if there are positions. */
 static int cqi_may_be_pair(const cq_channel *c)
 {
     const int is_pair = (c->kind == CQ_NORMAL && c->components == 2) || (c->kind == CQ_TANGENT && c->components < 4);
@@ -4854,8 +4874,8 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
     return sum / 2;
 }
 
-/* Codes a pair, given the direction that is expected, and the rows around: those of the fan, or the one beside.
- * `turned`: the direction has been turned to where the pair is, so that only rounding is left. */
+/* Codes a pair, given the expected direction, and the rows around: those of the fan, or the one beside. `turned`: the
+ * direction has been turned to where the pair is, so that only rounding is left. */
 static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 direction,
                                    const cq_index *around, int n, int turned, cq_index wedge)
 {
@@ -4894,9 +4914,9 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
 
 /* -- Tangents --
  *
- * A tangent is expected where texture coordinates of faces say, or at the mean of those around, in the plane of the
- * normal, which is coded before. The angle by which it is turned from there is coded; what is left for the pair is
- * rounding. */
+ * The normal is coded before. In its plane, a tangent is expected in the direction that texture coordinates of faces
+ * give, or in the mean direction of the tangents around. The angle by which it is turned from there is coded; what is
+ * left for the pair is rounding. */
 
 /* The direction of a pair, with |x| + |y| + |z| = half. */
 static cqi_vector cqi_vector_of(cqi_pair_of_normal p, int32_t half)
@@ -4929,7 +4949,7 @@ static int cqi_normals_before(const cq_decoder *d, uint32_t k)
     return -1;
 }
 
-/* The first channel of texture coordinates, not exact, that comes before channel k and belongs to the same; or -1. */
+/* The first channel before k of texture coordinates that are CQ_AVERAGE and not exact; or -1. */
 static int cqi_texcoords_before(const cq_shape *s, uint32_t k)
 {
     uint32_t j;
@@ -4946,8 +4966,8 @@ typedef struct cqi_growth {
     int64_t side;                             /* above 0 if on the left, seen from outside */
 } cqi_growth;
 
-/* Adds that of a triangle, weighted by its angle at one corner, given the offsets of the other two, a and b, and of
- * their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
+/* Adds that of a triangle, weighted by its angle at one corner, given the offsets a and b of the other two from it, and
+ * those of their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
 static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int32_t *of_a, const int32_t *of_b)
 {
     const int64_t det = cqi_minor(of_a[0], of_b[1], of_a[1], of_b[0]), x = cqi_minor(a.x, of_b[1], b.x, of_a[1]);
@@ -4992,8 +5012,8 @@ typedef struct cqi_axes {
     cqi_vector t, side;
 } cqi_axes;
 
-/* Sets axes: the part of a direction in the plane, and that turned by a right angle. 0: it has no such part. Vectors
- * have 24 bits, cross products 49, and divided by the normal's length 26. */
+/* Sets the axes: the part of a direction in the plane, and the same turned by a right angle. 0: it has no such part.
+ * Vectors have 24 bits, cross products 49, and divided by the normal's length 26. */
 static int cqi_find_axes(cqi_vector64 t, cqi_vector normal, int32_t half, cqi_axes *axes)
 {
     const int64_t length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(normal, normal));
@@ -5085,7 +5105,7 @@ static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_in
     return sum;
 }
 
-/* Codes how the axes are turned to the tangent; it is then expected in this direction, of up to 54 bits. */
+/* Codes by how much the tangent is turned from the axes. Returns the direction that this gives, of up to 54 bits. */
 static cqi_vector64 cqi_code_turn_from(cq_decoder *d, uint32_t k, cqi_axes axes, int by_faces, uint32_t spread,
                                         cq_index wedge)
 {
@@ -5120,7 +5140,8 @@ static void cqi_learn_trust(int32_t *trust, cqi_vector64 tangent, const cqi_axes
               *trust / 16;
 }
 
-/* The direction where a tangent is expected, turned to where it is. 0: there is no normal, or nothing to begin with. */
+/* The tangent is turned either from *direction, which faces give, or from the mean of the tangents around. Codes by how
+ * much; *direction becomes that of the tangent. 0: there is no normal, or neither of the two directions. */
 static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *direction, const cq_index *around,
                          int n, cq_index wedge)
 {
@@ -5141,7 +5162,7 @@ static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *
     return 1;
 }
 
-/* The sign that a tangent may have as its third component, 0 or 1: mostly as faces say, or as nearby. */
+/* The third component that a tangent may have, mostly a sign, 0 or 1: as faces say, or as nearby. */
 static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5163,7 +5184,7 @@ static int cqi_pair_is(const cq_value *values, uint32_t stride, cq_index row, in
     return values[stride * (size_t)row] == x && values[stride * (size_t)row + 1] == y;
 }
 
-/* The commonest of the pairs around: how many have it; *row is one of them. */
+/* Finds the commonest of the pairs around: *common is one row that has it. Returns how many have. */
 static int cqi_find_common_pair(const cq_value *values, uint32_t stride, const cq_index *around, int n,
                                 cq_index *common)
 {
@@ -5214,8 +5235,8 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
 
 /* -- Other channels --
  *
- * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, as
- * long as that is nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
+ * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, while
+ * these have been nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
 
 /* The channel of joints that goes with the weights of channel k: the n-th with the n-th, if it comes before; or -1. */
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
@@ -5244,8 +5265,8 @@ static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return 0;
 }
 
-/* What is left for component c of channel k and those behind it, if the weights of B have the sum of those of A: modulo
- * 2^32, as some may be exact; and whether A has weights behind that component. */
+/* What is left for component c of channel k and those after it, if the weights of B have the same sum as those of A;
+ * modulo 2^32, as some may be exact. *more: A has weights other than 0 after that component. */
 static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, cq_index a, int *more)
 {
     const cq_shape *s = &d->shape;
@@ -5266,7 +5287,7 @@ static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, 
     return (int32_t)(uint32_t)rest;
 }
 
-/* Is a weight of B all that is left of the sum? Likely if that is 0, or if A has no weights behind it. */
+/* Is a weight of B all that is left of the sum? Usual if that is 0, or if A has no weights after it. */
 static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
 {
     int more, usual, is_rest;
@@ -5276,8 +5297,8 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Component c of the fan's vertices minus that of A, which is returned; rough if exact. Also their mean, and the sum of
- * their distances from it. */
+/* Sets f->scratch to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also the
+ * mean of these, and the sum of their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
@@ -5291,8 +5312,8 @@ static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints
     return a;
 }
 
-/* Without positions there are three features, which are predictions minus the mean: parallelograms across the edges of
- * the fan, A, and the middle of the common neighbours. */
+/* Without positions there are three features, all minus the mean: parallelograms across the edges of the fan, A, and
+ * the middle between the common neighbours. */
 static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t a, int32_t mean,
                                     int32_t *feature)
 {
@@ -5328,7 +5349,7 @@ static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
     }
 }
 
-/* One component of B, or of its part of a row, by the linear prediction or by the fit. */
+/* One component of B, or of one of its rows, by the fit; or without positions, by the linear prediction. */
 static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5360,7 +5381,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* One component of B as a copy of a neighbour's: of A's, then of those of the common neighbours, then of the others. */
+/* One component of B, mostly a copy of a neighbour's: asks about A, then the common neighbours, then the others. */
 static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     enum { ASKED = 6 };
@@ -5421,7 +5442,7 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
     return cqi_value_fits(&d->shape.channel[k], x);
 }
 
-/* Channel k of B, or of its part of a row, with number `own`; by its fan. */
+/* Channel k of B, or of one of its rows, by its fan. `own`: number of the vertex or row. */
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5463,8 +5484,8 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * A patch is conquered, and if its flag says so, split at once. Then the vertices in front of its gates are queued,
- * each with the first gate that found it. A vertex that is still free when its turn comes is the centre of the next
+ * A patch is conquered: the vertices in front of its gates are queued, each with the first gate that found it, and if
+ * its flag says so, it is split at once. A vertex that is still free when its turn comes is the centre of the next
  * patch: nothing around it has changed since. */
 
 static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
@@ -5522,8 +5543,8 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
     m->out[v] = spoke;
 }
 
-/* Queues the vertices in front of the patch's gates: first that of the ring edge behind the last spoke, which ends at
- * the first one, then on in the direction from R to L, which costs fewer bits than from L to R. */
+/* Queues the vertices in front of the patch's gates: first across the ring edge from the last spoke to the first one,
+ * then on counter-clockwise, which costs fewer bits than clockwise. */
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
@@ -5556,7 +5577,7 @@ static void cqi_hold(cq_mesh *m, cq_index v)
     if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
 }
 
-/* The vertex of the queue that has its turn after `n` others. */
+/* The vertex of the queue that has its turn after this many others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
 {
     return w->queue[w->head < w->capacity - after ? w->head + after : w->head - (w->capacity - after)];
@@ -5609,7 +5630,7 @@ static cq_index cqi_first_spoke(const cq_mesh *m, cq_index gate, int side)
  * A centre of valence D has D (D - 1) / 2 pairs p < q; the paper's indices are i = p and j = D - 1 - q. A pair's score
  * is the sum of the weights of its features. Pairs are tried in the order of their scores, the best first: "is it this
  * one?" is asked with a probability that is a logistic function of the score and of how far it is above the next one.
- * Each answer moves the weights along the gradient (online logistic regression). The features are
+ * Each answer moves the weights along the gradient (online logistic regression). The features are:
  *
  *     of p and q           angles opposite to the spoke, valence and state of the vertex
  *     of p + 1 .. q - 1    the same angles, and the length of the spoke: these become neighbours of B alone
@@ -5631,7 +5652,7 @@ static const uint16_t cqi_logistic[80] = {
     62608, 62938, 63233, 63495, 63728, 63935, 64119, 64283, 64427, 64556, 64669, 64770, 64859, 64938, 65008, 65069
 };
 
-/* Codes a yes or no with the log-odds `score`. *error: what is to be added to the weights. */
+/* Codes a yes or no whose log-odds are `score`. *error: what is to be added to the weights. */
 static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32_t *error)
 {
     const int shift = 16 - CQI_NAT_BITS + CQI_TUNED(learn, CQI_LEARN(d->located >= 0));
@@ -5645,7 +5666,7 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     return yes;
 }
 
-/* Has one bit more than the magnitude of x, except that -1 may have one, too. */
+/* 0 for 0; else a number of one bit more than x has without its sign bit. */
 static inline uint32_t cqi_changes_of_bits(int32_t x) { return (uint32_t)x ^ (uint32_t)x << 1; }
 
 /* Offsets of the ring's vertices from the centre; and the ring's scale. */
@@ -5669,7 +5690,7 @@ static void cqi_locate_ring(const cq_mesh *m, const cq_value *values, cqi_ring *
     r->factor = (int32_t)1 << (r->shift + r->right);
 }
 
-/* Classes of the spokes' lengths: their ratio to the mean of the two shortest ones. Logarithms are of squares. */
+/* Class of a spoke's length, by its ratio to the mean of the two shortest ones. Logarithms are of squares. */
 static uint8_t cqi_length_class(int logarithm, int base)
 {
     return (uint8_t)(CQI_ANGLES + cqi_clamp(cqi_floor_shift(3 * (logarithm - base), 3), 0, CQI_LENGTHS - 2));
@@ -5695,10 +5716,10 @@ static int cqi_measure_spokes(cqi_ring *r)
     return (shortest + second) / 2 - 8;
 }
 
-/* Classes of the sum of the two angles opposite to each spoke, much as a Delaunay criterion would have it. In the
- * triangle of spokes a and b, the angle opposite to a has the cosine b (b - a) / (|b| |b - a|). In place of that product
- * of lengths, half the sum of all squares, a a + b b - a b, serves for both angles: this gives 1/3 if the sides are
- * equal, and the less the larger the angle is. Squares have 30 bits, the sum has 32, and quotients are in 1/65536. */
+/* Classes of the sum of the two angles opposite to each spoke, as in the Delaunay criterion. In the triangle of spokes
+ * a and b, the angle opposite to a has the cosine b (b - a) / (|b| |b - a|). In place of that product of lengths, both
+ * angles take half the sum of the squares of all sides, a a + b b - a b: this gives 1/3 if the sides are equal, and the
+ * less the larger the angle is. Squares have 30 bits, the sum has 32, and quotients are in 1/65536. */
 static uint8_t cqi_angle_class(int32_t narrow)
 {
     return (uint8_t)cqi_clamp(cqi_floor_shift(narrow, 12) + 1, 0, CQI_ANGLES - 1);
@@ -5752,9 +5773,9 @@ static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* Before and after each place of the ring, the smallest valence of a free vertex, which could have been B instead: from
- * the first spoke to p, and from q to the last one. p and q themselves have one neighbour more by now. before[] has p
- * added, for the index of a weight. */
+/* The smallest valence of a free vertex, which could have been B instead: from the first place of the ring to each p,
+ * and from each q to the last one. p and q themselves had one neighbour more when B was chosen. before[] has p added,
+ * for the index of a weight. */
 static int cqi_valence_of_free(const cqi_ring *r, int k)
 {
     const int kind = r->kind[k];
@@ -5784,13 +5805,13 @@ static int32_t cqi_best_of(const int32_t *score, int n)
     return best;
 }
 
-/* A score together with its q, in the order of the scores; of equal ones the last q is the best. A score is a sum of at
- * most 52 weights, of 16 bits. */
+/* A score together with its q, in the order of the scores, and of equal ones by q. Cannot overflow: a score is a sum of
+ * at most 52 weights, of 16 bits. */
 static inline int32_t cqi_ranked(int32_t score, int q) { return score * 32 + q; }
 
 /* Adds to the scores how likely it is that the encoder's rule, the smallest valence, would have removed B rather than
- * the best alternative before p, and than the one after q: weights by its valence minus that of B. With goals other
- * than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
+ * the best alternative up to p, or that from q on: weights by the alternative's valence minus that of B. With goals
+ * other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
 static int32_t cqi_score_rule(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
     int32_t *score = c->score, top = 32 * CQI_TRIED;
@@ -5923,13 +5944,13 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 
 #define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that may be passed over, see cqi_code_pass */
 
-/* Is the patch split? Tells mostly by whether the encoder had an available neighbour to collapse with. */
+/* Is the patch split? The model depends on how many neighbours were available to the encoder for a collapse. */
 static int cqi_code_flag(cq_decoder *d, int available, int split)
 {
     return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(d->ring.size, 11), split);
 }
 
-/* Looks for the next component that takes part in the level, among some vertices: the L of its first gate, or
+/* Looks through some vertices for the next component that takes part in the level. Returns the L of its first gate, or
  * CQ_NONE. */
 static cq_index cqi_next_seed(cq_decoder *d)
 {
@@ -5957,7 +5978,7 @@ static void cqi_plan_new_vertex(cq_decoder *d, cq_index b, cq_index num_faces, i
     if (q != r->boundary) cqi_plan_face(plan, (cq_index)(3 * c->face[1]), d->materials ? d->new_face[1] : num_faces);
 }
 
-/* Splits the patch: its values are there. */
+/* Splits the patch, once its values are there. */
 static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 {
     const cq_index num_faces = d->mesh.num_faces, b = d->mesh.num_vertices;
@@ -5977,10 +5998,9 @@ static cq_result cqi_apply_split(cq_decoder *d, int p, int q)
 /* -- Rows of a split's corners --
  *
  * Before the split, the corners of A form two runs: those between the spokes to p and q, which B gets, and those that A
- * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. Then
- * follow the six corners of the two new faces: each has the row of the face beside it, or another one that is named
- * below, or a new row. So corners with the same row still have the same vertex after the split, as rows of B's run
- * occur only around A. */
+ * keeps. A row that occurs in both is split: B gets a new row. A row that only occurs in B's run moves to B. As rows of
+ * B's run occur only around A, corners with the same row still have the same vertex. Then follow the six corners of the
+ * two new faces: each has the row of the face beside it, or another one, see cqi_list_choices, or a new row. */
 
 #ifdef CQ_NO_WEDGES
 #define cqi_begin_corners(d, p, q) CQ_ERROR_UNSUPPORTED
@@ -6007,7 +6027,6 @@ static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
     return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
 }
 
-/* Adds a row at a vertex. */
 static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
 {
     cqi_seams *s = d->seams;
@@ -6087,7 +6106,7 @@ static void cqi_split_rows(cq_decoder *d)
     }
 }
 
-/* 0: a surface goes on over an edge, 1: a seam, 2: a border. */
+/* What an edge is, by the rows of a vertex on both sides of it, 0: nothing, 1: a seam, 2: a border. */
 static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
 
 /* Number of different rows of A, at most 3, minus 1. */
@@ -6167,7 +6186,7 @@ static cq_index cqi_code_corner(cq_decoder *d, int corner)
     return cqi_make_row(d, cqi_vertex_of_corner(d, corner), usual, corner, wedge);
 }
 
-/* All corners that there are have a usual row, and the encoder wants it. */
+/* Do all corners that are present have a usual row? And does the encoder want these? */
 static int cqi_may_be_usual(const cqi_seams *s, const int *present)
 {
     int k;
@@ -6265,7 +6284,7 @@ static int cqi_rows_are_equal(const cq_decoder *d, uint32_t k, cq_index a, cq_in
     return c == n;
 }
 
-/* Is channel k of a row as that of another one? Then it is copied. */
+/* Is channel k of a row equal to that of another one? Then it is copied. */
 static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq_index other)
 {
     const uint32_t n = d->shape.channel[k].components;
@@ -6279,7 +6298,7 @@ static int cqi_code_equal(cq_decoder *d, uint32_t k, int model, cq_index row, cq
     return equal;
 }
 
-/* One component of a row, given the row that it is expected to be near, and perhaps another one. */
+/* One component of a row, given the row that it is expected to be near, and perhaps another one, which is farther. */
 static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
                          cq_value *to)
 {
@@ -6316,8 +6335,8 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
-/* Channel k of a row that only one or both of the new faces have: as in the corner before of the same face, as beside
- * it, or near that. */
+/* Channel k of a row that only one or both of the new faces have: equal to that of the row before in the same face, or
+ * to that of the row beside; or near one of these. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
@@ -6351,7 +6370,7 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
     return ok;
 }
 
-/* Channel k of B's part of a row that was split: by B's neighbours, or as B's other one. */
+/* Channel k of a new row of B that is split from one of A: equal to that of B's other one, or by B's neighbours. */
 static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
@@ -6422,7 +6441,6 @@ static CQI_APART cq_result cqi_step_corners(cq_decoder *d)
     return CQ_OK;
 }
 
-/* One channel of one of the new rows. */
 static int cqi_code_new_row(cq_decoder *d, uint32_t k, int nth)
 {
     const cqi_new_row *made = &d->seams->made[nth];
@@ -6456,7 +6474,8 @@ static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-/* The split of the patch: both indices, then the values, then the mesh. */
+/* The split of the patch: both indices, then the values, then the mesh; with seams, rows come before that, in steps of
+ * their own. */
 static cq_result cqi_code_split(cq_decoder *d)
 {
     const cq_index b = d->mesh.num_vertices;
@@ -6470,9 +6489,9 @@ static cq_result cqi_code_split(cq_decoder *d)
     return d->seams ? cqi_begin_corners(d, p, q) : cqi_apply_split(d, p, q);
 }
 
-/* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder does
- * so with vertices of a larger valence than CQ_MAX_VALENCE, which is then at least CQI_HUB here: of two neighbours one
- * is left at least, as each is on one side of one collapse. */
+/* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder
+ * passes over vertices of a valence above CQ_MAX_VALENCE. Here, after the collapses of the level, they still have at
+ * least CQI_HUB neighbours: of two, at most one was removed, as each neighbour is on one side of one collapse. */
 static int cqi_code_pass(cq_decoder *d, cq_index centre)
 {
     int pass = 0;
@@ -6506,8 +6525,8 @@ static cq_result cqi_code_patch(cq_decoder *d, cq_index spoke)
     return split ? cqi_code_split(d) : CQ_OK;
 }
 
-/* The first patch of a component, given the L of its first gate. L and R are in it, or are held all the same: they and
- * the edge between them stay. */
+/* The first patch of a component, given the L of its first gate. L and R are held even where the patch does not hold
+ * them, so that they and the edge between them stay. */
 static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 {
     const cq_index gate = cqi_find_spoke(&d->mesh, l, (cq_index)(l + 1));
@@ -6527,13 +6546,12 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
 
 /* -- Regular levels --------------------------------------------------------------------------------------------------
  *
- * A regular level undoes one step of subdivision: new vertices come to lie on edges of the mesh before, its coarse
- * edges.
+ * A regular level is one step of subdivision: its new vertices lie on edges of the mesh before, the coarse edges.
  *
  *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
  *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
  *                  which is not part of the mesh yet
- *     patterns     for each face with two or three new vertices: how are its triangles?
+ *     patterns     for each face with two or three new vertices: into which triangles is it cut?
  *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
  *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
  *                  each with its final position; then flips, which make the wanted triangles of the face; and flips of
@@ -6601,7 +6619,7 @@ static void cqi_toggle_face_bits(cq_decoder *d, cq_index f, int bits) { cqi_togg
 static const uint8_t cqi_ones[8] = { 0, 1, 1, 2, 1, 2, 2, 3 };
 static const uint8_t cqi_odd_side[8] = { 3, 0, 1, 2, 2, 1, 0, 3 }; /* the only marked or unmarked one; 3: there is none */
 
-/* 1 + the side whose edge is dissolved; or of a face with one mark that; 0: none. */
+/* 1 + the side whose edge is dissolved; or for a face with one mark, perhaps 1 + that side, see above; 0: none. */
 static int cqi_dissolved_side(const cq_decoder *d, cq_index f)
 {
     static const uint8_t side[32] = { 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 3, 1, 2, 1, 0,
@@ -6621,7 +6639,7 @@ static int cqi_hub_side(const cq_decoder *d, cq_index f) { return cqi_hub_of(cqi
 
 /* -- Regular levels: marks -- */
 
-/* Takes a pair out of the fold, or back into it. */
+/* Folds a pair, or folds it back. */
 static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
 {
     const int32_t half = cqi_half_of(channel);
@@ -6633,7 +6651,7 @@ static void cqi_fold_seen(const cq_channel *channel, cqi_vector *x)
     x->y = a.y + half;
 }
 
-/* Up to three components of a vertex's values as a vector; if they are a pair, out of the fold. */
+/* Up to three components of a vertex's values as a vector; a pair is folded if regular.fold says so. */
 static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
 {
     const cq_channel *const channel = &d->shape.channel[d->regular.view];
@@ -6647,7 +6665,7 @@ static cqi_vector cqi_seen(const cq_decoder *d, const cq_value *values)
     return x;
 }
 
-/* Position of a vertex, or its values of the channel that cqi_look_at set; and as an offset from a. */
+/* Values of a vertex in the channel that cqi_look_at has set. */
 static CQI_APART cqi_vector cqi_seen_at(const cq_decoder *d, cq_index v)
 {
     const uint32_t k = d->regular.view;
@@ -6715,7 +6733,7 @@ static cq_index cqi_plan_wedge(const cqi_plan *p, const cq_mesh *m, cq_index h, 
     return turned != right ? p->uses[c->face[1]] : c->face[1];
 }
 
-/* Codes whether the new vertex v has one row, or one on each side of its edge h; and adds them. */
+/* Codes whether the new vertex v has one row, or one on each side of its edge h, and adds these. */
 static int cqi_code_rows_of_mark(cq_decoder *d, cq_index h, cq_index v)
 {
     const cq_index g = d->mesh.twin[h], *const row = d->index;
@@ -6796,14 +6814,14 @@ static cq_result cqi_step_marks(cq_decoder *d)
  * all components and directions. Weights of skinning are predicted from the two ends of the edge, as in levels of
  * patches. What may not be averaged is mostly a copy of one of these ends. */
 
-/* Is the channel predicted so? */
+/* Is the channel predicted as positions are? */
 static int cqi_is_expected(const cq_decoder *d, uint32_t k)
 {
     const cq_channel *const c = &d->shape.channel[k];
     return CQI_HAS_ATTRIBUTES && (int)k != d->located && c->merge == CQ_AVERAGE && c->kind != CQ_WEIGHTS;
 }
 
-/* Is any channel predicted so, or are there positions? */
+/* Is any channel predicted as positions are, or are there positions? */
 static int cqi_has_expected(const cq_decoder *d)
 {
     uint32_t k;
@@ -6822,7 +6840,7 @@ static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 
 static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
 
-/* Takes pairs out of the fold if the one that is expected for v is in the lower hemisphere. */
+/* Has pairs folded if the one that is expected for v is in the lower hemisphere. */
 static void cqi_look_around(cq_decoder *d, cq_index v)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -6864,7 +6882,8 @@ static int cqi_take_slots(cq_decoder *d, cq_index h)
 /* -- Regular levels: the new vertices by their edges --
  *
  * out[] of new vertices is in ascending order. Halfedges are divided into buckets of 2^bucket, no more buckets than new
- * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges. */
+ * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges; with
+ * materials more, as free slots count, too. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6916,7 +6935,7 @@ static void cqi_set_edge(cqi_tilt *t, cqi_vector edge)
     t->inverse = bits ? (int32_t)(0x80000000u / ((uint32_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y) >> 8)) : 0;
 }
 
-/* The plane of a normal below 2^30, and an edge in it. */
+/* Sets a tilt to the plane of a normal, which is below 2^30, and to an edge in it. */
 static void cqi_set_tilt(cqi_tilt *t, cqi_vector edge, cqi_vector normal, int axes)
 {
     const int shift = 1 + cqi_bit_length((cqi_abs(normal.x) | cqi_abs(normal.y) | cqi_abs(normal.z)) >> 20);
@@ -7028,8 +7047,8 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     feature[2] = num_ahead ? cqi_minus(ahead, cqi_scale(b, num_ahead == 2 ? 4 : 2)) : none;
 }
 
-/* Weighted sums of n features, in 1/256. The part along the edge of what the last n weights give is added: below 2^39,
- * its product with the inverse has 56 bits, and 53 with the edge in the end. */
+/* Weighted sums of n features, in 1/256. Of the sum that the last n weights give, only the part along the edge is
+ * added: below 2^39, its product with the inverse has 56 bits, and 53 with the edge in the end. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
     int64_t part = 0, sum_x = 0, sum_y = 0, sum_z = 0;
@@ -7075,7 +7094,7 @@ static void cqi_expect(cq_decoder *d, cq_index v)
     for (c = 0; c < 3; c++) to[t.axis[c]] = (cq_value)cqi_clamp(from[t.axis[c]] + x[c], 0, most);
 }
 
-/* The values that a vector stands for, in range and in the fold again. */
+/* The values that a vector stands for, clamped to their range; a pair is folded back. */
 static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -7088,7 +7107,7 @@ static cqi_vector cqi_unseen(const cq_decoder *d, cqi_vector x)
     return x;
 }
 
-/* Weighted sums of n features and of what they are beside: in 1/256. */
+/* A vector plus the weighted sum of n features, with weights in 1/256. */
 static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, const int8_t *weight, int n)
 {
     int64_t x = 0, y = 0, z = 0;
@@ -7112,9 +7131,9 @@ static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, c
 /* -- Regular levels: rows --
  *
  * A new vertex has one row; or two, one on each side of its edge, if that is a seam there. Corners on one side of the
- * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected in the middle of the rows at
- * the edge's ends, on its side, or if there is one row on the left. The record has in index[] the rows of the vertices
- * beside the new one and of the opposite vertex, on its side. */
+ * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected to be the mean of the rows at
+ * the edge's ends, on its side; a single row, on the left side. In index[], the record has the rows of the opposite
+ * vertex and of the vertices beside the new one, on its side. */
 
 static int cqi_has_row_values(const cq_decoder *d, uint32_t k)
 {
@@ -7220,10 +7239,10 @@ static int cqi_is_dissolved(const cq_decoder *d, cq_index h)
     return cqi_is_real_face(&d->mesh, g) && cqi_dissolved_side(d, (cq_index)(g / 3)) == 1 + (int)(g % 3);
 }
 
-/* Edges of the refined mesh around the origin of h, counter-clockwise: bit 0, that which begins on h, unless its edge is
- * dissolved; and bit 1, one into the face of h, to a hub opposite to the origin, or if there is no mark, beyond the edge
- * there if that is dissolved. The table has, for each state of a face, two bits for each side: it is marked; and the hub
- * is opposite to its origin. */
+/* Which edges the refined mesh has around the origin of h, on h and then counter-clockwise up to the next coarse edge.
+ * Bit 0: the one on h, unless that is dissolved. Bit 1: one into the face of h, to a hub opposite to the origin; or if
+ * the face has no mark, across the opposite edge, if that is dissolved. The table has two bits for each side of a face in
+ * each state: the side is marked; and the hub is opposite to its origin. */
 static int cqi_spokes_of(const cq_decoder *d, cq_index h)
 {
     static const uint8_t by_state[32] = { 0, 33, 6, 37, 24, 25, 22, 53, 0, 33, 6, 37, 24, 25, 22, 23,
@@ -7278,12 +7297,16 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
  * what lies straight on from the edge's start, the second one if there are two; and the new vertices on edges of the
  * faces beyond, where those begin or end where this edge does.
  *
- * The opposite vertex is doubled, with 1 added if the vertex is the hub of this face, and counted down from CQ_NONE: so the
- * slot is no face, as 2 V < CQ_NONE - V. If a fan around another vertex separates the new vertex from that on the next or the
- * previous edge, this one takes the place of that beyond. Around a vertex of valence 5, the last one of those beyond is also
- * the first one of two that lie straight on: then the second one is counted down from CQI_JOINED. If the next or the previous
- * edge is dissolved so that it joins the new vertex to one beyond, CQI_JOINED stands for the new one on this edge, which has
- * none, and the other one is in the place beyond. */
+ * Some of these are written otherwise:
+ *
+ *     opposite vertex w    CQ_NONE - 2 w, and 1 less if the new vertex is the hub of this face: so the slot is no face,
+ *                          as 2 V < CQ_NONE - V
+ *     next, previous       if a fan around the new vertex of another edge separates it from the new vertex of this one:
+ *                          CQ_NONE, and the latter is in the place of the one beyond
+ *     straight on          around a vertex of valence 5, the first of two is also the last one beyond: then the second
+ *                          one w is CQI_JOINED - w
+ *     next, previous       if this edge is dissolved so that it joins the new vertex to one beyond: CQI_JOINED, and the
+ *                          latter is in the place beyond */
 
 #define CQI_JOINED ((cq_index)(CQ_NONE - 1))
 
@@ -7338,7 +7361,7 @@ static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot)
 /* Is the new vertex the hub of the face? */
 static int cqi_is_hub(const cq_mesh *m, cq_index slot) { return (CQ_NONE - m->origin[3 * slot]) & 1; }
 
-/* What lies straight on, the second one if there are two; and are there? */
+/* Do two vertices lie straight on? And which one does, of two the second? */
 static int cqi_has_two_ahead(const cq_mesh *m, cq_index slot)
 {
     return m->twin[3 * slot] >= CQ_NONE / 2 && m->twin[3 * slot] != CQ_NONE;
@@ -7425,7 +7448,7 @@ static void cqi_find_normal(const cq_decoder *d, cq_index v, cq_index number, cq
     *feature = cqi_scale(cqi_minus(*feature, expected), 4);
 }
 
-/* Features of the second prediction of a channel: of rows, without what is beyond the faces and ahead. */
+/* Number of features of the fine prediction of a channel: for rows, without what is beyond the faces and ahead. */
 static int cqi_num_fine(const cq_decoder *d, uint32_t k)
 {
     return (cqi_class(&d->shape, k) == CQI_OF_ROW ? CQI_FINE_OF_ROW : CQI_FINE) + cqi_has_normals(d, k);
@@ -7484,10 +7507,11 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
 /* -- Regular levels: weights of an encoder --
  *
  * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
- * that the residuals get short codes. As there are many minima, that begins with the weights of the level before, with
- * those of least squares and with none; and of the best weights each one is moved to and fro by steps that get smaller,
- * as long as the residuals do. There are rows for at most CQI_ROWS vertices: the features along x, y and above the
- * surface, and what their weighted sum should be.
+ * that the residuals get short codes. As there are many minima, this is done three times, beginning with the weights of
+ * the level before, with those of least squares and with none; each of the best weights is then moved to and fro by
+ * ever smaller steps, where that makes the residuals cheaper. A row, as a row of a matrix, is a sampled vertex, of
+ * which there are at most CQI_ROWS: the features along x, y and above the surface, and what their weighted sum should
+ * be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_CHANGES = 4 };
@@ -7496,7 +7520,7 @@ typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
 } cqi_sums;
 
-/* Rows whose share in the sums has to change. */
+/* Equations whose share in the sums has to change. */
 typedef struct cqi_changes {
     const int16_t *x[CQI_CHANGES];
     int32_t y[CQI_CHANGES], change[CQI_CHANGES];
@@ -7507,7 +7531,7 @@ typedef struct cqi_changes {
 typedef struct cqi_rows {
     cqi_row *row;
     uint32_t count;
-    int parts;                     /* 4: there are as many for each axes, one part behind the other; else 1 */
+    int parts;                     /* 4: this many for each choice of axes, one part after the other; else 1 */
     const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
 } cqi_rows;
 
@@ -7515,7 +7539,7 @@ typedef struct cqi_rows {
 typedef struct cqi_equations {
     const cqi_rows *rows;
     int first, last, n;
-    cqi_sums sums;                 /* of all rows by their shares, but for those changes; not above the diagonal */
+    cqi_sums sums;                 /* of all rows by their shares, without `changes`; not above the diagonal */
     cqi_changes changes;
     uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
@@ -7549,7 +7573,7 @@ static uint32_t cqi_discount(int32_t error)
     return cqi_abs(error) < 128 ? 0 : (uint32_t)cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28;
 }
 
-/* The share of an equation with this error, which counts by the power -power/2 of it. */
+/* The share of an equation with this error: the error to the power -power/2. */
 static int32_t cqi_share(int32_t error, uint32_t power)
 {
     static const uint16_t root[8] = { 4096, 3756, 3444, 3158, 2896, 2656, 2435, 2233 }; /* 2^(12 - k / 8) */
@@ -7557,7 +7581,7 @@ static int32_t cqi_share(int32_t error, uint32_t power)
     return (int32_t)((uint32_t)root[less % 8] >> less / 8);
 }
 
-/* Makes changes to the sums: several at once, as most time goes by with loading and storing these. */
+/* Makes the changes to the sums: several at once, as loading and storing the sums takes most of the time. */
 static void cqi_make_changes(cqi_equations *fit)
 {
     cqi_changes *const c = &fit->changes;
@@ -7576,7 +7600,7 @@ static void cqi_make_changes(cqi_equations *fit)
     }
 }
 
-/* Has an equation count by another share in the sums: with features x, whose weighted sum should be y in 1/16. */
+/* Changes the share of an equation in the sums: that of features x, whose weighted sum should be y in 1/16. */
 static void cqi_change_share(cqi_equations *fit, const int16_t *x, int32_t y, int32_t change)
 {
     cqi_changes *const c = &fit->changes;
@@ -7636,15 +7660,15 @@ static int32_t cqi_left_of(const int16_t *weight, const int16_t *x, int32_t y)
     return 16 * y - sum - (int32_t)weight[CQI_FINE] * x[CQI_FINE];
 }
 
-/* The weights with zeros behind them: so all loops that multiply them are of the same length. */
+/* The weights with zeros after them: so all loops that multiply them are of the same length. */
 static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
 {
     int i;
     for (i = 0; i < CQI_MOST; i++) wide[i] = i < n ? weight[i] : 0;
 }
 
-/* What the errors cost that the weights leave. Each equation then counts by its error to the power -power/2, if this is
- * not below 0. */
+/* What the errors cost that the weights leave. Unless power is below 0, each equation then counts in the sums by its
+ * error to the power -power/2. */
 static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
 {
     cqi_row *const end = fit->rows->row + fit->rows->count, *row;
@@ -7667,8 +7691,8 @@ static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int 
     return cqi_cost_of_fit(fit);
 }
 
-/* Fits the weights, starting with those given, or first with least squares. Returns about what the errors cost, in 1/8
- * bit. If a pass changes nothing, further ones with the same power would not either. */
+/* Fits the weights, beginning with those given; or with `squares`, with least squares. Returns about what the errors
+ * cost, in 1/8 bit. If a pass changes nothing, further ones with the same power would not either. */
 static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int squares)
 {
     int8_t best[CQI_MOST];
@@ -7741,7 +7765,8 @@ static uint32_t cqi_move_weights(const cqi_equations *fit, int8_t *weight, uint3
     return cost;
 }
 
-/* Fits weights from several starts if there are to be all passes, those given first, and moves the best ones. */
+/* Fits weights, beginning with those given. With all passes, also from other beginnings, and then moves the best
+ * ones. */
 static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
@@ -7802,8 +7827,8 @@ static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, 
     return cqi_cost_of_sizes(rows, size[0]) + cqi_cost_of_sizes(rows, size[1]);
 }
 
-/* Fits all weights of n features to the rows, which stand for `count` vertices, from those given on. Weights along the
- * edge only differ from those across it if that saves more than the n bytes that it takes. */
+/* Fits all weights of n features to the rows, which stand for `count` vertices, beginning with those given. Weights
+ * along the edge only differ from those across it if that saves more than the n bytes that it takes. */
 static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
@@ -7846,7 +7871,7 @@ static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *featu
     row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
 }
 
-/* Fills in the direction of its edge, which fits with all passes ask for. */
+/* Fills in the direction of its edge, which only fits with all passes need. */
 static void cqi_set_row_edge(cqi_row *row, const cqi_tilt *t)
 {
     const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
@@ -7884,7 +7909,7 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* Sample k of `rows` new vertices: one from each of as many equal parts. */
+/* The new vertex that is sample k: one from each of `rows` equal parts of the level. */
 static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
 {
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
@@ -7892,7 +7917,8 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
+/* Rows for a level, in this many parts: half as many as vertices, or a quarter of what there is room for if that is
+ * more. */
 static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
     cqi_plan *const p = d->plan;
@@ -7944,8 +7970,8 @@ static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
     return rows;
 }
 
-/* Exchanges the values of new vertices in a record that will be final when v has its turn with those in `place`, or
- * fills that with the final ones first. There are 10 at most. */
+/* Of the new vertices in the record of v, some will be final when v has its turn, 10 at most. Exchanges their values
+ * with those in `place`, which before that gets the final ones, unless these are exchanged `back`. */
 static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
     const uint32_t stride = d->shape.channel[d->regular.view].components;
@@ -7967,7 +7993,7 @@ static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COM
     }
 }
 
-/* What normals will say when v has its turn: then its position is known, if that comes before. */
+/* What normals will say when v has its turn: its position is known then, if that channel comes before this one. */
 static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 {
     const uint32_t k = d->regular.view, located = (uint32_t)d->located;
@@ -7989,7 +8015,8 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 #ifndef CQ_NO_WEDGES
 
-/* Such rows of rows: the first one of each vertex. Values that will be final by then are taken as they are expected. */
+/* The same for a channel per row: of each sampled vertex the first one. Even values that will be final when it has its
+ * turn are taken as they are expected. */
 static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
 {
     const cqi_rows rows = cqi_take_rows(d, 1);
@@ -8051,7 +8078,7 @@ static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
     return rows;
 }
 
-/* Fits a prediction's weights with these axes, with all passes from those of the level before on. */
+/* Fits a prediction's weights with these axes and all passes, beginning with those of the level before. */
 static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     cqi_rows rows;
@@ -8061,8 +8088,8 @@ static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi
     return cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES);
 }
 
-/* Chooses the axes and the weights of a prediction: the best axes by a part of the rows and passes; or the second best
- * ones, if they cost less than a 16th more there, and less with all rows. */
+/* Chooses the axes and the weights of a prediction: the axes that are best with a part of the rows and passes; or the
+ * second best, if they cost less than a 16th more there, and less with all rows. */
 static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
 {
     int8_t kept[3 * CQI_FINE];
@@ -8189,8 +8216,8 @@ static int cqi_code_fan(cq_decoder *d, const uint32_t *length, int fan)
     return cqi_code_bit(d, CQI_SHORTER, fan == order[1]) ? order[1] : order[2];
 }
 
-/* How a face with two or three marks is cut: its triangles are a fan around a new vertex, its hub; or one of three marks
- * has a triangle in the middle. */
+/* How a face with two or three marks is cut: into a fan around a new vertex, its hub; or with three marks, perhaps with
+ * a triangle in the middle. */
 static void cqi_code_pattern(cq_decoder *d, cq_index f)
 {
     const cq_mesh *m = &d->mesh;
@@ -8366,7 +8393,7 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const
     return 1;
 }
 
-/* Channel k of v. */
+/* Channel k of v in edge h, if it is predicted as positions are. */
 static int cqi_code_other(cq_decoder *d, uint32_t k, cq_index v, cq_index h, cq_index input)
 {
     cqi_vector feature[CQI_MOST];
@@ -8417,7 +8444,7 @@ static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_in
 
 #endif
 
-/* The two ends of an edge, for channels that are coded as in levels of patches. */
+/* Makes the two ends of an edge the fan, for channels that are coded as in levels of patches. */
 static void cqi_list_ends(cq_decoder *d, cq_index h)
 {
     cqi_fan *const f = &d->now.fan;
@@ -8596,10 +8623,10 @@ static cq_result cqi_make_pattern(cq_decoder *d, cq_index f, cq_index spoke, int
  * beyond it. h is a halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h does not have one
  * mark.
  *
- * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is not in the
- * own slot, this is beyond one of the other two sides of h's triangle, but not at its own marked side: that tells it
- * from the face of another mark. The face must still be as its mark has left it. So the side that is noted for it is
- * cleared, as each face is asked for only once, when this side is dissolved. */
+ * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is in the new
+ * one, the own slot is beyond one of the other two sides of h's triangle. So it might be taken for another face with
+ * one mark; but that would have its marked side there, and the own slot does not. All this only holds while the face is
+ * as its insertion has left it: so its bits are cleared when it is found, and it is not found again. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -8662,8 +8689,8 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
     return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
 }
 
-/* A guess of what each of n vertices takes without regular levels, in 1/16 bit, if m of them take `mean` each: with
- * positions, 3.5 bits less for each doubling of their number. */
+/* A guess of what n vertices take without regular levels, in 1/16 bit, if m of them take `mean` each: with positions,
+ * each takes 3.5 bits less for each doubling of their number. */
 static int64_t cqi_guess_size(uint32_t n, uint32_t m, int64_t mean, int located)
 {
     return n * (mean - (located ? (56 * ((int64_t)cqi_log2(n) - cqi_log2(m))) / 65536 : 0));
@@ -8676,8 +8703,8 @@ static uint32_t cqi_vertices_after(const cqi_plan *p, uint32_t k, uint32_t num_v
     return num_vertices;
 }
 
-/* The same for the vertices after level k, by what those take that are before all regular levels. `bytes` are those of the
- * stream so far, in which the finest levels may not be yet. */
+/* The same for the vertices after level k, judged by those before all regular levels. `bytes`: of the stream so far,
+ * which may not have the finest levels yet. */
 static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
 {
     uint32_t rest = cqi_vertices_after(p, p->num_regular + 1, num_vertices), j;
@@ -8686,7 +8713,8 @@ static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_ver
     return cqi_guess_size(cqi_vertices_after(p, k, num_vertices), rest, (int64_t)((uint64_t)bytes * 128 / rest), located);
 }
 
-/* Do the vertices of level k take less than they would without, or are there too many to tell from so few before? */
+/* Do the vertices of level k take less than they would without it, or are those before all regular levels too few to
+ * tell? */
 static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_vertices, int located)
 {
     if (cqi_vertices_after(p, k, num_vertices) / 16 > cqi_vertices_after(p, p->num_regular + 1, num_vertices)) return 1;
@@ -8694,7 +8722,7 @@ static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_ve
                                                            cqi_guess_after(p, bytes, num_vertices, k + 1, located);
 }
 
-/* Turns to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
+/* Moves on to the plan of a regular level that begins; at its end, notes the bytes that it has taken. */
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
@@ -8728,7 +8756,7 @@ static cq_result cqi_end_regular(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Inserts the next new vertex of the face at hand; or does its flips, and turns to the next face. */
+/* Inserts the next new vertex of the face at hand; or does its flips, and moves on to the next face. */
 static cq_result cqi_step_sweep(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
@@ -8786,7 +8814,7 @@ static cq_result cqi_begin_regular(cq_decoder *d)
  * A call of cqi_step is one step of a caller's budget. It codes what it needs, then applies it; d->phase says what the
  * next one does. If bytes are missing, it returns CQ_TRUNCATED and applies nothing. */
 
-/* The faces of a component are complete: tells whether another one follows, and turns to the values of this one. */
+/* The faces of a component are complete: codes whether another one follows, and moves on to the values of this one. */
 static cq_result cqi_end_component(cq_decoder *d)
 {
     d->base.more = cqi_code_bit(d, CQI_COMPONENT, CQI_ENCODING(d) && d->plan->next_seed < d->plan->num_seeds);
@@ -8827,7 +8855,7 @@ static void cqi_init_seams(cqi_seams *s)
         (&s->length[0][0][0])[j].bit = CQ_BIT_MODEL_INIT;
 }
 
-/* Lays out what a mesh without seams, metadata, materials and things aside does not have. */
+/* Lays out what only a mesh with seams, metadata, materials or things aside has. */
 static void cqi_start_rows(cq_decoder *d, cqi_arena *arena)
 {
     const cq_shape *s = &d->shape;
@@ -8876,8 +8904,8 @@ static cq_result cqi_begin_base_rows(cq_decoder *d)
     return CQ_OK;
 }
 
-/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or by its number
- * another one of the vertex. */
+/* The row of the next corner, clockwise around a base vertex: that of the corner before; or a new one; or another one
+ * of the vertex, by its number. */
 static int cqi_code_base_corner(cq_decoder *d)
 {
     const cq_mesh *m = &d->base.draft;
@@ -8904,7 +8932,7 @@ static int cqi_code_base_corner(cq_decoder *d)
     return 1;
 }
 
-/* What predicts the values of a base row: that of CQI_BASE_FACES of its faces at most. */
+/* What predicts the values of a base row: at most CQI_BASE_FACES of its faces. */
 #define CQI_BASE_FACES 16
 typedef struct cqi_base_row {
     cq_index known[2 * CQI_BASE_FACES];       /* rows of its faces' other corners, of vertices with lower numbers */
@@ -8932,8 +8960,8 @@ static void cqi_look_at_face(const cq_decoder *d, cq_index h, cqi_base_row *b)
     }
 }
 
-/* Finds what predicts a row. New rows have their numbers in the order of their first corners, so that the search for
- * these goes around the vertex once. Of a row's other corners, those count that follow the first one without a gap. */
+/* Finds what predicts a row. New rows are numbered in the order of their first corners, so that all searches for these
+ * together go around the vertex once. Only corners of the row that adjoin the first one without a gap count. */
 static void cqi_look_around_row(cq_decoder *d, cq_index row, cqi_base_row *b)
 {
     const cq_mesh *m = &d->base.draft;
@@ -8994,7 +9022,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     return 1;
 }
 
-/* Turns to the next corner of the vertex; when all have their rows, to the values of the new ones. */
+/* Moves on to the next corner of the vertex; when all have their rows, to the values of the new ones. */
 static void cqi_next_base_corner(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -9035,7 +9063,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;
 }
 
-/* Turns to what is aside, and to metadata, unless they have been read. */
+/* Moves on to what is aside and to metadata, unless they have been read: then returns 0. */
 static int cqi_has_aside(cq_decoder *d)
 {
     if (d->aside.num_rows == d->shape.num_aside_rows && d->aside.num_faces == d->shape.num_aside_faces &&
@@ -9107,7 +9135,7 @@ static int cqi_code_aside_face(cq_decoder *d)
     return 1;
 }
 
-/* A byte of the metadata, from its highest bit on, each with a model by the bits before. */
+/* A byte of the metadata, highest bit first; the bits before choose the model of each. */
 static void cqi_code_metadata_byte(cq_decoder *d)
 {
     const int byte = CQI_ENCODING(d) ? d->plan->metadata[d->metadata_read] : 0;
@@ -9122,7 +9150,7 @@ static int cqi_has_rows(const cq_shape *s)
     return cqi_all_components(s, CQI_OF_VERTEX) || cqi_all_components(s, CQI_OF_ROW);
 }
 
-/* One channel of a row aside; or a face; or a byte of metadata. If rows have no values, all rows at once. */
+/* One channel of a row aside, or if rows have no values all rows at once; or a face; or a byte of metadata. */
 static CQI_APART cq_result cqi_step_aside(cq_decoder *d)
 {
     int ok = 1;
@@ -9217,8 +9245,8 @@ static void cqi_code_error(cq_decoder *d)
     if (!cqi_starved(d)) d->error = cqi_error_of_code(d->error_code);
 }
 
-/* Does another component take part from this level on? The next one does after those that do already. `active` is where
- * it begins, or on the way there. */
+/* Does another component take part from this level on? Components join in the order of their vertices. `active` is the
+ * vertex where the next one begins, or on its way there. */
 static cq_result cqi_step_active(cq_decoder *d)
 {
     int k, begins;
@@ -9241,7 +9269,7 @@ static cq_result cqi_step_active(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Turns to the level that follows `level` others. */
+/* Moves on to the level that follows `level` others. */
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
@@ -9251,7 +9279,7 @@ static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 /* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
 static cq_result cqi_step_level(cq_decoder *d)
 {
-    int regular = CQI_HAS_REGULAR && d->regular.count; /* the first gates are no edges any more */
+    int regular = CQI_HAS_REGULAR && d->regular.count; /* after one, the first gates are no edges any more */
     if (d->mesh.num_vertices == d->shape.num_vertices) {
         if (d->seams && d->num_rows != d->shape.num_rows) return CQ_ERROR_CORRUPT;
         if (cqi_has_aside(d)) return CQ_OK;
@@ -9283,18 +9311,18 @@ static cq_result cqi_step_level(cq_decoder *d)
     return CQ_OK;
 }
 
-/* Clears marks of the level before, of the next vertices that take part: base vertices up to `active`, and all that are
- * not of the base. */
+/* Clears the marks that the level before left, of the next vertices that take part: base vertices up to `active`, and
+ * all that are not of the base. */
 static cq_result cqi_step_clear(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
-    const cq_index aside = d->base.vertices; /* of the base, from d->active on, is not in this level yet */
+    const cq_index base_end = d->base.vertices; /* the base from d->active on is not in this level yet */
     cq_index v = d->cleared, end = v < d->active ? d->active : m->num_vertices;
     if (end - v > CQI_AT_ONCE) end = (cq_index)(v + CQI_AT_ONCE);
     for (; v < end && v < d->base.vertices; v++) m->mark[v] &= CQI_SEED; /* others are not seeds */
     memset(m->mark + v, 0, (size_t)(end - v));
     v = end;
-    d->cleared = v == d->active && v < aside ? aside : v;
+    d->cleared = v == d->active && v < base_end ? base_end : v;
     if (d->cleared < m->num_vertices) return CQ_OK;
     if (CQI_ENCODING(d)) d->plan->next_seed = 0;
     d->phase = CQI_PATCHES;
@@ -9442,7 +9470,7 @@ static cq_result cqi_open_stream(cq_decoder *d, const cqi_header *h)
     return CQ_OK;
 }
 
-/* Takes header bytes one by one, so that none behind a short stream is touched. */
+/* Takes header bytes one by one, so that none after a short stream is touched. */
 static CQI_APART cq_result cqi_take_header(cq_decoder *d, cq_bytes *in)
 {
     cqi_header h;
@@ -9604,7 +9632,7 @@ void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index since_
  *
  * For cq_keep_lods. */
 
-/* Is d->error known? The first level tells its error while it begins: until then it is 0. */
+/* Is d->error known? At level 1, a 0 may mean that it has not been read yet. */
 static int cqi_knows_error(const cq_decoder *d)
 {
     return d->status == CQ_DONE || (d->located >= 0 && (d->error || d->level > 1));
@@ -9672,12 +9700,12 @@ typedef struct cqi_known {
 typedef struct cqi_encoder {
     cqi_plan plan;
     cq_decoder replay;
-    cq_input coded;           /* as the input, but what the mesh became */
-    cq_report report;         /* of the second pass, see cqi_encode_best; stays when the others are cleared, */
-    cqi_known known;          /* and so does this */
+    cq_input coded;           /* the input, with the shape of the mesh that is coded */
+    cq_report report;         /* of the pass to compare, see cqi_encode_best. A pass clears all above, but not this, */
+    cqi_known known;          /* nor this */
 } cqi_encoder;
 
-/* The rows for fitting weights follow behind it: with them it would be larger than an object may be on AVR. */
+/* The rows for fitting weights come after it: with them inside it would be larger than an object may be on AVR. */
 #define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
 #define CQI_ENCODER_BYTES \
     (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + (CQI_ROWS + 1) * sizeof(uint32_t) + 7) / 8 * 8)
@@ -9687,7 +9715,7 @@ static uint64_t cqi_preparing_bytes(const cq_shape *s);
 static uint64_t cqi_prepared_bytes(const cq_shape *s);
 #endif
 
-/* Where a call has found num_rows, the mesh has at most that many vertices. */
+/* Once a call of cq_encode has set num_rows, the mesh has at most that many vertices. */
 size_t cq_encoder_bytes(const cq_shape *shape)
 {
     cq_shape coded, *s = &coded;
@@ -9748,7 +9776,7 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 #define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
 
-/* Vertices that a level with a limit must remove if it keeps so many: half of what a level without one can. */
+/* Vertices that a level with a limit must remove if it keeps this many: half of what a level without one can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
@@ -9818,7 +9846,7 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
     return sum;
 }
 
-/* What is lost if the centre moves to x; or a part of that which is `enough` already. */
+/* What is lost if the centre moves to x; or if that is `enough` or more, a part of it that is, too. */
 static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
 {
     uint64_t sum = 0;
@@ -9860,7 +9888,8 @@ static uint64_t cqi_sum_above(uint32_t limit, int shift)
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. If it is above both limits, any number above them. */
+/* The loss of collapsing h = A -> B, which moves B to A. If that is above most_loss and refused_loss, the result may be
+ * any number above both. */
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
@@ -9921,9 +9950,10 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  * faces around A and B by its cover: the faces that A has instead of B's. What was attached to the old faces, and B, is
  * attached to the cover, each vertex to a face that is near it; all others stay where they are.
  *
- * No level has a smaller error than a finer one, so a vertex need only be within the error so far. Mostly a test
- * without a division shows that, and the first face that passes it will do. Else the nearest face of the cover is
- * searched; if that is too far away, faces of the component outside the cover are tried before the error grows.
+ * The error of a level is never smaller than that of a finer one, so a vertex need only be within the error so far.
+ * Mostly a test without a division shows that it is, and the first face that passes will do. Else the nearest face of
+ * the cover is searched; if that is too far away, faces of the component outside the cover are tried before the error
+ * grows.
  *
  * Time: no face belongs to two patches of a level, while the faces that a collapse replaces and its cover belong to
  * one. So a level attaches each vertex at most once, to one of less than CQ_MAX_VALENCE faces. The search outside
@@ -10151,8 +10181,8 @@ static void cqi_list_cover(const cq_mesh *m, const cqi_collapse *c, cqi_cover *c
     CQ_ASSERT(cover->size);
 }
 
-/* Reads the corners, and chooses the shift by the bounds above: what is attached is within the error so far of the old
- * faces, whose corners are those of the cover and B. */
+/* Reads the corners, and chooses the shift that keeps the bounds above: what is attached is within the error so far of
+ * the old faces, whose corners are those of the cover and B. */
 static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collapse *c)
 {
     const cq_mesh *m = &p->mesh;
@@ -10247,7 +10277,8 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
  *
  * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
-/* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
+/* The first face of the cover, from number `from` on, where x passes; else the first where it passes an edge; else
+ * CQ_NONE. */
 static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
@@ -10275,7 +10306,7 @@ static cq_index cqi_nearest_in_cover(const cqi_cover *c, cqi_vector64 x, uint64_
     return h;
 }
 
-/* A face near v: in the cover, or outside. If the nearest one that is found is too far away, the error grows. */
+/* A face near v, in the cover or outside. If even the nearest one that is found is too far away, the error grows. */
 static cq_index cqi_nearest_face(cqi_plan *p, cqi_cover *c, cq_index v)
 {
     cqi_nearest n;
@@ -10337,7 +10368,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Prefetches a face of a cover; */
+/* Prefetch a face of a cover; */
 static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
 {
     CQI_SOON(&p->mesh.twin[h]);
@@ -10354,7 +10385,7 @@ static CQI_INLINED void cqi_expect_list(const cqi_plan *p, cq_index f)
     CQI_SOON(&p->measured[3 * (size_t)v]);
 }
 
-/* and what the collapses behind this one need. */
+/* and what the collapses after this one need. */
 static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse *c)
 {
     const cqi_collapse *const far = c + CQI_FETCH_AHEAD, *const near = c + CQI_FETCH_AHEAD / 2;
@@ -10369,7 +10400,7 @@ static CQI_INLINED void cqi_expect_covers(const cqi_plan *p, const cqi_collapse 
     cqi_expect_face(p, cq_clockwise(&p->mesh, p->mesh.out[c[CQI_FETCH_AHEAD / 4].kept]));
 }
 
-/* Measures the error of a level, whose collapses begin with that note. */
+/* Measures the error of a level, whose collapses begin with this note. */
 static void cqi_measure_level(cqi_plan *p, cq_index root, cq_index note)
 {
     uint8_t *code = &p->level_error[p->level];
@@ -10428,7 +10459,8 @@ static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
     corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
 }
 
-/* Which wedges of B are tied to one of A: bits. If both sides have the same wedge of A or B, the right one is not. */
+/* On which sides a wedge of B is tied to one of A: CQI_TIED_LEFT and CQI_TIED_RIGHT. If both sides have the same wedge
+ * of A or of B, the right one is not. */
 static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
@@ -10508,7 +10540,7 @@ static void cqi_count_corners_of(cqi_plan *p, const cq_index *corner, int change
         if (corner[k] != CQ_NONE) p->uses[corner[k]] = (cq_index)(p->uses[corner[k]] + (cq_index)change);
 }
 
-/* Changes the wedges as the collapse of h, which comes next, will want them, and notes how. */
+/* Changes the wedges for the collapse of h, which comes next, and notes how. */
 static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
 {
     cq_index corner[CQI_CORNERS], s;
@@ -10525,8 +10557,8 @@ static void cqi_collapse_wedges(cqi_plan *p, cq_index h, cqi_collapse *c)
     cqi_count_corners_of(p, corner, -1);
 }
 
-/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, whose corners the split
- * makes in this order. */
+/* Undoes that, before the split that undoes the collapse: in B's corners, and in the two faces, with their corners in
+ * the order in which the split makes them. */
 static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, cq_index last)
 {
     cq_index s = first, corner[CQI_CORNERS];
@@ -10575,8 +10607,8 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
 
-/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The ends of the
- * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
+/* Lists the spokes to available neighbours, clockwise from the first spoke, and marks all neighbours. The first and the
+ * last neighbour must stay: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
     const cq_index last = cq_counterclockwise(m, spoke);
@@ -10688,8 +10720,8 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
-/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a patch
- * with a large one leaves few vertices to others. Other tries begin with the second or the third. */
+/* The three cases of a first gate, in the order in which they are tried: by the valence of the centre, since a large
+ * patch leaves few vertices to others. Further tries of a level begin with the second or the third. */
 static void cqi_order_sides(const cq_mesh *m, cq_index gate, int try_number, int *order)
 {
     int k, j;
@@ -10727,7 +10759,8 @@ static void cqi_conquer_first_patch(cqi_plan *p, const cqi_seed *seed)
     cqi_conquer_patch(p, spoke, h, h == CQ_NONE ? 0 : 1 + side);
 }
 
-/* Clears the marks of a component's vertices that are left, unlists the others, and returns how many are left. */
+/* Clears the marks of those vertices of a component that are left, unlists the others, and returns how many are
+ * left. */
 static cq_index cqi_clear_component(cqi_plan *p, cq_index root)
 {
     cq_mesh *m = &p->mesh;
@@ -10955,7 +10988,7 @@ static int cqi_same_keys(const cqi_preparer *p, int by, cq_index g, cq_index h)
            cqi_edge_key(p, by, g, 1) == cqi_edge_key(p, by, h, 1);
 }
 
-/* All keys are below that. */
+/* All keys are below this number. */
 static cq_index cqi_num_keys(const cqi_preparer *p, int by)
 {
     return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
@@ -11069,8 +11102,8 @@ static void cqi_put_faces_aside(cqi_preparer *p)
  * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
  * sheet; of each sheet the smaller part is turned over. */
 
-/* Union-find with path compression, for sheets: the root of a face, and whether the face is to be turned against it.
- * parent[f] is 2 * the parent of f + whether it is to be turned against that. */
+/* Union-find with path compression, for sheets: the root of a face, and whether just one of the two is to be turned.
+ * parent[f] is 2 * the parent of f, plus 1 if just one of f and the parent is to be turned. */
 static cq_index cqi_find_sheet(cq_index *parent, cq_index f, cq_index *turned)
 {
     cq_index root = f, sum = 0;
@@ -11126,8 +11159,8 @@ static void cqi_turn_faces(cqi_preparer *p)
     memset(balance, 0, p->num_faces * sizeof(cq_index));
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_sheet(parent, f, &turned);
-        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* modulo 2^n: those that stay, less those that do
-                                                                       not */
+        balance[root] = (cq_index)(balance[root] + 1 - 2 * turned); /* faces that stay minus those that do not, modulo
+                                                                       2^CQ_INDEX_BITS */
     }
     for (f = 0; f < p->num_faces; f++) {
         root = cqi_find_sheet(parent, f, &turned);
@@ -11244,9 +11277,9 @@ static void cqi_glue_places(cqi_preparer *p)
 
 /* -- Fans --
  *
- * No two edges may join the same two fans, and no edge a fan with itself. Two such edges that are open are glued, if
- * they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a second
- * edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+ * No two edges may join the same two fans, and no edge a fan with itself. Two open edges that join the same fans are
+ * glued, if they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a
+ * second edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
 
 static void cqi_find_fans(cqi_preparer *p)
 {
@@ -11543,7 +11576,8 @@ static void cqi_prepare(cqi_preparer *p)
     cqi_find_targets(p);
 }
 
-/* Lays out what is kept of the preparation, behind what is in its place already. Returns room for the rows aside. */
+/* Lays out what is kept of the preparation; the first three blocks are where they were. Returns room for the rows
+ * aside. */
 static cq_index *cqi_carve_prepared(const cqi_preparer *p, cqi_plan *plan, cqi_arena *arena)
 {
     const size_t w = p->num_wedges;
@@ -11652,7 +11686,8 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The two lowest bits of a label, and bits that are set meanwhile. In the end two sides of 3 bits each are above. */
+/* The two lowest bits are the label; the others are set meanwhile. When the level is undone, they are what the note
+ * will say of the two coarse faces instead, 3 bits each: see CQI_SIDE_HUB. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
     CQI_TOO_FAR = 32, CQI_ACUTE = 64 /* of the waves, see cqi_has_sharp_edges and cqi_is_acute */
@@ -11682,8 +11717,8 @@ typedef struct cqi_labels {
     cq_index *waiting;           /* faces whose polygons are still to be checked */
     uint8_t *face;               /* CQI_WAITS, CQI_LISTED_FACE */
     cq_index num_waiting, clock;
-    cq_index spare;              /* odd vertices that may still become even before the labelling is given up */
-    int alike;                   /* the dissolved edges of strips shall run the same way */
+    cq_index spare;              /* how many odd vertices may still become even before the labelling is given up */
+    int alike;                   /* 1: strips, whose dissolved edges should all run the same way */
     int ready;                   /* number of the labelling that the waves have just made */
 } cqi_labels;
 
@@ -11691,7 +11726,7 @@ typedef struct cqi_labels {
 #define CQI_LABEL_BYTES(v, f) \
     (4 * CQI_ROUND((v) * sizeof(cq_index)) + CQI_ROUND((f) * sizeof(cq_index)) + CQI_ROUND(v) + CQI_ROUND(f))
 
-/* Lays out labels in memory that is idle. 0: it does not suffice. */
+/* Lays out labels in memory that is idle. 0: that is too small. */
 static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_t size)
 {
     const size_t v = (size_t)m->first_virtual + m->max_virtual;
@@ -11936,14 +11971,13 @@ static int cqi_find_faces(cqi_polygon *p, int wanted)
     return 0;
 }
 
-/* Is there an odd vertex on the side behind that corner? */
+/* Is there an odd vertex on the side after that corner? */
 static int cqi_is_marked(const cqi_polygon *p, int corner)
 {
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* Where two opposite sides have marks: the diagonal by which all such polygons are dissolved alike, which ends at the
- * ends of these sides; or -1. */
+/* The diagonal by which all polygons of two opposite marked sides are dissolved alike; or -1 if this is none. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
@@ -11991,7 +12025,7 @@ static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
     return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
 }
 
-/* What the note of the odd vertex behind a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
+/* What the note of the odd vertex after a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
 static int cqi_side_of(const cqi_polygon *p, int corner)
 {
     const int place = cqi_next_place(p, p->corner[corner]);
@@ -12009,9 +12043,9 @@ static int cqi_side_of(const cqi_polygon *p, int corner)
 
 /* -- Regular levels: the wave --
  *
- * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd, with v and the vertex straight
- * behind w as parents, and that becomes even. A mesh that was subdivided is labelled completely that way; elsewhere
- * waves meet and disagree. */
+ * A wave goes out from an even vertex: each neighbour w of an even vertex v becomes odd; its parents are v and the
+ * vertex straight behind w, which becomes even, too. A mesh that was subdivided is labelled completely that way;
+ * elsewhere waves meet and disagree. */
 
 /* The vertex straight behind the origin of `back`, seen from its target: on the opposite spoke of an even valence, which
  * must be 6 unless `any_valence`; or along a boundary. CQ_NONE: there is none. */
@@ -12084,14 +12118,14 @@ static void cqi_label_all(cqi_labels *l, cq_index seed, int any_valence)
 
 /* -- Regular levels: strips --
  *
- * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row is
- * taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even vertex has a
- * frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on: along a row
- * past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in arrays of
- * which only odd vertices use their entries, and in `waiting`. */
+ * Quads that were cut along either diagonal, without order, have no straight lines of edges. There every second row of
+ * quads' corners is taken away: above and below an even vertex are odd ones, to its right and left even ones. Each even
+ * vertex has a frame: its halfedges up, down, right and left, some of which may be missing. The wave carries frames on:
+ * along a row past one or two edges, whichever way the quad was cut; and straight on up and down. Frames are kept in
+ * arrays that have idle entries for even vertices, and in `waiting`. */
 
 #define CQI_STRIP_SAMPLE 1024
-enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* counter-clockwise comes next: left, and so on */
+enum { CQI_UP, CQI_RIGHT, CQI_DOWN, CQI_LEFT }; /* in this order clockwise */
 
 /* The cosine of the angle a v b, in 1/1024. */
 static int cqi_cosine(const cqi_labels *l, cq_index a, cq_index v, cq_index b)
@@ -12166,7 +12200,7 @@ static cq_index *cqi_frame(cqi_labels *l, cq_index v, int direction)
          : direction == CQI_RIGHT ? &l->since[v] : &l->waiting[v];
 }
 
-/* If v has no label, makes it even and lets it wait for its turn. */
+/* If v has no label, makes it even, with this frame, and queues it. */
 static void cqi_begin_frame(cqi_labels *l, cq_index v, const cq_index *frame, cq_index *tail)
 {
     int k;
@@ -12188,7 +12222,7 @@ static void cqi_complete_frame(const cqi_labels *l, cq_index *f)
         f[CQI_LEFT] = cqi_between(l, f[CQI_UP], f[CQI_DOWN], cqi_end_of(l->mesh, f[CQI_RIGHT]));
 }
 
-/* Spoke u carried along h, on its right or left; CQ_NONE if there is no u. */
+/* Spoke u, if there is one, carried along h, on its right or left. */
 static cq_index cqi_carry_if(const cq_mesh *m, cq_index h, cq_index u, int left)
 {
     return u == CQ_NONE ? CQ_NONE : cqi_carry(m, h, u, left);
@@ -12298,9 +12332,9 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
  *
  * As long as there is a polygon that cannot be coded, one of its odd vertices becomes even: the one that leaves the
  * fewest such polygons around it; of several the one that was labelled last. That adds cut edges only at this vertex,
- * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. It comes to an
- * end, as each face is a polygon when no odd vertex is left; but if half of them must go, the level is given up, which
- * bounds the time. */
+ * and each piece of a polygon that they cut has a face there: so only the faces there are checked again. This ends, as
+ * each face is a polygon when no odd vertex is left; but if half of the odd vertices must go, the level is given up,
+ * which bounds the time. */
 
 enum { CQI_WAITS = 1, CQI_LISTED_FACE = 2, CQI_OF_FOUR = 4 }; /* bits of a face: to be checked; in the list of those
                                                                  that wait; its polygon has 4 corners */
@@ -12584,14 +12618,15 @@ static int cqi_is_too_far(const cqi_labels *l, cq_index v, cq_index a, cq_index 
     return l->limit && cqi_square_off(l, v, a, b) > cqi_square_limit(l->limit);
 }
 
-/* Is the angle between the parents, as seen from an odd vertex, at most a right one? */
+/* Is the angle between the parents, as seen from an odd vertex, a right angle or less? */
 static int cqi_is_acute(const cqi_labels *l, cq_index v)
 {
     return cqi_wide_dot(cqi_offset(l->positions, v, l->parent[0][v]),
                         cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
 }
 
-/* Is it so for few odd vertices? If for many, the surface is rough; else these were labelled across a fold. */
+/* Marks the odd vertices where it is. Are they few? Then they were labelled across a fold; else the surface is
+ * rough. */
 static int cqi_are_few_acute(const cqi_labels *l)
 {
     cq_index v, odd = 0, acute = 0;
@@ -12628,8 +12663,8 @@ static cq_index cqi_refuse(cqi_labels *l)
 }
 
 /* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
- * three fifths are above 16, and an eighth is above 32; more of these if many are above 8, which cqi_refuse gets
- * marked. */
+ * three fifths are above 16, and an eighth is above 32; or more than an eighth, if many are above 8. Marks the latter
+ * for cqi_refuse. */
 static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -12650,9 +12685,9 @@ static int cqi_has_sharp_edges(cqi_labels *l)
 /* -- Regular levels: filling --
  *
  * Vertices that the waves left even can often be odd, too: an even vertex v that is no parent, between two even
- * neighbours a and b. That joins the polygons around v to two, one on each side of a - v - b. Of the pairs a, b whose
- * polygons can be coded, the one with the lowest cost is taken, if that is below the cost of a dissolved edge. The cost
- * is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
+ * neighbours a and b. That joins the polygons around v into two, one on each side of a - v - b. Of the pairs a, b whose
+ * polygons can be coded, the one with the lowest cost is taken, if that is less than one more dissolved edge costs. The
+ * cost is the number of additional dissolved edges, plus four times the distance of v from the middle of its parents,
  * divided by the parents' distance. On a boundary, the parents are those along it. */
 
 #define CQI_FILL_VALENCE 8
@@ -12679,8 +12714,8 @@ static void cqi_read_fill_ring(const cqi_labels *l, cq_index v, cqi_fill_ring *r
     } while (h != m->out[v]);
 }
 
-/* Could places i and j be the parents? Even vertices on each side become corners, of which there may be two; a virtual
- * vertex must be alone on its side. */
+/* Could places i and j be the parents? The even vertices on each side become corners: at most two, and a virtual vertex
+ * must be alone on its side. */
 static int cqi_are_opposite(const cqi_fill_ring *r, int i, int j)
 {
     int inside = 0, outside = 0, k;
@@ -12794,8 +12829,8 @@ static void cqi_fill_all(cqi_labels *l)
  *
  * Waves are tried, the best ones chosen, then repaired, filled and settled. */
 
-/* A seed for waves: the first inner vertex that is irregular, or of valence 8, from a place on that depends on the
- * number of the try; if there is none, any vertex. */
+/* A seed for waves: beginning at a place that depends on the number of the try, the first inner vertex that is
+ * irregular, or with `eight` of valence 8; if there is none, any vertex. */
 static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 {
     const cq_index n = m->num_vertices, start = (cq_index)((try_number * 0x9e3779b9u >> 8) % n);
@@ -12812,8 +12847,8 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 /* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices, which were there before the
  * subdivision. Waves across any even valence are for quads whose diagonals alternate, so that valences are 4 and 8;
  * they must begin at an 8. Elsewhere waves across valence 6 only leave more to filling. */
-enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* number of a labelling; others below: for valence 6 */
-#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with less, other seeds make no difference */
+enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* numbers of labellings; others below: valence 6 only */
+#define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with fewer odd ones, other seeds do not help */
 
 /* The waves of a labelling. */
 static void cqi_try_waves(cqi_labels *l, int number)
@@ -12855,8 +12890,8 @@ static cq_index cqi_count_live(const cq_mesh *m)
     return n;
 }
 
-/* Number of odd vertices if nearly every face was made by cutting one in four: one on each coarse edge. No labelling
- * can have many more. */
+/* Number of odd vertices if nearly all faces were made by cutting coarse ones in four: one on each coarse edge. No
+ * labelling can have many more. */
 static cq_index cqi_all_odd(const cq_mesh *m)
 {
     cq_index f, faces = 0, boundary = 0;
@@ -12909,7 +12944,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
     return cqi_label_with(l, number, 0);
 }
 
-/* The labels that notes were written by, see cqi_undo_level. */
+/* The labels by which the notes were written, see cqi_undo_level. */
 static void cqi_recall_labels(cqi_labels *l, const cqi_collapse *note, cq_index count)
 {
     cq_index k;
@@ -13053,7 +13088,7 @@ static cq_result cqi_check_values(const cq_input *in, cq_place *place)
     return result;
 }
 
-/* Lays out the encoder behind its struct. What is attached to faces uses the memory of the replay, which begins only
+/* Lays out what follows the encoder's struct. What is attached to faces is in the memory of the replay, which begins
  * when all is measured. */
 static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *arena)
 {
@@ -13136,7 +13171,7 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
 }
 
 /* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
- * size behind them. */
+ * size after them. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -13257,20 +13292,21 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
-/* Per mille of odd vertices that waves find on the exact mesh, from which on regular levels have paid on all meshes
- * without sharp edges and of so many vertices; conquest levels alone are then not tried. */
+/* Regular levels have paid on all meshes without sharp edges of whose vertices waves make at least this many per mille
+ * odd, and that have at least this many; conquest levels alone are then not tried. */
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* Is a mesh of so many vertices large, and that before the first level not too far from it: 3/2 of what the span of n
- * vertices divided by the root of n is, in 1/4096 of the span? */
+/* Is a mesh of this many vertices large, and the one before its finest level near it: less away than 3/2 of the span of
+ * the positions, divided by the root of the number of vertices? Counts in 1/4096 of the span. */
 static int cqi_is_near_before(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
     return live >= CQI_SMALL && error < 4096 && error * error * live < (uint64_t)6144 * 6144;
 }
 
-/* Are the first labels good enough? A mesh with copied rows, which take time, is not prepared again to compare. */
+/* Are the labels of the finest level good enough? A mesh with copied rows takes time to prepare: to prepare it again
+ * just to compare is not worth it, so there the level must be sure to pay. */
 static int cqi_is_worth_comparing(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     return !p->copies_rows || p->num_regular || (l->found >= CQI_SURELY && live >= CQI_SMALL && !l->limit);
@@ -13298,7 +13334,7 @@ static cq_index cqi_next_labels(const cqi_plan *p, cqi_known *known, cqi_labels 
     return known->count_of[level];
 }
 
-/* Takes regular levels while they are worth it; memory that is idle. */
+/* Undoes regular levels while that is worth it. idle: memory for the labels. */
 static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, const cqi_arena *idle)
 {
     cq_index live = (cq_index)in->shape.num_vertices;
@@ -13368,7 +13404,7 @@ static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
     memset(p->decoded, 0xff, cqi_all_vertices(&in->shape) * sizeof(cq_index));
 }
 
-/* Runs the decoder's steps, which write now. CQ_DONE, unless the plan is wrong. */
+/* Runs the decoder's steps, which write here. CQ_DONE, unless the plan is wrong or a level is rejected. */
 static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 {
     cq_result result;
@@ -13451,7 +13487,7 @@ static void cqi_move_up(uint8_t *data, size_t size, size_t distance)
     }
 }
 
-/* Puts the header in front of the payload, which was written behind a gap for the shortest header. */
+/* Puts the header in front of the payload, which was written after a gap for the shortest header. */
 static cq_result cqi_wrap(const cq_shape *s, uint8_t *out, size_t out_size, size_t gap, size_t payload_size,
                            size_t *stream_size)
 {
@@ -13482,7 +13518,7 @@ static cq_index cqi_vertex_of_row(const cqi_plan *p, const cq_decoder *d, cq_ind
 }
 #endif
 
-/* The same for rows that were prepared. */
+/* Writes in->map and in->face_map of an input that was prepared; */
 static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const cq_shape *coded,
                                     const cq_decoder *d)
 {
@@ -13508,6 +13544,7 @@ static void cqi_write_prepared_maps(const cq_input *in, const cqi_plan *p, const
 #endif
 }
 
+/* and of one that was not. */
 static void cqi_write_maps(const cq_input *in, const cqi_encoder *e)
 {
     const cqi_plan *p = &e->plan;
@@ -13565,7 +13602,7 @@ static cq_index cqi_list_open(const cq_mesh *m, const uint8_t *degenerate, cq_in
     return n;
 }
 
-/* The number of pairs of halfedges of the same place, as many as can be glued at most. `open` is sorted by places. */
+/* The number of pairs of halfedges of the same place: no more can be glued. `open` is sorted by places. */
 static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_index *open, cq_index n)
 {
     cq_index k, single = 0, pairs = 0;
@@ -13578,7 +13615,7 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
 }
 
 /* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
- * behind the mesh is free. */
+ * after the mesh is free. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
@@ -13593,8 +13630,8 @@ static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const 
     return cqi_count_pairs(m, in, open, n) > aside;
 }
 
-/* Prepares the triangles, and builds their mesh, if they are no manifold as they are, or an open one whose borders
- * meet and become shorter, by more pairs of edges than faces go aside. CQ_DONE: they are fine. */
+/* Prepares the triangles and builds their mesh, if they are no manifold as they are; or an open one whose borders meet,
+ * if more pairs of edges are glued than faces go aside. Else CQ_DONE: they are fine as they are. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
                                     cq_preparation *counts)
 {
@@ -13628,7 +13665,7 @@ static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= C
 
 #endif
 
-/* Builds the mesh that is coded. */
+/* Builds the mesh that is coded, from the triangles as they are or prepared. */
 static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_t memory_size, cq_place *place,
                            cq_preparation *counts)
 {
@@ -13704,7 +13741,8 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
 }
 
 /* Bits that a vertex of regular level k may take, in 1/16: the mean without regular levels, and 3/2 bits more for each
- * halving of the number of vertices before it, as coarser meshes always take more bits for a vertex. */
+ * time that the number of vertices has been halved by finer levels, as coarser meshes always take more bits per
+ * vertex. */
 static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without, uint32_t num_vertices)
 {
     uint32_t live = num_vertices, j;
@@ -13713,9 +13751,9 @@ static uint32_t cqi_most_of_level(const cqi_plan *p, uint32_t k, size_t without,
            3 * (uint32_t)(cqi_logarithm(num_vertices) - cqi_logarithm(live));
 }
 
-/* Is the mesh before regular level k about as near to the exact one as what a plan without regular levels has after as
- * many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and by a
- * factor of 1 and one more for each 24th of the bytes that are saved, but no more than 4 times the lengths' ratio. */
+/* Is the mesh before regular level k about as near to the exact one as the mesh that a plan without regular levels has
+ * after as many bytes? Errors are maxima, and most vertices are much nearer. So the error may be larger by a step, and
+ * by a factor: 1, plus 1 for each 24th of `bytes` that is saved, but at most 4 * without / bytes. */
 static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, size_t bytes, size_t without)
 {
     const uint64_t gain = 24 * (uint64_t)(without - bytes) + bytes, most = 4 * (uint64_t)without;
@@ -13744,9 +13782,9 @@ static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, siz
     return k - 1;
 }
 
-/* How many regular levels there should be without the other plan: one, and more as long as they pay. 0: that is in
- * question, as the stream is not much smaller than one without any, or the mesh before the first one is far from the
- * exact one. The guess is better for smooth meshes. */
+/* How many regular levels there should be, without another plan to compare with: one, and more as long as they pay. 0:
+ * that is in question, as the stream is probably not much smaller than one without any, or the mesh before the finest
+ * level is far from the exact one. The guess is better for smooth meshes. */
 static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_vertices, int located)
 {
     const int64_t size = (int64_t)((uint64_t)bytes * 128), all = cqi_guess_after(p, bytes, num_vertices, 1, located);
@@ -13756,10 +13794,10 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
     return k;
 }
 
-/* Encodes with regular levels if there are any: without the coarsest ones if one does not pay, and without any should
- * a plan of them be wrong. Then without, to compare,
- * unless that is not in question: into what is left of the output, so that it only moves if it is chosen. If some of
- * the levels do not pay, or if there was no room, once more. */
+/* Encodes with all regular levels that there are; if one of these turns out not to pay, again with only those finer
+ * than it. Then without any, to compare, if it is in question whether they pay: into what is left of the output, so
+ * that this stream only moves if it is chosen. If fewer levels are better, or if there was no room, again. Should a
+ * plan with regular levels be wrong, the mesh is encoded without any. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
@@ -13895,7 +13933,7 @@ static cq_result cqi_find_box(cqi_box *box, const float *from, size_t count, uin
 /* The step, so that the points of the grid reach over the box; `last` is the number of the last point. It is longer
  * than the distance of neighbouring floats at the end of the box: rounding a point to a float then moves it by less
  * than half a step, too little for another point to be nearer. With more than 22 bits, a step that was rounded down to
- * a float may leave the end of the box half a step or more behind the last point; the next float is used then. */
+ * a float may leave the end of the box half a step or more beyond the last point; the next float is used then. */
 static uint32_t cqi_fit_step(const cqi_box *box, double last)
 {
     uint32_t least, step;
@@ -14026,11 +14064,10 @@ void cq_reconstruct(const cq_channel *channel, const cq_value *from, size_t coun
  *
  * A direction, scaled to |x| + |y| + |z| = 1, is a point of an octahedron, whose lower half (z < 0) is folded outwards
  * around the upper one, into a square: the pair is (x, y) in -1 .. 1, in units of 1 / half. On an edge of the square,
- * two points to both sides of its middle stand for the same direction; the one further to the right or up is used.
+ * two points at the same distance from its middle stand for the same direction; the one to the right or above is used.
  *
- * The bound: each number is off by at most half a unit, a point of the octahedron therefore by sqrt(6) times that. Seen
- * from the centre, which is at least 1 / sqrt(3) away from it, that is an angle of sqrt(18) / 2 = 2.1213 times
- * 1 / half. */
+ * The bound: each number is off by at most half a unit, and a point of the octahedron therefore by sqrt(6) times that.
+ * Seen from the centre, which is at least 1 / sqrt(3) away, that is an angle of sqrt(18) / 2 = 2.1213 units. */
 
 static void cqi_fold(double *x, double *y)
 {
