@@ -9768,7 +9768,7 @@ typedef struct cqi_fan_of_input {
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
     int32_t norm[CQ_MAX_VALENCE];                /* length of that; -1: a boundary */
-    uint8_t seam[CQ_MAX_VALENCE];                /* 1: the edge to the vertex is a seam */
+    cq_index spoke[CQ_MAX_VALENCE];              /* to the vertex */
 } cqi_fan_of_input;
 
 #ifdef CQ_NO_WEDGES
@@ -9777,23 +9777,24 @@ typedef struct cqi_fan_of_input {
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
 #endif
 
-/* Lists the neighbours of v, not more than CQ_MAX_VALENCE. */
-static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
+/* Lists the neighbours of the spoke's origin, not more than CQ_MAX_VALENCE, from the end of the spoke on. */
+static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
     const cqi_vector none = { 0, 0, 0 };
-    cq_index h = m->out[v];
+    const cq_index v = m->origin[spoke];
+    cq_index h = spoke;
     uint32_t bits = 0;
     int k, n = 0;
     do {
-        cq_index w = m->origin[m->twin[h]];
-        cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
+        const cq_index in = m->twin[h], w = m->origin[in];
+        const cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
         f->vertex[n] = w;
-        f->seam[n] = (uint8_t)cqi_is_seam(p, h);
+        f->spoke[n] = h;
         f->at[n++] = x;
         bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
-        h = cq_clockwise(m, h);
-    } while (h != m->out[v]);
+        h = cq_next(in);
+    } while (h != spoke);
     f->shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
     for (k = 0; f->shift && k < n; k++) f->at[k] = cqi_shift(f->at[k], f->shift);
     f->vertex[n] = f->vertex[0];
@@ -9809,9 +9810,10 @@ static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
     f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What triangle k loses if the centre moves to x; nothing if it has no area. */
-static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
+/* What triangle k loses if the centre moves to the first vertex; nothing if it has no area. */
+static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, int k)
 {
+    const cqi_vector x = f->at[0];
     uint64_t sum = 0;
     if (f->norm[k] > 0) {
         const int64_t volume = cqi_wide_dot(f->area[k], x);
@@ -9821,35 +9823,36 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
         const cqi_vector area = cqi_cross(f->area[k], x);
         sum = (uint64_t)cqi_wide_dot(area, area);
     }
-    if (f->seam[k]) {
-        const cqi_vector area = cqi_cross(f->at[k], x);
-        sum += (uint64_t)cqi_wide_dot(area, area);
-    }
     return sum;
 }
 
-/* What is lost if the centre moves to x; or a part of that which is `enough` already. */
-static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
+/* What is lost if the centre moves to the first vertex; or a part of that which is `enough` already. The planes of the
+ * two triangles there, which are removed, go through that vertex, and so does a boundary edge to it. */
+static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
-    for (k = 0; k < f->size && sum < enough; k++) {
+    for (k = 1; p->index && k < f->size; k++) {
+        const cqi_vector area = cqi_cross(f->at[k], f->at[0]);
+        if (cqi_is_seam(p, f->spoke[k])) sum += (uint64_t)cqi_wide_dot(area, area);
+    }
+    for (k = 1; k + 1 < f->size && sum < enough; k++) {
         cqi_measure_triangle(p, f, k);
-        sum += cqi_triangle_loss(f, x, k);
+        sum += cqi_triangle_loss(f, k);
     }
     return sum;
 }
 
-/* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
-static int cqi_turns_a_face(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
+/* Does a triangle that stays turn over if the centre moves to the first vertex? */
+static int cqi_turns_a_face(const cqi_fan_of_input *f)
 {
     int k;
-    for (k = 0; k < f->size; k++) {
-        cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
+    for (k = 1; k + 1 < f->size; k++) {
+        const cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
         int64_t before, less;
-        if (f->norm[k] <= 0 || f->vertex[k] == removed || f->vertex[k + 1] == removed) continue;
+        if (f->norm[k] <= 0) continue;
         before = cqi_wide_dot(f->area[k], f->area[k]);
-        less = cqi_wide_dot(f->area[k], cqi_cross(x, along));
+        less = cqi_wide_dot(f->area[k], cqi_cross(f->at[0], along));
         if (8 * (before - less) <= before) return 1;
     }
     return 0;
@@ -9874,15 +9877,12 @@ static uint64_t cqi_sum_above(uint32_t limit, int shift)
 static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
 {
     cqi_fan_of_input fan;
-    const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
     const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
-    cqi_vector x = cqi_offset(p->positions, b, a);
     uint32_t loss;
-    cqi_list_fan(p, &fan, b);
-    x = fan.shift ? cqi_shift(x, fan.shift) : x;
-    loss = cqi_loss(cqi_fan_loss(p, &fan, x, cqi_sum_above(limit, fan.shift)), fan.shift);
+    cqi_list_fan(p, &fan, p->mesh.twin[h]);
+    loss = cqi_loss(cqi_fan_loss(p, &fan, cqi_sum_above(limit, fan.shift)), fan.shift);
     if (loss > p->most_loss) return loss;
-    return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
+    return cqi_turns_a_face(&fan) ? CQI_ANY_LOSS : loss;
 }
 
 /* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
