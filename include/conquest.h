@@ -1851,19 +1851,27 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
  *
  * Encoders do both; decoders only split. */
 
-/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
- * The only common neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a
- * boundary, so must be the edge: else two loops would touch, or two places of one. */
-static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
+/* May A -> B be collapsed, as far as the valences decide that are left? Those of the common neighbours p and q must be
+ * 3 or more. */
+static int cqi_keeps_valences(const cq_mesh *m, cq_index h, cq_index max_valence)
 {
-    cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
-    cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
-    int b_boundary = 0;
+    const cq_index a = m->origin[h], b = cq_target(m, h);
+    const cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(m->twin[h])];
     if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || p == q) return 0;
     if (m->valence[p] < 4 || m->valence[q] < 4) return 0;
     if (m->valence[a] > max_valence || m->valence[b] > max_valence) return 0;
-    if (m->valence[a] + m->valence[b] - 4 > max_valence) return 0;
-    s = g;
+    return m->valence[a] + m->valence[b] - 4 <= max_valence;
+}
+
+/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
+ * The only common neighbours of A and B must be p and q. If both ends are on a boundary, so must be the edge: else two
+ * loops would touch, or two places of one. */
+static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
+{
+    const cq_index g = m->twin[h], p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
+    cq_index s = g, common = 0;
+    int b_boundary = 0;
+    if (!cqi_keeps_valences(m, h, max_valence)) return 0;
     do {
         cq_index w = cq_target(m, s);
         common = (cq_index)(common + (m->mark[w] & CQI_SCRATCH ? 1 : 0));
@@ -9764,6 +9772,7 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 /* The triangles around a vertex, with offsets from it. */
 typedef struct cqi_fan_of_input {
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
+    int common, boundary;                        /* vertices with the scratch mark; is one virtual? */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
@@ -9786,9 +9795,13 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index spoke)
     cq_index h = spoke;
     uint32_t bits = 0;
     int k, n = 0;
+    f->common = f->boundary = 0;
     do {
         const cq_index in = m->twin[h], w = m->origin[in];
-        const cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
+        const int is_virtual = cq_is_virtual(m, w);
+        const cqi_vector x = is_virtual ? none : cqi_offset(p->positions, v, w);
+        f->common += m->mark[w] / CQI_SCRATCH & 1;
+        f->boundary |= is_virtual;
         f->vertex[n] = w;
         f->spoke[n] = h;
         f->at[n++] = x;
@@ -9873,24 +9886,33 @@ static uint64_t cqi_sum_above(uint32_t limit, int shift)
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. If it is above both limits, any number above them. */
-static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
+/* The loss of moving the centre B to the first vertex A. If it is above both limits, any number above them. */
+static uint32_t cqi_loss_of(const cqi_plan *p, cqi_fan_of_input *fan)
 {
-    cqi_fan_of_input fan;
     const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
-    uint32_t loss;
-    cqi_list_fan(p, &fan, p->mesh.twin[h]);
-    loss = cqi_loss(cqi_fan_loss(p, &fan, cqi_sum_above(limit, fan.shift)), fan.shift);
+    const uint32_t loss = cqi_loss(cqi_fan_loss(p, fan, cqi_sum_above(limit, fan->shift)), fan->shift);
     if (loss > p->most_loss) return loss;
-    return cqi_turns_a_face(&fan) ? CQI_ANY_LOSS : loss;
+    return cqi_turns_a_face(fan) ? CQI_ANY_LOSS : loss;
 }
 
-/* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
-static int cqi_allows(cqi_plan *p, cq_index h)
+/* What cqi_collapsible says of a fan, whose second and last vertex are p and q. */
+static int cqi_fan_is_collapsible(const cq_mesh *m, const cqi_fan_of_input *f, int boundary)
 {
+    if (boundary && f->boundary && !cq_is_virtual(m, f->vertex[1]) && !cq_is_virtual(m, f->vertex[f->size - 1]))
+        return 0;
+    return f->common == 2;
+}
+
+/* May h be collapsed, if valences and wedges allow that, and does it lose no more than this level allows? Notes the
+ * smallest loss that is refused. */
+static int cqi_allows(cqi_plan *p, cq_index h, int boundary)
+{
+    cqi_fan_of_input fan;
     uint32_t loss;
-    if (p->most_loss == CQI_ANY_LOSS) return 1;
-    loss = cqi_loss_of(p, h);
+    if (p->most_loss == CQI_ANY_LOSS) return cqi_collapsible(&p->mesh, h, CQ_MAX_VALENCE, boundary);
+    cqi_list_fan(p, &fan, p->mesh.twin[h]);
+    if (!cqi_fan_is_collapsible(&p->mesh, &fan, boundary)) return 0;
+    loss = cqi_loss_of(p, &fan);
     if (loss <= p->most_loss) return 1;
     if (loss < p->refused_loss) p->refused_loss = loss;
     return 0;
@@ -9914,9 +9936,11 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     p->most_loss = CQI_ANY_LOSS - 1;
     for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
         cq_index h = m->out[v], w = h == CQ_NONE ? h : cq_target(m, h);
+        cqi_fan_of_input fan;
         uint32_t loss;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
-        loss = cqi_loss_of(p, h);
+        cqi_list_fan(p, &fan, m->twin[h]);
+        loss = cqi_loss_of(p, &fan);
         all++;
         if (loss != CQI_ANY_LOSS) count[loss / CQI_OCTAVE]++;
     }
@@ -10561,26 +10585,26 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Spokes to neighbours that could be collapsed into A, and the neighbours' squared distances, once they are needed. */
+/* All neighbours of A; and of those that could be collapsed into A, the spokes, and the squared distances, once they
+ * are needed. */
 typedef struct cqi_candidates {
-    int size;
-    cq_index spoke[CQ_MAX_VALENCE];
+    int size, all;
+    cq_index neighbour[CQ_MAX_VALENCE];
+    cq_index vertex[CQ_MAX_VALENCE], spoke[CQ_MAX_VALENCE];
     uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet computed */
 } cqi_candidates;
 
 static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
 {
-    const cq_index h = c->spoke[k];
     if (c->square[k] == UINT64_MAX)
-        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[h], cq_target(&p->mesh, h));
+        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[c->spoke[k]], c->vertex[k]);
     return c->square[k];
 }
 
 /* Is candidate k better than another one: of smaller valence, or with CQ_BALANCED nearer? */
 static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
 {
-    const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
-                   other = p->mesh.valence[cq_target(&p->mesh, c->spoke[than])];
+    const cq_index valence = p->mesh.valence[c->vertex[k]], other = p->mesh.valence[c->vertex[than]];
     if (valence != other || !p->positions) return valence < other;
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
@@ -10589,20 +10613,22 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
  * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
-    const cq_index last = cq_counterclockwise(m, spoke);
     cq_index h = spoke;
-    c->size = 0;
+    c->size = c->all = 0;
     *boundary = 0;
     do {
-        const cq_index b = cq_target(m, h);
+        const cq_index in = m->twin[h], b = m->origin[in];
         *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) {
+        if (cqi_state(m, b) == CQI_FREE && c->all) {
             c->square[c->size] = UINT64_MAX;
+            c->vertex[c->size] = b;
             c->spoke[c->size++] = h;
         }
+        c->neighbour[c->all++] = b;
         m->mark[b] |= CQI_SCRATCH;
-        h = cq_clockwise(m, h);
+        h = cq_next(in);
     } while (h != spoke);
+    if (c->size && c->vertex[c->size - 1] == c->neighbour[c->all - 1]) c->size--;
 }
 
 /* Takes the best of the candidates out of the list, the first of equal ones. */
@@ -10615,6 +10641,7 @@ static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
     h = c->spoke[best];
     for (c->size--, k = best; k < c->size; k++) {
         c->spoke[k] = c->spoke[k + 1];
+        c->vertex[k] = c->vertex[k + 1];
         c->square[k] = c->square[k + 1];
     }
     return h;
@@ -10625,17 +10652,17 @@ static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    const cq_index a = m->origin[spoke];
     cq_index chosen = CQ_NONE;
     cqi_candidates c;
-    int boundary;
-    if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
+    int boundary, k;
+    if (m->valence[m->origin[spoke]] > CQ_MAX_VALENCE) return CQ_NONE;
     cqi_list_candidates(m, spoke, &c, &boundary);
     while (c.size && chosen == CQ_NONE) {
         const cq_index h = cqi_take_candidate(p, &c);
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_keeps_valences(m, h, CQ_MAX_VALENCE) && cqi_may_be_removed(p, h) && cqi_allows(p, h, boundary))
+            chosen = h;
     }
-    cqi_mark_ring(m, a, 0);
+    for (k = 0; k < c.all; k++) m->mark[c.neighbour[k]] &= (uint8_t)~CQI_SCRATCH;
     return chosen;
 }
 
