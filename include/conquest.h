@@ -10667,9 +10667,9 @@ static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 }
 
 /* The place of a spoke on the ring that begins with another. */
-static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
+static int cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
 {
-    uint8_t n = 0;
+    int n = 0;
     for (; spoke != wanted; spoke = cq_clockwise(m, spoke)) n++;
     return n;
 }
@@ -10699,6 +10699,20 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_mesh_split(&p->mesh, first, last);
 }
 
+/* Holds the ring of the spoke's origin, and lists its spokes: what is needed of cqi_read_ring. */
+static void cqi_hold_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
+{
+    cq_index h = spoke;
+    r->size = 0;
+    do {
+        const cq_index in = m->twin[h];
+        uint8_t *const mark = &m->mark[m->origin[in]];
+        *mark = (uint8_t)(*mark + ((*mark & CQI_STATE) < CQI_HELD_OFTEN));
+        r->spoke[r->size++] = h;
+        h = cq_next(in);
+    } while (h != spoke);
+}
+
 /* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
 static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
@@ -10714,14 +10728,14 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
         cqi_collapse *c = &p->note[p->num_notes];
         const cq_index removed = cq_target(m, h);
         cq_index to_p, to_q;
+        c->p = (uint8_t)(cqi_spoke_number(m, spoke, h) - 1);
+        c->q = (uint8_t)(c->p + m->valence[removed] - 2); /* all neighbours of B but A */
         cqi_note_collapse(p, h, first);
         cqi_collapse_wedges(p, h, c);
         cq_mesh_collapse(m, h, &to_p, &to_q);
         m->mark[removed] = CQI_TAKEN;
-        c->p = cqi_spoke_number(m, spoke, to_p);
-        c->q = cqi_spoke_number(m, spoke, to_q);
     }
-    cqi_read_ring(m, &p->ring, spoke);
+    cqi_hold_ring(m, &p->ring, spoke);
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
