@@ -10114,15 +10114,17 @@ static void cqi_set_slack(cqi_facet *f, int64_t slack)
 }
 
 /* Does x lie beside the segment from 0 to e, within a distance from it? */
-static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
+static inline int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
 {
-    const cqi_vector64 n = cqi_cross64(x, e);
     const int64_t at = cqi_dot64(x, e), length = cqi_dot64(e, e);
-    return at >= 0 && at <= length && cqi_dot64(n, n) <= distance * distance * length;
+    cqi_vector64 n;
+    if (at < 0 || at > length) return 0;
+    n = cqi_cross64(x, e);
+    return cqi_dot64(n, n) <= distance * distance * length;
 }
 
 /* Is x outside an edge of the face, and within the slack of it? */
-static int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
+static inline int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), distance = slack / 16;
     return (v < 0 && cqi_is_beside(x, f->u, distance)) || (u < 0 && cqi_is_beside(x, f->v, distance)) ||
