@@ -9793,21 +9793,24 @@ static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index spoke)
     const cqi_vector none = { 0, 0, 0 };
     const cq_index v = m->origin[spoke];
     cq_index h = spoke;
-    uint32_t bits = 0;
-    int k, n = 0;
-    f->common = f->boundary = 0;
+    uint32_t all = 0, bits = 0;
+    int k, n = 0, common = 0, boundary = 0;
     do {
         const cq_index in = m->twin[h], w = m->origin[in];
         const int is_virtual = cq_is_virtual(m, w);
         const cqi_vector x = is_virtual ? none : cqi_offset(p->positions, v, w);
-        f->common += m->mark[w] / CQI_SCRATCH & 1;
-        f->boundary |= is_virtual;
+        common += m->mark[w] / CQI_SCRATCH;
+        boundary |= is_virtual;
         f->vertex[n] = w;
         f->spoke[n] = h;
         f->at[n++] = x;
-        bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
+        all |= cqi_changes_of_bits(x.x) | cqi_changes_of_bits(x.y) | cqi_changes_of_bits(x.z);
         h = cq_next(in);
     } while (h != spoke);
+    f->common = common;
+    f->boundary = boundary;
+    for (k = 0; all >> CQI_OFFSET_BITS && k < n; k++)
+        bits |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y) | cqi_abs(f->at[k].z);
     f->shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
     for (k = 0; f->shift && k < n; k++) f->at[k] = cqi_shift(f->at[k], f->shift);
     f->vertex[n] = f->vertex[0];
@@ -10615,22 +10618,25 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
  * first and the last one may not go: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
+    const cq_index *const origin = m->origin, *const twin = m->twin;
     cq_index h = spoke;
-    c->size = c->all = 0;
-    *boundary = 0;
+    int size = 0, all = 0, any_virtual = 0;
     do {
-        const cq_index in = m->twin[h], b = m->origin[in];
-        *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && c->all) {
-            c->square[c->size] = UINT64_MAX;
-            c->vertex[c->size] = b;
-            c->spoke[c->size++] = h;
+        const cq_index in = twin[h], b = origin[in];
+        uint8_t *const mark = m->mark + b;
+        any_virtual |= cq_is_virtual(m, b);
+        if ((*mark & CQI_STATE) == CQI_FREE && all) {
+            c->square[size] = UINT64_MAX;
+            c->vertex[size] = b;
+            c->spoke[size++] = h;
         }
-        c->neighbour[c->all++] = b;
-        m->mark[b] |= CQI_SCRATCH;
+        *mark |= CQI_SCRATCH;
+        c->neighbour[all++] = b;
         h = cq_next(in);
     } while (h != spoke);
-    if (c->size && c->vertex[c->size - 1] == c->neighbour[c->all - 1]) c->size--;
+    *boundary = any_virtual;
+    c->all = all;
+    c->size = size && c->vertex[size - 1] == c->neighbour[all - 1] ? size - 1 : size;
 }
 
 /* Takes the best of the candidates out of the list, the first of equal ones. */
@@ -10704,15 +10710,17 @@ static void cqi_undo_collapse(cqi_plan *p)
 /* Holds the ring of the spoke's origin, and lists its spokes: what is needed of cqi_read_ring. */
 static void cqi_hold_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
 {
+    const cq_index *const origin = m->origin, *const twin = m->twin;
     cq_index h = spoke;
-    r->size = 0;
+    int n = 0;
     do {
-        const cq_index in = m->twin[h];
-        uint8_t *const mark = &m->mark[m->origin[in]];
+        const cq_index in = twin[h];
+        uint8_t *const mark = m->mark + origin[in];
         *mark = (uint8_t)(*mark + ((*mark & CQI_STATE) < CQI_HELD_OFTEN));
-        r->spoke[r->size++] = h;
+        r->spoke[n++] = h;
         h = cq_next(in);
     } while (h != spoke);
+    r->size = n;
 }
 
 /* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
