@@ -2877,18 +2877,13 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 /* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
-/* log2(x) in 1/65536, rounded down, x > 0. */
-static uint32_t cqi_log2(uint32_t x)
+/* log2(x) in 1/65536, within 1/7000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
+static uint32_t cqi_bits_of_range(uint32_t x)
 {
-    int n = cqi_bit_length(x) - 1, k;
-    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
-    uint32_t result = (uint32_t)n;
-    for (k = 0; k < 16; k++) {
-        m = m * m >> 31;
-        result = result << 1 | (uint32_t)(m >> 32);
-        if (m >> 32) m >>= 1;
-    }
-    return result;
+    const int n = cqi_bit_length(x) - 1;
+    const uint32_t f = (uint32_t)((uint64_t)x << (32 - n) >> 16) & 0xffff;
+    const uint32_t factor = 28784 - (f * (15791 - (f * 5500 >> 16)) >> 16);
+    return (uint32_t)n * 65536 + f + ((f * (65536 - f) >> 16) * factor >> 16);
 }
 
 /* Adds the cost of what was coded since the last call to two entries of the report, in 1/65536 bit. */
@@ -2900,7 +2895,7 @@ static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
         bytes = d->plan->range.count + d->plan->range.pending + (d->plan->range.cache >= 0 ? 5 : 4);
         range = d->plan->range.range;
     }
-    now = bytes * 8 * 65536 - cqi_log2(range);
+    now = bytes * 8 * 65536 - cqi_bits_of_range(range);
     *entry += now - d->cost;
     if (level_entry) *level_entry += now - d->cost;
     d->cost = now;
@@ -7538,6 +7533,20 @@ typedef struct cqi_equations {
     uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
 
+/* log2(x) in 1/65536, rounded down, x > 0. */
+static uint32_t cqi_log2(uint32_t x)
+{
+    int n = cqi_bit_length(x) - 1, k;
+    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
+    uint32_t result = (uint32_t)n;
+    for (k = 0; k < 16; k++) {
+        m = m * m >> 31;
+        result = result << 1 | (uint32_t)(m >> 32);
+        if (m >> 32) m >>= 1;
+    }
+    return result;
+}
+
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
@@ -9533,7 +9542,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         }
         if (!d->range.data) {
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
-            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
         }
         budget--;
         result = cqi_step(d);
@@ -13435,7 +13444,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
     cq_result result;
     uint32_t n = 0;
     memset(e->plan.before, 0, sizeof e->plan.before);
-    e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+    e->replay.cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
     cqi_start(&e->replay);
     while ((result = cqi_step(&e->replay)) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
