@@ -9990,9 +9990,10 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  * times the area; what is left of the area is that for A. */
 typedef struct cqi_facet {
     cq_index h;                             /* A -> v */
+    cq_index *list;                         /* of what is attached to it */
     cqi_vector64 u, v, normal, to_u, to_v;
     int64_t area;                           /* square of the normal */
-    int64_t limit, margin;                  /* see cqi_passes */
+    int64_t limit, margin, most;            /* see cqi_passes; most: area + 3 margin */
 } cqi_facet;
 
 /* Positions are seen from a centre, in units of 2^shift. */
@@ -10112,7 +10113,7 @@ static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
 static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
 {
     const int64_t u = cqi_dot64(f->to_u, x) + f->margin, v = cqi_dot64(f->to_v, x) + f->margin;
-    if ((u | v | (f->area + 3 * f->margin - u - v)) < 0) return 0;
+    if ((u | v | (f->most - u - v)) < 0) return 0;
     return cqi_abs64(cqi_dot64(f->normal, x)) <= f->limit;
 }
 
@@ -10123,6 +10124,7 @@ static void cqi_set_slack(cqi_facet *f, int64_t slack)
     const int64_t longest = cqi_larger64(uv, cqi_largest(cqi_subtract64(f->u, f->v)));
     f->limit = f->area ? slack * 13 * cqi_largest(f->normal) / 256 : -1;
     f->margin = slack < 112 * longest ? f->area / (112 * longest) * slack : f->area;
+    f->most = f->area + 3 * f->margin;
 }
 
 /* Does x lie beside the segment from 0 to e, within a distance from it? */
@@ -10230,8 +10232,10 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
     cqi_facet *f = cover->facet;
     cqi_list_cover(&p->mesh, c, cover);
     cqi_scale_cover(p, cover, c);
-    for (; f < cover->facet + cover->size; f++)
+    for (; f < cover->facet + cover->size; f++) {
+        f->list = &p->attached[f->h / 3];
         cqi_set_facet(f, cqi_shift64(f->u, cover->view.shift), cqi_shift64(f->v, cover->view.shift));
+    }
     cqi_open_cover(p, cover);
 }
 
@@ -10295,17 +10299,18 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
  *
  * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
-/* The first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or CQ_NONE. */
-static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
+/* The list of the first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or that
+ * of the rest. */
+static inline cq_index *cqi_first_pass(cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
     for (k = from; k < c->size; k++)
-        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].list;
     for (k = 0; k < from; k++)
-        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].list;
     for (k = 0; k < c->size; k++)
-        if (cqi_passes_edge(&c->facet[k], x, c->slack)) return c->facet[k].h;
-    return CQ_NONE;
+        if (cqi_passes_edge(&c->facet[k], x, c->slack)) return c->facet[k].list;
+    return &c->rest;
 }
 
 /* The face of the cover that is nearest to x; *least: the square of its distance. */
@@ -10348,8 +10353,8 @@ static void cqi_push(cqi_plan *p, cq_index *list, cq_index v)
 static void cqi_attach_passing(cqi_plan *p, cqi_cover *c, cq_index v, int from)
 {
     while (v != CQ_NONE) {
-        const cq_index next = p->follower[v], h = cqi_first_pass(c, cqi_see(p, &c->view, v), from);
-        cqi_push(p, h == CQ_NONE ? &c->rest : &p->attached[h / 3], v);
+        const cq_index next = p->follower[v];
+        cqi_push(p, cqi_first_pass(c, cqi_see(p, &c->view, v), from), v);
         v = next;
     }
 }
@@ -10363,10 +10368,10 @@ static void cqi_attach_rest(cqi_plan *p, cqi_cover *c)
     }
 }
 
-static cq_index cqi_detach(cqi_plan *p, cq_index f)
+static cq_index cqi_detach(cq_index *list)
 {
-    const cq_index v = p->attached[f];
-    p->attached[f] = CQ_NONE;
+    const cq_index v = *list;
+    *list = CQ_NONE;
     return v;
 }
 
@@ -10376,12 +10381,12 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cq_index first[CQ_MAX_VALENCE];
     int k;
     cqi_find_cover(p, &cover, c);
-    for (k = 0; k < cover.size; k++) first[k] = cqi_detach(p, (cq_index)(cover.facet[k].h / 3));
+    for (k = 0; k < cover.size; k++) first[k] = cqi_detach(cover.facet[k].list);
     cover.rest = p->follower[c->removed] = CQ_NONE;
     cqi_attach_passing(p, &cover, c->removed, 0);
     for (k = 0; k < cover.size; k++) cqi_attach_passing(p, &cover, first[k], k);
-    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[0]), 0);
-    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[1]), cover.size - 1);
+    cqi_attach_passing(p, &cover, cqi_detach(&p->attached[c->face[0]]), 0);
+    cqi_attach_passing(p, &cover, cqi_detach(&p->attached[c->face[1]]), cover.size - 1);
     cqi_attach_rest(p, &cover);
 }
 
