@@ -9799,21 +9799,25 @@ static int cqi_is_seam(const cqi_plan *p, cq_index h);
 static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    const cqi_vector none = { 0, 0, 0 };
-    const cq_index v = m->origin[spoke];
+    const cq_index *const origin = m->origin, *const twin = m->twin;
+    const cq_value *const a = p->positions + 3 * (size_t)origin[spoke];
+    const int32_t ax = a[0], ay = a[1], az = a[2];
     cq_index h = spoke;
     uint32_t all = 0, bits = 0;
     int k, n = 0, common = 0, boundary = 0;
     do {
-        const cq_index in = m->twin[h], w = m->origin[in];
+        const cq_index in = twin[h], w = origin[in];
         const int is_virtual = cq_is_virtual(m, w);
-        const cqi_vector x = is_virtual ? none : cqi_offset(p->positions, v, w);
+        const cq_value *const b = is_virtual ? a : p->positions + 3 * (size_t)w;
+        const int32_t x = b[0] - ax, y = b[1] - ay, z = b[2] - az;
         common += m->mark[w] / CQI_SCRATCH;
         boundary |= is_virtual;
+        all |= cqi_changes_of_bits(x) | cqi_changes_of_bits(y) | cqi_changes_of_bits(z);
         f->vertex[n] = w;
         f->spoke[n] = h;
-        f->at[n++] = x;
-        all |= cqi_changes_of_bits(x.x) | cqi_changes_of_bits(x.y) | cqi_changes_of_bits(x.z);
+        f->at[n].x = x;
+        f->at[n].y = y;
+        f->at[n++].z = z;
         h = cq_next(in);
     } while (h != spoke);
     f->common = common;
@@ -10850,6 +10854,7 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
 
 static void cqi_union(cq_index *parent, cq_index a, cq_index b)
 {
+    if (parent[a] == parent[b]) return;
     a = cqi_find_root(parent, a);
     b = cqi_find_root(parent, b);
     parent[a < b ? b : a] = a < b ? a : b;
