@@ -12946,6 +12946,29 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
+/* Per mille of odd vertices that no waves can exceed: inner ones of valence 6, or of any even valence, less a third; and
+ * every second one on a boundary. */
+static int cqi_most_found(const cq_mesh *m, cq_index live)
+{
+    cq_index v, h, six = 0, even = 0, boundary = 0;
+    for (v = 0; v < m->num_vertices; v++) {
+        if (m->out[v] == CQ_NONE) continue;
+        six = (cq_index)(six + (m->valence[v] == 6));
+        even = (cq_index)(even + !(m->valence[v] & 1));
+    }
+    for (h = (cq_index)(3 * m->first_virtual_face); h < 3 * cqi_face_slots(m); h++) {
+        if (!cqi_is_face(m, (cq_index)(h / 3)) || !cq_is_virtual(m, m->origin[h])) continue;
+        v = cq_target(m, h);
+        six = (cq_index)(six - (m->valence[v] == 6));
+        even = (cq_index)(even - !(m->valence[v] & 1));
+        boundary++;
+    }
+    six = (cq_index)(six + boundary / 2);
+    even = (cq_index)(even + boundary / 2);
+    even = (cq_index)(even - even / 3);
+    return (int)((uint64_t)(six > even ? six : even) * 1000 / live);
+}
+
 /* The labelling whose waves make the most vertices odd. As later stages mostly lessen that, only this one is completed.
  * Waves across any valence make a third of any mesh odd, much of which the repair undoes, so a third is subtracted. */
 static int cqi_choose_labelling(cqi_labels *l)
@@ -12953,9 +12976,10 @@ static int cqi_choose_labelling(cqi_labels *l)
     const cq_index live = cqi_count_live(l->mesh);
     const cq_index all = cqi_all_odd(l->mesh);
     cq_index most = 0;
+    const int hopeless = cqi_most_found(l->mesh, live) < cqi_at_most(l->least, l->strips);
     int k, chosen = CQI_NO_LABELS;
     l->limit = 0;
-    for (k = 0; k < CQI_STRIPS && most < all; k++) {
+    for (k = 0; !hopeless && k < CQI_STRIPS && most < all; k++) {
         cq_index n;
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
         cqi_try_waves(l, k);
