@@ -10247,24 +10247,34 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
  *
  * For vertices that no face of the cover is near enough to. */
 
+/* An offset in units of 2^shift. */
+static inline cqi_vector64 cqi_widened(cqi_vector a, int shift)
+{
+    cqi_vector64 x;
+    x.x = cqi_floor_shift(a.x, shift);
+    x.y = cqi_floor_shift(a.y, shift);
+    x.z = cqi_floor_shift(a.z, shift);
+    return x;
+}
+
+static inline uint32_t cqi_bits_of(cqi_vector a) { return cqi_abs(a.x) | cqi_abs(a.y) | cqi_abs(a.z); }
+
 /* Makes the face of h the nearest one if it is real and nearer to v. */
 static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
 {
     const cq_mesh *m = &p->mesh;
-    cqi_view view;
-    cqi_vector64 a, b, x;
+    cqi_vector a, b, x;
     cqi_facet f;
     uint64_t square;
     uint32_t error;
     int shift;
     if (!cqi_is_real_face(m, h)) return;
-    cqi_set_view(p, &view, m->origin[h]);
-    a = cqi_see(p, &view, m->origin[cq_prev(h)]);
-    b = cqi_see(p, &view, cq_target(m, h));
-    x = cqi_see(p, &view, v);
-    shift = cqi_bit_length((uint32_t)((cqi_largest(a) | cqi_largest(b) | cqi_largest(x)) >> CQI_CORNER_BITS));
-    cqi_set_facet(&f, cqi_shift64(a, shift), cqi_shift64(b, shift));
-    square = cqi_facet_square(&f, cqi_shift64(x, shift));
+    a = cqi_offset(p->measured, m->origin[h], m->origin[cq_prev(h)]);
+    b = cqi_offset(p->measured, m->origin[h], cq_target(m, h));
+    x = cqi_offset(p->measured, m->origin[h], v);
+    shift = cqi_bit_length((cqi_bits_of(a) | cqi_bits_of(b) | cqi_bits_of(x)) >> CQI_CORNER_BITS);
+    cqi_set_facet(&f, cqi_widened(a, shift), cqi_widened(b, shift));
+    square = cqi_facet_square(&f, cqi_widened(x, shift));
     if (n->error == 0 || square > (uint64_t)(n->error - 1) * (n->error - 1)) return; /* not nearer, however rounded */
     error = cqi_error_of_square(square, shift);
     if (error >= n->error) return;
@@ -11807,7 +11817,7 @@ static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
     return l->parent[0][odd] == v || l->parent[1][odd] == v;
 }
 
-static int cqi_is_cut(const cqi_labels *l, cq_index h)
+static inline int cqi_is_cut(const cqi_labels *l, cq_index h)
 {
     const cq_index a = l->mesh->origin[h], b = l->mesh->origin[l->mesh->twin[h]];
     if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
@@ -12368,7 +12378,7 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
     if (!l->positions || cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
     cqi_clear_labels(l);
     cqi_strip_wave(l, cqi_real_spoke(m, seed), CQI_STRIP_SAMPLE);
-    odd = cqi_count_odd(l);
+    odd = l->clock;
     for (v = 0; v < m->num_vertices; v++)
         if (m->out[v] != CQ_NONE) even = (cq_index)(even + (cqi_label(l, v) == CQI_EVEN));
     return (uint64_t)odd * 58 >= (uint64_t)even * 42;
@@ -12984,7 +12994,7 @@ static int cqi_choose_labelling(cqi_labels *l)
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
         cqi_try_waves(l, k);
         l->ready = k;
-        n = cqi_count_odd(l);
+        n = l->clock; /* odd vertices so far: none has become even again */
         if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 3);
         if (k > CQI_ANY_VALENCE && n == most) break; /* another seed that finds as many: so will others */
         if (n <= most) continue;
