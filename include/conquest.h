@@ -12956,9 +12956,9 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
-/* Per mille of odd vertices that no waves can exceed: inner ones of valence 6, or of any even valence, less a third; and
- * every second one on a boundary. */
-static int cqi_most_found(const cq_mesh *m, cq_index live)
+/* Numbers of odd vertices that no waves can exceed, across valence 6 and across any even valence: inner ones of such a
+ * valence, and every second one on a boundary. */
+static void cqi_bound_odd(const cq_mesh *m, cq_index *bound)
 {
     cq_index v, h, six = 0, even = 0, boundary = 0;
     for (v = 0; v < m->num_vertices; v++) {
@@ -12973,10 +12973,8 @@ static int cqi_most_found(const cq_mesh *m, cq_index live)
         even = (cq_index)(even - !(m->valence[v] & 1));
         boundary++;
     }
-    six = (cq_index)(six + boundary / 2);
-    even = (cq_index)(even + boundary / 2);
-    even = (cq_index)(even - even / 3);
-    return (int)((uint64_t)(six > even ? six : even) * 1000 / live);
+    bound[0] = (cq_index)(six + boundary / 2);
+    bound[1] = (cq_index)(even + boundary / 2);
 }
 
 /* The labelling whose waves make the most vertices odd. As later stages mostly lessen that, only this one is completed.
@@ -12985,13 +12983,16 @@ static int cqi_choose_labelling(cqi_labels *l)
 {
     const cq_index live = cqi_count_live(l->mesh);
     const cq_index all = cqi_all_odd(l->mesh);
-    cq_index most = 0;
-    const int hopeless = cqi_most_found(l->mesh, live) < cqi_at_most(l->least, l->strips);
+    const uint64_t enough = (uint64_t)live * (uint32_t)cqi_at_most(l->least, l->strips) / 1000;
+    cq_index most = 0, bound[2];
     int k, chosen = CQI_NO_LABELS;
     l->limit = 0;
-    for (k = 0; !hopeless && k < CQI_STRIPS && most < all; k++) {
+    cqi_bound_odd(l->mesh, bound);
+    bound[1] = (cq_index)(bound[1] - bound[1] / 3);
+    for (k = 0; k < CQI_STRIPS && most < all; k++) {
         cq_index n;
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
+        if (bound[k == CQI_ANY_VALENCE] < enough && bound[k == CQI_ANY_VALENCE] < CQI_MORE_LABELS(live)) continue;
         cqi_try_waves(l, k);
         l->ready = k;
         n = l->clock; /* odd vertices so far: none has become even again */
