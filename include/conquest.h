@@ -1858,19 +1858,27 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
  *
  * Encoders do both; decoders only split. */
 
-/* May A -> B be collapsed? A's neighbours carry the scratch mark; `boundary`: one of them is virtual. The only common
- * neighbours of A and B must be p and q, which keep a valence of 3 or more. If both ends are on a boundary, so must be
- * the edge: else two loops would touch, or two places of one loop. */
-static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
+/* May A -> B be collapsed, as far as the valences decide that are left? Those of the common neighbours p and q must be
+ * 3 or more. */
+static int cqi_keeps_valences(const cq_mesh *m, cq_index h, cq_index max_valence)
 {
-    cq_index a = m->origin[h], b = cq_target(m, h), g = m->twin[h], s, common = 0;
-    cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
-    int b_boundary = 0;
+    const cq_index a = m->origin[h], b = cq_target(m, h);
+    const cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(m->twin[h])];
     if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || p == q) return 0;
     if (m->valence[p] < 4 || m->valence[q] < 4) return 0;
     if (m->valence[a] > max_valence || m->valence[b] > max_valence) return 0;
-    if (m->valence[a] + m->valence[b] - 4 > max_valence) return 0;
-    s = g;
+    return m->valence[a] + m->valence[b] - 4 <= max_valence;
+}
+
+/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
+ * The only common neighbours of A and B must be p and q. If both ends are on a boundary, so must be the edge: else two
+ * loops would touch, or two places of one. */
+static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
+{
+    const cq_index g = m->twin[h], p = m->origin[cq_prev(h)], q = m->origin[cq_prev(g)];
+    cq_index s = g, common = 0;
+    int b_boundary = 0;
+    if (!cqi_keeps_valences(m, h, max_valence)) return 0;
     do {
         cq_index w = cq_target(m, s);
         common = (cq_index)(common + (m->mark[w] & CQI_SCRATCH ? 1 : 0));
@@ -2880,18 +2888,13 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 /* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
-/* log2(x) in 1/65536, rounded down, x > 0. */
-static uint32_t cqi_log2(uint32_t x)
+/* log2(x) in 1/65536, within 1/7000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
+static uint32_t cqi_bits_of_range(uint32_t x)
 {
-    int n = cqi_bit_length(x) - 1, k;
-    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
-    uint32_t result = (uint32_t)n;
-    for (k = 0; k < 16; k++) {
-        m = m * m >> 31;
-        result = result << 1 | (uint32_t)(m >> 32);
-        if (m >> 32) m >>= 1;
-    }
-    return result;
+    const int n = cqi_bit_length(x) - 1;
+    const uint32_t f = (uint32_t)((uint64_t)x << (32 - n) >> 16) & 0xffff;
+    const uint32_t factor = 28784 - (f * (15791 - (f * 5500 >> 16)) >> 16);
+    return (uint32_t)n * 65536 + f + ((f * (65536 - f) >> 16) * factor >> 16);
 }
 
 /* Adds the cost of what was coded since the last call to two entries of the report, in 1/65536 bit. */
@@ -2903,7 +2906,7 @@ static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
         bytes = d->plan->range.count + d->plan->range.pending + (d->plan->range.cache >= 0 ? 5 : 4);
         range = d->plan->range.range;
     }
-    now = bytes * 8 * 65536 - cqi_log2(range);
+    now = bytes * 8 * 65536 - cqi_bits_of_range(range);
     *entry += now - d->cost;
     if (level_entry) *level_entry += now - d->cost;
     d->cost = now;
@@ -7544,6 +7547,20 @@ typedef struct cqi_equations {
     uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
 } cqi_equations;
 
+/* log2(x) in 1/65536, rounded down, x > 0. */
+static uint32_t cqi_log2(uint32_t x)
+{
+    int n = cqi_bit_length(x) - 1, k;
+    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
+    uint32_t result = (uint32_t)n;
+    for (k = 0; k < 16; k++) {
+        m = m * m >> 31;
+        result = result << 1 | (uint32_t)(m >> 32);
+        if (m >> 32) m >>= 1;
+    }
+    return result;
+}
+
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
@@ -9543,7 +9560,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         }
         if (!d->range.data) {
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
-            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
         }
         budget--;
         result = cqi_step(d);
@@ -9782,11 +9799,12 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 /* The triangles around a vertex, with offsets from it. */
 typedef struct cqi_fan_of_input {
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
+    int common, boundary;                        /* vertices with the scratch mark; is one virtual? */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
     int32_t norm[CQ_MAX_VALENCE];                /* length of that; -1: a boundary */
-    uint8_t seam[CQ_MAX_VALENCE];                /* 1: the edge to the vertex is a seam */
+    cq_index spoke[CQ_MAX_VALENCE];              /* to the vertex */
 } cqi_fan_of_input;
 
 #ifdef CQ_NO_WEDGES
@@ -9795,23 +9813,35 @@ typedef struct cqi_fan_of_input {
 static int cqi_is_seam(const cqi_plan *p, cq_index h);
 #endif
 
-/* Lists the neighbours of v, not more than CQ_MAX_VALENCE. */
-static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index v)
+/* Lists the neighbours of the spoke's origin, not more than CQ_MAX_VALENCE, from the end of the spoke on. */
+static void cqi_list_fan(const cqi_plan *p, cqi_fan_of_input *f, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    const cqi_vector none = { 0, 0, 0 };
-    cq_index h = m->out[v];
-    uint32_t bits = 0;
-    int k, n = 0;
+    const cq_index *const origin = m->origin, *const twin = m->twin;
+    const cq_value *const a = p->positions + 3 * (size_t)origin[spoke];
+    const int32_t ax = a[0], ay = a[1], az = a[2];
+    cq_index h = spoke;
+    uint32_t all = 0, bits = 0;
+    int k, n = 0, common = 0, boundary = 0;
     do {
-        cq_index w = m->origin[m->twin[h]];
-        cqi_vector x = cq_is_virtual(m, w) ? none : cqi_offset(p->positions, v, w);
+        const cq_index in = twin[h], w = origin[in];
+        const int is_virtual = cq_is_virtual(m, w);
+        const cq_value *const b = is_virtual ? a : p->positions + 3 * (size_t)w;
+        const int32_t x = b[0] - ax, y = b[1] - ay, z = b[2] - az;
+        common += m->mark[w] / CQI_SCRATCH;
+        boundary |= is_virtual;
+        all |= cqi_changes_of_bits(x) | cqi_changes_of_bits(y) | cqi_changes_of_bits(z);
         f->vertex[n] = w;
-        f->seam[n] = (uint8_t)cqi_is_seam(p, h);
-        f->at[n++] = x;
-        bits |= cqi_abs(x.x) | cqi_abs(x.y) | cqi_abs(x.z);
-        h = cq_clockwise(m, h);
-    } while (h != m->out[v]);
+        f->spoke[n] = h;
+        f->at[n].x = x;
+        f->at[n].y = y;
+        f->at[n++].z = z;
+        h = cq_next(in);
+    } while (h != spoke);
+    f->common = common;
+    f->boundary = boundary;
+    for (k = 0; all >> CQI_OFFSET_BITS && k < n; k++)
+        bits |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y) | cqi_abs(f->at[k].z);
     f->shift = cqi_bit_length(bits >> CQI_OFFSET_BITS);
     for (k = 0; f->shift && k < n; k++) f->at[k] = cqi_shift(f->at[k], f->shift);
     f->vertex[n] = f->vertex[0];
@@ -9827,9 +9857,10 @@ static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
     f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What triangle k loses if the centre moves to x; nothing if it has no area. */
-static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k)
+/* What triangle k loses if the centre moves to the first vertex; nothing if it has no area. */
+static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, int k)
 {
+    const cqi_vector x = f->at[0];
     uint64_t sum = 0;
     if (f->norm[k] > 0) {
         const int64_t volume = cqi_wide_dot(f->area[k], x);
@@ -9839,35 +9870,36 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, cqi_vector x, int k
         const cqi_vector area = cqi_cross(f->area[k], x);
         sum = (uint64_t)cqi_wide_dot(area, area);
     }
-    if (f->seam[k]) {
-        const cqi_vector area = cqi_cross(f->at[k], x);
-        sum += (uint64_t)cqi_wide_dot(area, area);
-    }
     return sum;
 }
 
-/* What is lost if the centre moves to x; or if that is `enough` or more, a part of it that is, too. */
-static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, cqi_vector x, uint64_t enough)
+/* What is lost if the centre moves to the first vertex; or a part of that which is `enough` already. The planes of the
+ * two triangles there, which are removed, go through that vertex, and so does a boundary edge to it. */
+static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
-    for (k = 0; k < f->size && sum < enough; k++) {
+    for (k = 1; p->index && k < f->size; k++) {
+        const cqi_vector area = cqi_cross(f->at[k], f->at[0]);
+        if (cqi_is_seam(p, f->spoke[k])) sum += (uint64_t)cqi_wide_dot(area, area);
+    }
+    for (k = 1; k + 1 < f->size && sum < enough; k++) {
         cqi_measure_triangle(p, f, k);
-        sum += cqi_triangle_loss(f, x, k);
+        sum += cqi_triangle_loss(f, k);
     }
     return sum;
 }
 
-/* Does a triangle turn over if the centre moves to x? Those at `removed`, which the collapse removes, do not count. */
-static int cqi_turns_a_face(const cqi_fan_of_input *f, cqi_vector x, cq_index removed)
+/* Does a triangle that stays turn over if the centre moves to the first vertex? */
+static int cqi_turns_a_face(const cqi_fan_of_input *f)
 {
     int k;
-    for (k = 0; k < f->size; k++) {
-        cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
+    for (k = 1; k + 1 < f->size; k++) {
+        const cqi_vector along = cqi_minus(f->at[k + 1], f->at[k]);
         int64_t before, less;
-        if (f->norm[k] <= 0 || f->vertex[k] == removed || f->vertex[k + 1] == removed) continue;
+        if (f->norm[k] <= 0) continue;
         before = cqi_wide_dot(f->area[k], f->area[k]);
-        less = cqi_wide_dot(f->area[k], cqi_cross(x, along));
+        less = cqi_wide_dot(f->area[k], cqi_cross(f->at[0], along));
         if (8 * (before - less) <= before) return 1;
     }
     return 0;
@@ -9888,28 +9920,33 @@ static uint64_t cqi_sum_above(uint32_t limit, int shift)
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* The loss of collapsing h = A -> B, which moves B to A. If that is above most_loss and refused_loss, the result may be
- * any number above both. */
-static uint32_t cqi_loss_of(const cqi_plan *p, cq_index h)
+/* The loss of moving the centre B to the first vertex A. If it is above both limits, any number above them. */
+static uint32_t cqi_loss_of(const cqi_plan *p, cqi_fan_of_input *fan)
 {
-    cqi_fan_of_input fan;
-    const cq_index a = p->mesh.origin[h], b = cq_target(&p->mesh, h);
     const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
-    cqi_vector x = cqi_offset(p->positions, b, a);
-    uint32_t loss;
-    cqi_list_fan(p, &fan, b);
-    x = fan.shift ? cqi_shift(x, fan.shift) : x;
-    loss = cqi_loss(cqi_fan_loss(p, &fan, x, cqi_sum_above(limit, fan.shift)), fan.shift);
+    const uint32_t loss = cqi_loss(cqi_fan_loss(p, fan, cqi_sum_above(limit, fan->shift)), fan->shift);
     if (loss > p->most_loss) return loss;
-    return cqi_turns_a_face(&fan, x, a) ? CQI_ANY_LOSS : loss;
+    return cqi_turns_a_face(fan) ? CQI_ANY_LOSS : loss;
 }
 
-/* Does the collapse of h lose no more than this level allows? Notes the smallest loss that is refused. */
-static int cqi_allows(cqi_plan *p, cq_index h)
+/* What cqi_collapsible says of a fan, whose second and last vertex are p and q. */
+static int cqi_fan_is_collapsible(const cq_mesh *m, const cqi_fan_of_input *f, int boundary)
 {
+    if (boundary && f->boundary && !cq_is_virtual(m, f->vertex[1]) && !cq_is_virtual(m, f->vertex[f->size - 1]))
+        return 0;
+    return f->common == 2;
+}
+
+/* May h be collapsed, if valences and wedges allow that, and does it lose no more than this level allows? Notes the
+ * smallest loss that is refused. */
+static int cqi_allows(cqi_plan *p, cq_index h, int boundary)
+{
+    cqi_fan_of_input fan;
     uint32_t loss;
-    if (p->most_loss == CQI_ANY_LOSS) return 1;
-    loss = cqi_loss_of(p, h);
+    if (p->most_loss == CQI_ANY_LOSS) return cqi_collapsible(&p->mesh, h, CQ_MAX_VALENCE, boundary);
+    cqi_list_fan(p, &fan, p->mesh.twin[h]);
+    if (!cqi_fan_is_collapsible(&p->mesh, &fan, boundary)) return 0;
+    loss = cqi_loss_of(p, &fan);
     if (loss <= p->most_loss) return 1;
     if (loss < p->refused_loss) p->refused_loss = loss;
     return 0;
@@ -9933,9 +9970,11 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     p->most_loss = CQI_ANY_LOSS - 1;
     for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
         cq_index h = m->out[v], w = h == CQ_NONE ? h : cq_target(m, h);
+        cqi_fan_of_input fan;
         uint32_t loss;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
-        loss = cqi_loss_of(p, h);
+        cqi_list_fan(p, &fan, m->twin[h]);
+        loss = cqi_loss_of(p, &fan);
         all++;
         if (loss != CQI_ANY_LOSS) count[loss / CQI_OCTAVE]++;
     }
@@ -9974,9 +10013,10 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  * times the area; what is left of the area is that for A. */
 typedef struct cqi_facet {
     cq_index h;                             /* A -> v */
+    cq_index *list;                         /* of what is attached to it */
     cqi_vector64 u, v, normal, to_u, to_v;
     int64_t area;                           /* square of the normal */
-    int64_t limit, margin;                  /* see cqi_passes */
+    int64_t limit, margin, most;            /* see cqi_passes; most: area + 3 margin */
 } cqi_facet;
 
 /* Positions are seen from a centre, in units of 2^shift. */
@@ -10096,7 +10136,7 @@ static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
 static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
 {
     const int64_t u = cqi_dot64(f->to_u, x) + f->margin, v = cqi_dot64(f->to_v, x) + f->margin;
-    if ((u | v | (f->area + 3 * f->margin - u - v)) < 0) return 0;
+    if ((u | v | (f->most - u - v)) < 0) return 0;
     return cqi_abs64(cqi_dot64(f->normal, x)) <= f->limit;
 }
 
@@ -10107,18 +10147,21 @@ static void cqi_set_slack(cqi_facet *f, int64_t slack)
     const int64_t longest = cqi_larger64(uv, cqi_largest(cqi_subtract64(f->u, f->v)));
     f->limit = f->area ? slack * 13 * cqi_largest(f->normal) / 256 : -1;
     f->margin = slack < 112 * longest ? f->area / (112 * longest) * slack : f->area;
+    f->most = f->area + 3 * f->margin;
 }
 
 /* Does x lie beside the segment from 0 to e, within a distance from it? */
-static int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
+static inline int cqi_is_beside(cqi_vector64 x, cqi_vector64 e, int64_t distance)
 {
-    const cqi_vector64 n = cqi_cross64(x, e);
     const int64_t at = cqi_dot64(x, e), length = cqi_dot64(e, e);
-    return at >= 0 && at <= length && cqi_dot64(n, n) <= distance * distance * length;
+    cqi_vector64 n;
+    if (at < 0 || at > length) return 0;
+    n = cqi_cross64(x, e);
+    return cqi_dot64(n, n) <= distance * distance * length;
 }
 
 /* Is x outside an edge of the face, and within the slack of it? */
-static int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
+static inline int cqi_passes_edge(const cqi_facet *f, cqi_vector64 x, uint32_t slack)
 {
     const int64_t u = cqi_dot64(f->to_u, x), v = cqi_dot64(f->to_v, x), distance = slack / 16;
     return (v < 0 && cqi_is_beside(x, f->u, distance)) || (u < 0 && cqi_is_beside(x, f->v, distance)) ||
@@ -10212,8 +10255,10 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
     cqi_facet *f = cover->facet;
     cqi_list_cover(&p->mesh, c, cover);
     cqi_scale_cover(p, cover, c);
-    for (; f < cover->facet + cover->size; f++)
+    for (; f < cover->facet + cover->size; f++) {
+        f->list = &p->attached[f->h / 3];
         cqi_set_facet(f, cqi_shift64(f->u, cover->view.shift), cqi_shift64(f->v, cover->view.shift));
+    }
     cqi_open_cover(p, cover);
 }
 
@@ -10221,24 +10266,34 @@ static void cqi_find_cover(const cqi_plan *p, cqi_cover *cover, const cqi_collap
  *
  * For vertices that no face of the cover is near enough to. */
 
+/* An offset in units of 2^shift. */
+static inline cqi_vector64 cqi_widened(cqi_vector a, int shift)
+{
+    cqi_vector64 x;
+    x.x = cqi_floor_shift(a.x, shift);
+    x.y = cqi_floor_shift(a.y, shift);
+    x.z = cqi_floor_shift(a.z, shift);
+    return x;
+}
+
+static inline uint32_t cqi_bits_of(cqi_vector a) { return cqi_abs(a.x) | cqi_abs(a.y) | cqi_abs(a.z); }
+
 /* Makes the face of h the nearest one if it is real and nearer to v. */
 static void cqi_try_face(const cqi_plan *p, cq_index h, cq_index v, cqi_nearest *n)
 {
     const cq_mesh *m = &p->mesh;
-    cqi_view view;
-    cqi_vector64 a, b, x;
+    cqi_vector a, b, x;
     cqi_facet f;
     uint64_t square;
     uint32_t error;
     int shift;
     if (!cqi_is_real_face(m, h)) return;
-    cqi_set_view(p, &view, m->origin[h]);
-    a = cqi_see(p, &view, m->origin[cq_prev(h)]);
-    b = cqi_see(p, &view, cq_target(m, h));
-    x = cqi_see(p, &view, v);
-    shift = cqi_bit_length((uint32_t)((cqi_largest(a) | cqi_largest(b) | cqi_largest(x)) >> CQI_CORNER_BITS));
-    cqi_set_facet(&f, cqi_shift64(a, shift), cqi_shift64(b, shift));
-    square = cqi_facet_square(&f, cqi_shift64(x, shift));
+    a = cqi_offset(p->measured, m->origin[h], m->origin[cq_prev(h)]);
+    b = cqi_offset(p->measured, m->origin[h], cq_target(m, h));
+    x = cqi_offset(p->measured, m->origin[h], v);
+    shift = cqi_bit_length((cqi_bits_of(a) | cqi_bits_of(b) | cqi_bits_of(x)) >> CQI_CORNER_BITS);
+    cqi_set_facet(&f, cqi_widened(a, shift), cqi_widened(b, shift));
+    square = cqi_facet_square(&f, cqi_widened(x, shift));
     if (n->error == 0 || square > (uint64_t)(n->error - 1) * (n->error - 1)) return; /* not nearer, however rounded */
     error = cqi_error_of_square(square, shift);
     if (error >= n->error) return;
@@ -10277,18 +10332,18 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
  *
  * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
-/* The first face of the cover, from number `from` on, where x passes; else the first where it passes an edge; else
- * CQ_NONE. */
-static inline cq_index cqi_first_pass(const cqi_cover *c, cqi_vector64 x, int from)
+/* The list of the first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or that
+ * of the rest. */
+static inline cq_index *cqi_first_pass(cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
     for (k = from; k < c->size; k++)
-        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].list;
     for (k = 0; k < from; k++)
-        if (cqi_passes(&c->facet[k], x)) return c->facet[k].h;
+        if (cqi_passes(&c->facet[k], x)) return c->facet[k].list;
     for (k = 0; k < c->size; k++)
-        if (cqi_passes_edge(&c->facet[k], x, c->slack)) return c->facet[k].h;
-    return CQ_NONE;
+        if (cqi_passes_edge(&c->facet[k], x, c->slack)) return c->facet[k].list;
+    return &c->rest;
 }
 
 /* The face of the cover that is nearest to x; *least: the square of its distance. */
@@ -10331,8 +10386,8 @@ static void cqi_push(cqi_plan *p, cq_index *list, cq_index v)
 static void cqi_attach_passing(cqi_plan *p, cqi_cover *c, cq_index v, int from)
 {
     while (v != CQ_NONE) {
-        const cq_index next = p->follower[v], h = cqi_first_pass(c, cqi_see(p, &c->view, v), from);
-        cqi_push(p, h == CQ_NONE ? &c->rest : &p->attached[h / 3], v);
+        const cq_index next = p->follower[v];
+        cqi_push(p, cqi_first_pass(c, cqi_see(p, &c->view, v), from), v);
         v = next;
     }
 }
@@ -10346,10 +10401,10 @@ static void cqi_attach_rest(cqi_plan *p, cqi_cover *c)
     }
 }
 
-static cq_index cqi_detach(cqi_plan *p, cq_index f)
+static cq_index cqi_detach(cq_index *list)
 {
-    const cq_index v = p->attached[f];
-    p->attached[f] = CQ_NONE;
+    const cq_index v = *list;
+    *list = CQ_NONE;
     return v;
 }
 
@@ -10359,12 +10414,12 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cq_index first[CQ_MAX_VALENCE];
     int k;
     cqi_find_cover(p, &cover, c);
-    for (k = 0; k < cover.size; k++) first[k] = cqi_detach(p, (cq_index)(cover.facet[k].h / 3));
+    for (k = 0; k < cover.size; k++) first[k] = cqi_detach(cover.facet[k].list);
     cover.rest = p->follower[c->removed] = CQ_NONE;
     cqi_attach_passing(p, &cover, c->removed, 0);
     for (k = 0; k < cover.size; k++) cqi_attach_passing(p, &cover, first[k], k);
-    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[0]), 0);
-    cqi_attach_passing(p, &cover, cqi_detach(p, c->face[1]), cover.size - 1);
+    cqi_attach_passing(p, &cover, cqi_detach(&p->attached[c->face[0]]), 0);
+    cqi_attach_passing(p, &cover, cqi_detach(&p->attached[c->face[1]]), cover.size - 1);
     cqi_attach_rest(p, &cover);
 }
 
@@ -10583,26 +10638,26 @@ static void cqi_undo_wedges(cqi_plan *p, const cqi_collapse *c, cq_index first, 
  *
  * Conquers the mesh as the decoder will, patch by patch, and collapses an edge in each patch that has one. */
 
-/* Spokes to neighbours that could be collapsed into A, and the neighbours' squared distances, once they are needed. */
+/* All neighbours of A; and of those that could be collapsed into A, the spokes, and the squared distances, once they
+ * are needed. */
 typedef struct cqi_candidates {
-    int size;
-    cq_index spoke[CQ_MAX_VALENCE];
+    int size, all;
+    cq_index neighbour[CQ_MAX_VALENCE];
+    cq_index vertex[CQ_MAX_VALENCE], spoke[CQ_MAX_VALENCE];
     uint64_t square[CQ_MAX_VALENCE]; /* UINT64_MAX: not yet computed */
 } cqi_candidates;
 
 static uint64_t cqi_candidate_square(const cqi_plan *p, cqi_candidates *c, int k)
 {
-    const cq_index h = c->spoke[k];
     if (c->square[k] == UINT64_MAX)
-        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[h], cq_target(&p->mesh, h));
+        c->square[k] = cqi_square_distance(p->positions, p->mesh.origin[c->spoke[k]], c->vertex[k]);
     return c->square[k];
 }
 
 /* Is candidate k better than another one: of smaller valence, or with CQ_BALANCED nearer? */
 static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
 {
-    const cq_index valence = p->mesh.valence[cq_target(&p->mesh, c->spoke[k])],
-                   other = p->mesh.valence[cq_target(&p->mesh, c->spoke[than])];
+    const cq_index valence = p->mesh.valence[c->vertex[k]], other = p->mesh.valence[c->vertex[than]];
     if (valence != other || !p->positions) return valence < other;
     return cqi_candidate_square(p, c, k) < cqi_candidate_square(p, c, than);
 }
@@ -10611,20 +10666,25 @@ static int cqi_is_better(const cqi_plan *p, cqi_candidates *c, int k, int than)
  * last neighbour must stay: so the faces at the first spoke stay, and B's part of the ring is in one piece. */
 static void cqi_list_candidates(const cq_mesh *m, cq_index spoke, cqi_candidates *c, int *boundary)
 {
-    const cq_index last = cq_counterclockwise(m, spoke);
+    const cq_index *const origin = m->origin, *const twin = m->twin;
     cq_index h = spoke;
-    c->size = 0;
-    *boundary = 0;
+    int size = 0, all = 0, any_virtual = 0;
     do {
-        const cq_index b = cq_target(m, h);
-        *boundary |= cq_is_virtual(m, b);
-        if (cqi_state(m, b) == CQI_FREE && h != spoke && h != last) {
-            c->square[c->size] = UINT64_MAX;
-            c->spoke[c->size++] = h;
+        const cq_index in = twin[h], b = origin[in];
+        uint8_t *const mark = m->mark + b;
+        any_virtual |= cq_is_virtual(m, b);
+        if ((*mark & CQI_STATE) == CQI_FREE && all) {
+            c->square[size] = UINT64_MAX;
+            c->vertex[size] = b;
+            c->spoke[size++] = h;
         }
-        m->mark[b] |= CQI_SCRATCH;
-        h = cq_clockwise(m, h);
+        *mark |= CQI_SCRATCH;
+        c->neighbour[all++] = b;
+        h = cq_next(in);
     } while (h != spoke);
+    *boundary = any_virtual;
+    c->all = all;
+    c->size = size && c->vertex[size - 1] == c->neighbour[all - 1] ? size - 1 : size;
 }
 
 /* Takes the best of the candidates out of the list, the first of equal ones. */
@@ -10637,6 +10697,7 @@ static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
     h = c->spoke[best];
     for (c->size--, k = best; k < c->size; k++) {
         c->spoke[k] = c->spoke[k + 1];
+        c->vertex[k] = c->vertex[k + 1];
         c->square[k] = c->square[k + 1];
     }
     return h;
@@ -10647,24 +10708,24 @@ static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
-    const cq_index a = m->origin[spoke];
     cq_index chosen = CQ_NONE;
     cqi_candidates c;
-    int boundary;
-    if (m->valence[a] > CQ_MAX_VALENCE) return CQ_NONE;
+    int boundary, k;
+    if (m->valence[m->origin[spoke]] > CQ_MAX_VALENCE) return CQ_NONE;
     cqi_list_candidates(m, spoke, &c, &boundary);
     while (c.size && chosen == CQ_NONE) {
         const cq_index h = cqi_take_candidate(p, &c);
-        if (cqi_collapsible(m, h, CQ_MAX_VALENCE, boundary) && cqi_may_be_removed(p, h) && cqi_allows(p, h)) chosen = h;
+        if (cqi_keeps_valences(m, h, CQ_MAX_VALENCE) && cqi_may_be_removed(p, h) && cqi_allows(p, h, boundary))
+            chosen = h;
     }
-    cqi_mark_ring(m, a, 0);
+    for (k = 0; k < c.all; k++) m->mark[c.neighbour[k]] &= (uint8_t)~CQI_SCRATCH;
     return chosen;
 }
 
 /* The place of a spoke on the ring that begins with another. */
-static uint8_t cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
+static int cqi_spoke_number(const cq_mesh *m, cq_index spoke, cq_index wanted)
 {
-    uint8_t n = 0;
+    int n = 0;
     for (; spoke != wanted; spoke = cq_clockwise(m, spoke)) n++;
     return n;
 }
@@ -10694,6 +10755,22 @@ static void cqi_undo_collapse(cqi_plan *p)
     cq_mesh_split(&p->mesh, first, last);
 }
 
+/* Holds the ring of the spoke's origin, and lists its spokes: what is needed of cqi_read_ring. */
+static void cqi_hold_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
+{
+    const cq_index *const origin = m->origin, *const twin = m->twin;
+    cq_index h = spoke;
+    int n = 0;
+    do {
+        const cq_index in = twin[h];
+        uint8_t *const mark = m->mark + origin[in];
+        *mark = (uint8_t)(*mark + ((*mark & CQI_STATE) < CQI_HELD_OFTEN));
+        r->spoke[n++] = h;
+        h = cq_next(in);
+    } while (h != spoke);
+    r->size = n;
+}
+
 /* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
 static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
@@ -10709,14 +10786,14 @@ static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first
         cqi_collapse *c = &p->note[p->num_notes];
         const cq_index removed = cq_target(m, h);
         cq_index to_p, to_q;
+        c->p = (uint8_t)(cqi_spoke_number(m, spoke, h) - 1);
+        c->q = (uint8_t)(c->p + m->valence[removed] - 2); /* all neighbours of B but A */
         cqi_note_collapse(p, h, first);
         cqi_collapse_wedges(p, h, c);
         cq_mesh_collapse(m, h, &to_p, &to_q);
         m->mark[removed] = CQI_TAKEN;
-        c->p = cqi_spoke_number(m, spoke, to_p);
-        c->q = cqi_spoke_number(m, spoke, to_q);
     }
-    cqi_read_ring(m, &p->ring, spoke);
+    cqi_hold_ring(m, &p->ring, spoke);
     cqi_queue_fronts(m, &p->walk, &p->ring);
 }
 
@@ -10808,6 +10885,7 @@ static cq_index cqi_find_root(cq_index *parent, cq_index v)
 
 static void cqi_union(cq_index *parent, cq_index a, cq_index b)
 {
+    if (parent[a] == parent[b]) return;
     a = cqi_find_root(parent, a);
     b = cqi_find_root(parent, b);
     parent[a < b ? b : a] = a < b ? a : b;
@@ -11762,7 +11840,7 @@ static int cqi_is_parent(const cqi_labels *l, cq_index v, cq_index odd)
     return l->parent[0][odd] == v || l->parent[1][odd] == v;
 }
 
-static int cqi_is_cut(const cqi_labels *l, cq_index h)
+static inline int cqi_is_cut(const cqi_labels *l, cq_index h)
 {
     const cq_index a = l->mesh->origin[h], b = l->mesh->origin[l->mesh->twin[h]];
     if (cqi_is_odd(l, a)) return !cqi_is_odd(l, b) && cqi_is_parent(l, b, a);
@@ -12322,7 +12400,7 @@ static int cqi_are_quads(cqi_labels *l, cq_index seed)
     if (!l->positions || cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
     cqi_clear_labels(l);
     cqi_strip_wave(l, cqi_real_spoke(m, seed), CQI_STRIP_SAMPLE);
-    odd = cqi_count_odd(l);
+    odd = l->clock;
     for (v = 0; v < m->num_vertices; v++)
         if (m->out[v] != CQ_NONE) even = (cq_index)(even + (cqi_label(l, v) == CQI_EVEN));
     return (uint64_t)odd * 58 >= (uint64_t)even * 42;
@@ -12901,21 +12979,46 @@ static cq_index cqi_all_odd(const cq_mesh *m)
     return (cq_index)(faces / 8 * 3 + boundary / 4 - faces / 512);
 }
 
+/* Numbers of odd vertices that no waves can exceed, across valence 6 and across any even valence: inner ones of such a
+ * valence, and every second one on a boundary. */
+static void cqi_bound_odd(const cq_mesh *m, cq_index *bound)
+{
+    cq_index v, h, six = 0, even = 0, boundary = 0;
+    for (v = 0; v < m->num_vertices; v++) {
+        if (m->out[v] == CQ_NONE) continue;
+        six = (cq_index)(six + (m->valence[v] == 6));
+        even = (cq_index)(even + !(m->valence[v] & 1));
+    }
+    for (h = (cq_index)(3 * m->first_virtual_face); h < 3 * cqi_face_slots(m); h++) {
+        if (!cqi_is_face(m, (cq_index)(h / 3)) || !cq_is_virtual(m, m->origin[h])) continue;
+        v = cq_target(m, h);
+        six = (cq_index)(six - (m->valence[v] == 6));
+        even = (cq_index)(even - !(m->valence[v] & 1));
+        boundary++;
+    }
+    bound[0] = (cq_index)(six + boundary / 2);
+    bound[1] = (cq_index)(even + boundary / 2);
+}
+
 /* The labelling whose waves make the most vertices odd. As later stages mostly lessen that, only this one is completed.
  * Waves across any valence make a third of any mesh odd, much of which the repair undoes, so a third is subtracted. */
 static int cqi_choose_labelling(cqi_labels *l)
 {
     const cq_index live = cqi_count_live(l->mesh);
     const cq_index all = cqi_all_odd(l->mesh);
-    cq_index most = 0;
+    const uint64_t enough = (uint64_t)live * (uint32_t)cqi_at_most(l->least, l->strips) / 1000;
+    cq_index most = 0, bound[2];
     int k, chosen = CQI_NO_LABELS;
     l->limit = 0;
+    cqi_bound_odd(l->mesh, bound);
+    bound[1] = (cq_index)(bound[1] - bound[1] / 3);
     for (k = 0; k < CQI_STRIPS && most < all; k++) {
         cq_index n;
         if (k == 2 && most < CQI_MORE_LABELS(live)) break;
+        if (bound[k == CQI_ANY_VALENCE] < enough && bound[k == CQI_ANY_VALENCE] < CQI_MORE_LABELS(live)) continue;
         cqi_try_waves(l, k);
         l->ready = k;
-        n = cqi_count_odd(l);
+        n = l->clock; /* odd vertices so far: none has become even again */
         if (k == CQI_ANY_VALENCE) n = (cq_index)(n - n / 3);
         if (k > CQI_ANY_VALENCE && n == most) break; /* another seed that finds as many: so will others */
         if (n <= most) continue;
@@ -13410,7 +13513,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
     cq_result result;
     uint32_t n = 0;
     memset(e->plan.before, 0, sizeof e->plan.before);
-    e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
+    e->replay.cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
     cqi_start(&e->replay);
     while ((result = cqi_step(&e->replay)) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);
