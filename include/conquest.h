@@ -1442,7 +1442,8 @@ static int cqi_countable(const cq_shape *s)
     if (s->num_vertices > limit || s->num_boundary_loops > limit - s->num_vertices) return 0;
     if (s->num_faces > limit || s->num_boundary_edges > limit - s->num_faces) return 0;
     bytes = CQ_MESH_BYTES(cqi_all_vertices(s), cqi_all_faces(s));
-    return s->num_channels <= CQ_MAX_CHANNELS && cqi_bytes(bytes) == bytes && s->num_rows <= CQI_MAX_HALFEDGES &&
+    if (cqi_bytes(bytes) != bytes) return 0; /* unreachable: size_t of 64 bits */
+    return s->num_channels <= CQ_MAX_CHANNELS && s->num_rows <= CQI_MAX_HALFEDGES &&
            s->num_aside_rows <= CQI_MAX_HALFEDGES - (s->num_rows ? s->num_rows : s->num_vertices) &&
            s->num_aside_faces <= limit && s->num_materials <= CQ_MAX_MATERIALS;
 }
@@ -2044,7 +2045,9 @@ static int cqi_can_flip(const cq_mesh *m, cq_index h)
     const cq_index g = m->twin[h], a = m->origin[h], b = m->origin[g];
     const cq_index x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
     if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, x) || cq_is_virtual(m, y)) return 0;
-    return m->valence[a] > 3 && m->valence[b] > 3 && x != y && !cqi_joined(m, x, y);
+    return m->valence[a] > 3 && m->valence[b] > 3 &&
+           x != y && /* unreachable: two edges would join a and x, or a has two neighbours only */
+           !cqi_joined(m, x, y);
 }
 
 /* Flips the edge a -> b of halfedge h.
@@ -2565,7 +2568,10 @@ static uint64_t cqi_more_bytes(const cq_shape *s)
     return bytes + CQI_ROUND(s->num_aside_rows * all * sizeof(cq_value));
 }
 
-static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b) { return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; }
+static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b)
+{
+    return (size_t)(a + b) == a + b ? (size_t)(a + b) : 0; /* unreachable: size_t of 64 bits */
+}
 
 size_t cq_decoder_bytes(const cq_shape *s)
 {
@@ -2657,7 +2663,7 @@ typedef struct cqi_plan {
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
     uint32_t most_regular;              /* at most this many are allowed; if CQI_MAX_REGULAR, */
-    uint32_t rejected;                  /* this one ended the encoding, as it does not pay; 0: none */
+    uint32_t rejected;                  /* this one ended the encoding, as it does not pay; 1: none has */
     int is_near;                        /* 1: the mesh before the finest is near enough to the exact one */
     int is_smooth;                      /* 1: the exact mesh has no sharp edges */
     int surely_regular;                 /* 1: it is near, and so regular that encoding without them need not be tried */
@@ -2747,10 +2753,10 @@ static cq_index cqi_plan_border(const cqi_plan *p, cq_index x_to_w)
     return cqi_plan_to_decoded(p, t);
 }
 
-/* Does the next component take part in the level that begins? */
+/* Does the next component, which there is, take part in the level that begins? */
 static int cqi_plan_begins(const cqi_plan *p)
 {
-    return p->num_active < p->num_seeds && p->note[p->seed[p->num_active].notes - 1].level >= p->level;
+    return p->note[p->seed[p->num_active].notes - 1].level >= p->level;
 }
 
 /* Moves on to the collapses of a component at this level: the last ones that are not yet replayed. */
@@ -2768,11 +2774,11 @@ static const cqi_collapse *cqi_plan_split(const cqi_plan *p, cq_index centre)
     return c->level == p->level && p->decoded[c->kept] == centre ? c : NULL;
 }
 
-/* Which case of a first gate the next collapse is, see cqi_first_spoke. */
+/* Which case of a first gate the first collapse of a component at this level is, see cqi_first_spoke. */
 static int cqi_plan_side(const cqi_plan *p)
 {
-    const cqi_collapse *c = &p->note[p->next];
-    return c->level == p->level && c->first & CQI_SIDES ? (c->first & CQI_SIDES) - 1 : 0;
+    const int side = p->note[p->next].first & CQI_SIDES;
+    return side ? side - 1 : 0;
 }
 
 #ifndef CQ_NO_REGULAR
@@ -2822,15 +2828,13 @@ static const cqi_collapse *cqi_plan_odd(const cqi_plan *p, cq_index decoded)
     return &p->note[p->mesh.origin[p->to_input[decoded]]];
 }
 
-/* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Only if that face has no other
- * mark: then the spoke lies between those to the two parents. */
+/* Is a spoke of a new vertex flipped after an edge of its coarse face is dissolved? Its face has no other mark: so the
+ * spoke lies between those to the two parents. */
 static int cqi_plan_second(const cqi_plan *p, const cq_mesh *m, cq_index spoke)
 {
     const cqi_collapse *c = cqi_plan_odd(p, m->origin[spoke]);
-    const cq_index a = p->decoded[c->kept], b = p->decoded[c->face[0]];
-    const cq_index left = cq_target(m, cq_counterclockwise(m, spoke)), right = cq_target(m, cq_clockwise(m, spoke));
-    if (!((left == a && right == b) || (left == b && right == a))) return 0;
-    return (left == a ? c->p : c->q) & CQI_SIDE_HUB;
+    const cq_index left = cq_target(m, cq_counterclockwise(m, spoke));
+    return (left == p->decoded[c->kept] ? c->p : c->q) & CQI_SIDE_HUB;
 }
 
 /* Does halfedge `marked` have a note, and bit `side` in what this says of the face of `marked`? See CQI_SIDE_HUB. */
@@ -4718,7 +4722,11 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
  * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
  * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
- * 37, numerators 61, of which 30 are looked at. */
+ * 37, numerators 61, of which 30 are looked at.
+ *
+ * The determinant is never 0. Let s be the sum of all squares; if it is 0, the determinant is 1. Else what is added makes
+ * it larger than s and than s^2 / 64. Numerators are below 2^25 s^(3/2): if they have more than 30 bits, all are divided by
+ * less than s^(3/2) / 16. More than 16 s^(-1/2) and s^(1/2) / 4 are left of the determinant then: at least 2. */
 static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t ux = 0, uy = 0, det;
@@ -4743,7 +4751,7 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
     along_x = (int32_t)cqi_floor_shift_wide(det, bits);
     along_y = (int32_t)cqi_floor_shift_wide(uy, bits);
     det = ((int64_t)xx * yy - (int64_t)xy * xy) >> bits;
-    if (!det) return 0;
+    if (!det) return 0; /* unreachable: see above */
     for (k = 0, *off = 0; k < f->size; k++) {
         int64_t fit = cqi_minor(along_x, f->outer[k].x - f->mean.x, -along_y, f->outer[k].y - f->mean.y) / det;
         fit -= cqi_floor_shift(x[k] - mean, 2);
@@ -5166,7 +5174,7 @@ static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *
 }
 
 /* The third component that a tangent may have, mostly a sign, 0 or 1: as faces say, or as nearby. */
-static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
+static void cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
     const int nearby = near != CQ_NONE && d->channel[k][3 * (size_t)near + 2] != 0;
@@ -5177,7 +5185,6 @@ static int cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_fa
     else
         x = (int32_t)cqi_code_raw(d, (uint32_t)x, channel->bits);
     d->channel[k][3 * (size_t)row + 2] = (cq_value)x;
-    return cqi_value_fits(channel, x);
 }
 
 /* -- Pairs of both kinds -- */
@@ -5233,7 +5240,8 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
         if (is_tangent && !turned) g.along.x = g.along.y = g.along.z = 0;
         if (!cqi_code_pair_near(d, k, row, g.along, around, n, turned, wedge)) return 0;
     }
-    return channel->components == 2 || cqi_code_sign(d, k, n ? around[0] : CQ_NONE, g.side, row, wedge);
+    if (channel->components > 2) cqi_code_sign(d, k, n ? around[0] : CQ_NONE, g.side, row, wedge);
+    return 1;
 }
 
 /* -- Other channels --
@@ -5245,7 +5253,7 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
 {
     uint32_t j, nth = 0, found = 0;
-    if (s->channel[k].kind != CQ_WEIGHTS || s->channel[k].merge != CQ_AVERAGE) return -1;
+    if (s->channel[k].kind != CQ_WEIGHTS) return -1;
     for (j = 0; j < k; j++) nth += s->channel[j].kind == CQ_WEIGHTS && s->channel[j].merge != CQ_PER_FACE;
     for (j = 0; j < k; j++)
         if (s->channel[j].kind == CQ_JOINTS && s->channel[j].merge != CQ_PER_FACE && found++ == nth)
@@ -5384,7 +5392,8 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* One component of B, mostly a copy of a neighbour's: asks about A, then the common neighbours, then the others. */
+/* One component of B, mostly a copy of a neighbour's: asks about A, then the common neighbours, then the others.
+ * Whatever comes is in range: a neighbour has it, or it has as many bits as the channel. */
 static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, cq_value *to)
 {
     enum { ASKED = 6 };
@@ -5397,7 +5406,6 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     for (j = 0; j < n; j++) beside[j] = values[f->vertex[j == 2 ? f->size - 1 : j > 2 ? j - 1 : j] * (size_t)stride];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, input);
     x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
-    if (!cqi_value_fits(&d->shape.channel[k], x)) return 0; /* unreachable: a neighbour has it, or it has no more bits */
     *to = (cq_value)x;
     return 1;
 }
@@ -5574,11 +5582,8 @@ static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
     } while (h != spoke);
 }
 
-/* Keeps a vertex from becoming a centre and from being removed. */
-static void cqi_hold(cq_mesh *m, cq_index v)
-{
-    if (cqi_state(m, v) == CQI_FREE) m->mark[v]++;
-}
+/* Keeps a vertex that is free from becoming a centre and from being removed. */
+static void cqi_hold(cq_mesh *m, cq_index v) { m->mark[v]++; }
 
 /* The vertex of the queue that has its turn after this many others. */
 static cq_index cqi_queued(const cqi_walk *w, cq_index after)
@@ -6027,7 +6032,7 @@ static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
 /* Is it the row of the encoder's wedge? */
 static int cqi_is_wanted(const cq_decoder *d, cq_index row, cq_index wedge)
 {
-    return CQI_ENCODING(d) && row != CQ_NONE && d->plan->wedge_of_row[row] == wedge;
+    return CQI_ENCODING(d) && d->plan->wedge_of_row[row] == wedge;
 }
 
 static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
@@ -6333,7 +6338,6 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     if (far != CQ_NONE) beside[n++] = values[(size_t)far * channel->components];
     if (CQI_ENCODING(d)) x = cqi_plan_bits(d, k, c, wedge);
     x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
-    if (!cqi_value_fits(channel, x)) return 0; /* unreachable: as in cqi_code_copied */
     *to = (cq_value)x;
     return 1;
 }
@@ -7019,7 +7023,7 @@ static cqi_vector cqi_place_ahead(const cq_decoder *d, int end)
     return cqi_plus(cqi_at(d, cq_target(m, on)), cqi_at(d, cq_target(m, two)));
 }
 
-/* What the coarse mesh says of the middle of the edge a -> b: offsets from it, times 4. Wings are the vertices beyond
+/* What the coarse mesh says of the middle of the edge a -> b of a real face: offsets from it, times 4. Wings are the vertices beyond
  * the other edges of the two faces; straight on from a and b is the four-point rule. Tilts are of positions. */
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
@@ -7027,23 +7031,23 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
     const cq_index side[2] = { h, m->twin[h] };
     const cqi_vector a = cqi_at(d, m->origin[h]), b = cqi_from(d, a, m->origin[side[1]]), none = { 0, 0, 0 };
     cqi_vector tip[2], wings = none, ahead = none;
-    int inner[2], num_wings = 0, num_ahead = 0, i;
+    int inner = 0, num_wings = 0, num_ahead = 0, i;
     for (i = 0; i < 2; i++) {
         const cq_index s = side[i], next = m->twin[cq_next(s)], prev = m->twin[cq_prev(s)];
-        inner[i] = cqi_is_real_face(m, s);
+        inner = cqi_is_real_face(m, s);
         tip[i] = none;
         if (d->regular.ahead[i] != CQ_NONE) {
             num_ahead += 1 + i;
             ahead = cqi_plus(ahead, cqi_minus(cqi_place_ahead(d, i), cqi_scale(a, 2)));
         }
-        if (!inner[i]) continue;
+        if (!inner) continue;
         tip[i] = cqi_from(d, a, m->origin[cq_prev(s)]);
         if (!cqi_is_real_face(m, next) || !cqi_is_real_face(m, prev)) continue;
         wings = cqi_plus(wings, cqi_plus(cqi_at(d, m->origin[cq_prev(next)]), cqi_at(d, m->origin[cq_prev(prev)])));
         num_wings += 2;
     }
-    if (t) cqi_set_tilt(t, b, cqi_normal_of(b, inner[0] ? &tip[0] : NULL, inner[1] ? &tip[1] : NULL), d->regular.axes);
-    feature[0] = inner[0] && inner[1] ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
+    if (t) cqi_set_tilt(t, b, cqi_normal_of(b, &tip[0], inner ? &tip[1] : NULL), d->regular.axes);
+    feature[0] = inner ? cqi_scale(cqi_minus(cqi_plus(tip[0], tip[1]), b), 2) : none;
     feature[1] = num_wings == 4 ? cqi_minus(wings, cqi_plus(cqi_scale(a, 4), cqi_scale(b, 2))) : feature[0];
     if (num_ahead == 1) ahead = cqi_plus(ahead, cqi_scale(b, 4));        /* beyond a: b + (b - a) instead of what is
                                                                             beyond b */
@@ -7715,7 +7719,7 @@ static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int
     int8_t best[CQI_MOST];
     uint32_t least = UINT32_MAX;
     int pass;
-    for (pass = -squares; pass <= passes; pass++) {
+    for (pass = -squares;; pass++) {
         const int power = pass < 0 ? 0 : pass < passes / 2 ? 2 : pass < passes ? 3 : -1;
         const uint32_t cost = cqi_sum_equations(fit, weight, power);
         if (cost < least) {
@@ -8445,8 +8449,7 @@ static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_in
             d->now.fan.vertex[0] = i ? d->index[cq_next(g)] : d->index[h];
             d->now.fan.vertex[1] = i ? d->index[g] : d->index[cq_next(h)];
             for (part = 0; part < channel->components; part++)
-                if (!cqi_code_copied(d, k, part, wedge, d->channel[k] + channel->components * (size_t)row + part))
-                    return 0;
+                cqi_code_copied(d, k, part, wedge, d->channel[k] + channel->components * (size_t)row + part);
             continue;
         }
         for (part = 0; part < channel->components; part += 3) {
@@ -8581,7 +8584,7 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     if (d->materials) cqi_take_new_faces(d);
     if (!cqi_has_room(m, m->origin[cq_prev(h)], m->origin[cq_prev(g)])) return CQ_ERROR_CORRUPT;
     if (d->seams) cqi_split_index(d, v, h);
-    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE)
+    if (cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h)) == CQ_NONE) /* unreachable: there is room */
         return CQ_ERROR_CORRUPT; /* unreachable: there is room */
     if (d->materials) cqi_count_new_faces(d, 1);
     d->regular.side[v - d->regular.own] = (uint8_t)(slot % 3);
@@ -8620,8 +8623,7 @@ static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
     p = cq_target(m, h);
     q = m->origin[cq_prev(h)];
     if (p >= old) return cqi_side_here(d, p) == next ? cq_counterclockwise(m, h) : cq_clockwise(m, h);
-    if (q < old) return marks >> next & 1 ? h : cq_counterclockwise(m, h);
-    return cqi_side_here(d, q) == next ? cq_counterclockwise(m, cq_counterclockwise(m, h)) : h;
+    return q < old && !(marks >> next & 1) ? cq_counterclockwise(m, h) : h;
 }
 
 /* Makes the pattern of a face out of the fan around the vertex that was inserted first, of which `spoke` goes to the
@@ -8703,7 +8705,7 @@ static cq_result cqi_code_flips(cq_decoder *d, cq_index f)
         d->regular.dissolved = d->mesh.twin[cqi_current_edge(d, (cq_index)(3 * f + (cq_index)side - 1))];
     if (cqi_ones[marks] > 1) result = cqi_make_pattern(d, f, cqi_find_hub(d, f, marks), marks);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
-    return result == CQ_OK && cqi_starved(d) ? CQ_TRUNCATED : result;
+    return result;
 }
 
 /* A guess of what n vertices take without regular levels, in 1/16 bit, if m of them take `mean` each: with positions,
@@ -10957,11 +10959,6 @@ typedef struct cqi_preparer {
     cq_index num_open, num_loops;      /* halfedges without a twin, and the loops that they form */
 } cqi_preparer;
 
-static int cqi_is_of_row(const cq_channel *c)
-{
-    return c->merge != CQ_PER_FACE && cqi_is_of_corner(c->kind);
-}
-
 /* -- Rows with the same values --
  *
  * Sorts rows: those with the same positions are one place, those with the same values one row. */
@@ -10972,7 +10969,7 @@ static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_r
     uint32_t k, c;
     for (k = 0; k < in->shape.num_channels; k++) {
         const uint32_t n = in->shape.channel[k].components;
-        if (in->shape.channel[k].merge == CQ_PER_FACE || cqi_is_of_row(&in->shape.channel[k]) != of_row) continue;
+        if (in->shape.channel[k].merge == CQ_PER_FACE || cqi_is_of_corner(in->shape.channel[k].kind) != of_row) continue;
         for (c = 0; c < n; c++) {
             const cq_value x = in->values[k][(size_t)a * n + c], y = in->values[k][(size_t)b * n + c];
             if (x != y) return x < y ? -1 : 1;
@@ -11310,10 +11307,10 @@ static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
 }
 
 /* May two open halfedges of one place be glued: are they opposite, and are their faces not copies of each other, with
- * the same three places? */
+ * the same three places? They are of two faces, as a face has three different places. */
 static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
 {
-    return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && g / 3 != h / 3 &&
+    return p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE &&
            cqi_key(p, CQI_BY_PLACE, g) != cqi_key(p, CQI_BY_PLACE, h) &&
            cqi_key(p, CQI_BY_PLACE, cq_prev(g)) != cqi_key(p, CQI_BY_PLACE, cq_prev(h));
 }
@@ -11323,12 +11320,12 @@ static int cqi_may_glue(const cqi_preparer *p, cq_index g, cq_index h)
 static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n)
 {
     cqi_vector normal[CQI_MOST_AT_EDGE];
-    cq_index j, k, g = 0, h;
+    cq_index j, k;
     if (n < 2 || n > CQI_MOST_AT_EDGE) return;
     for (k = 0; k < n; k++) normal[k] = cqi_face_normal(p, group[k]);
-    for (h = 0; h != CQ_NONE;) {
+    for (;;) {
         int64_t best = INT64_MIN;
-        h = CQ_NONE;
+        cq_index g = 0, h = CQ_NONE;
         for (j = 0; j < n; j++) {
             for (k = (cq_index)(j + 1); k < n; k++) {
                 const int64_t flat = cqi_wide_dot(normal[j], normal[k]);
@@ -11338,7 +11335,7 @@ static void cqi_glue_flattest(cqi_preparer *p, const cq_index *group, cq_index n
                 h = group[k];
             }
         }
-        if (h == CQ_NONE) break;
+        if (h == CQ_NONE) return;
         cqi_glue(p, g, h);
     }
 }
@@ -11355,9 +11352,10 @@ static void cqi_glue_places(cqi_preparer *p)
 
 /* -- Fans --
  *
- * No two edges may join the same two fans, and no edge a fan with itself. Two open edges that join the same fans are
- * glued, if they fit; else faces are cut off all around, which gives them fans of their own. Cutting off never makes a
- * second edge, and an edge has two faces: so when nothing is glued any more, two more rounds are enough. */
+ * No two edges may join the same two fans. Two such edges that are open are glued, if there is no third one; else faces
+ * are cut off all around, which gives them fans of their own. Cutting off never makes a second edge, and an edge has two
+ * faces: so when nothing is glued any more, two more rounds are enough. No edge joins a fan with itself, as a fan is at
+ * one place, and a face at three. */
 
 static void cqi_find_fans(cqi_preparer *p)
 {
@@ -11373,18 +11371,17 @@ static void cqi_find_fans(cqi_preparer *p)
     for (h = 0; h < n; h++) p->fan[h] = cqi_find_root(p->fan, h);
 }
 
-/* Mends edges that join the same two fans, a halfedge of each being in the group; or one that joins a fan to itself. */
+/* Mends edges that join the same two fans, a halfedge of each being in the group. If two are open they are opposite:
+ * at most one open halfedge leaves a fan. */
 static void cqi_mend_edge(cqi_preparer *p, const cq_index *group, cq_index n, int may_glue)
 {
-    const cq_index g = group[0], h = group[n > 1 ? 1 : 0];
-    const int loops = p->fan[g] == p->fan[cq_next(g)];
+    const cq_index g = group[0], h = group[1];
     cq_index k;
-    if (may_glue && n == 2 && !loops && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE && p->fan[g] != p->fan[h] &&
-        g / 3 != h / 3) {
+    if (may_glue && n == 2 && p->twin[g] == CQ_NONE && p->twin[h] == CQ_NONE) {
         cqi_glue(p, g, h);
         return;
     }
-    for (k = loops ? 0 : 1; k < n; k++) p->state[p->source[group[k] / 3]] |= CQI_FACE_CUT_OFF;
+    for (k = 1; k < n; k++) p->state[p->source[group[k] / 3]] |= CQI_FACE_CUT_OFF;
 }
 
 static void cqi_cut_off(cqi_preparer *p)
@@ -11410,9 +11407,8 @@ static void cqi_mend_fans(cqi_preparer *p)
         cqi_find_fans(p);
         n = cqi_list_edges(p, CQI_BY_FAN, CQI_ONCE);
         for (begin = 0; begin < n; begin = end) {
-            const cq_index g = p->list[begin];
             end = cqi_group_end(p, CQI_BY_FAN, begin, n);
-            if (end - begin < 2 && p->fan[g] != p->fan[cq_next(g)]) continue;
+            if (end - begin < 2) continue;
             cqi_mend_edge(p, p->list + begin, (cq_index)(end - begin), round < 3);
             bad = 1;
         }
@@ -11623,12 +11619,12 @@ static void cqi_preparer_carve(cqi_preparer *p, cqi_arena *arena)
     p->row = (cq_index *)cqi_take(arena, 3 * f, sizeof(cq_index));
 }
 
-/* Is there a channel of positions, exact ones included? */
+/* Is there a channel of positions, exact ones included? With three components, it is not of faces. */
 static int cqi_has_places(const cq_shape *s)
 {
     uint32_t k;
     for (k = 0; k < s->num_channels; k++)
-        if (s->channel[k].kind == CQ_POSITION && s->channel[k].merge != CQ_PER_FACE) return 1;
+        if (s->channel[k].kind == CQ_POSITION) return 1;
     return 0;
 }
 
@@ -12012,9 +12008,7 @@ static int cqi_undo_second(cqi_polygon *p, int e)
         c = other;
     }
     if ((p->even >> odd & 1) || !(p->even >> c & 1)) return -1;
-    if (!((odd == cqi_next_place(p, b) && c == cqi_previous_place(p, b)) ||
-          (odd == cqi_previous_place(p, b) && c == cqi_next_place(p, b))))
-        return -1;
+    if (odd != cqi_next_place(p, b) && odd != cqi_previous_place(p, b)) return -1;
     cqi_undo_inside(p, e);
     p->second = (uint8_t)(p->second | 1 << odd);
     return cqi_corner_number(p, c) & 1;
@@ -12055,20 +12049,24 @@ static int cqi_is_marked(const cqi_polygon *p, int corner)
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* The diagonal by which all polygons of two opposite marked sides are dissolved alike; or -1 if this is none. */
+/* The diagonal by which all polygons of two opposite marked sides are dissolved alike, which ends at the ends of these
+ * sides: each of their triangulations leads back to it. -1 if there is none. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
     return cqi_is_marked(p, 0);
 }
 
-/* Does the face have an edge that is inside of a polygon and a seam? */
+/* Does the face have an edge that is inside of a polygon and a seam? If a polygon has a virtual corner, all its faces are
+ * virtual: sides there have no odd vertex, as parents are real; so there is one on the third side at most, and then its
+ * two faces meet at the edge from there to the virtual corner. */
 static int cqi_has_seam_inside(const cqi_labels *l, cq_index f)
 {
     cq_index h;
     for (h = 3 * f; l->index && h < 3 * f + 3 && f < l->mesh->first_virtual_face; h++) {
         const cq_index g = l->mesh->twin[h];
-        if (cqi_is_cut(l, h) || !cqi_is_real_face(l->mesh, g)) continue;
+        if (cqi_is_cut(l, h)) continue;
+        if (!cqi_is_real_face(l->mesh, g)) continue; /* unreachable: a polygon has only real faces or only virtual ones */
         if (l->index[h] != l->index[cq_next(g)] || l->index[cq_next(h)] != l->index[g]) return 1;
     }
     return 0;
@@ -12079,7 +12077,8 @@ static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
 {
     const cq_input *const in = l->input;
     uint32_t k;
-    if (!in || f >= l->mesh->first_virtual_face || g >= l->mesh->first_virtual_face) return 1;
+    if (!in || f >= l->mesh->first_virtual_face) return 1;
+    if (g >= l->mesh->first_virtual_face) return 1; /* unreachable: a polygon has only real faces or only virtual ones */
     if (l->input_face) {
         f = l->input_face[f];
         g = l->input_face[g];
@@ -12094,13 +12093,11 @@ static int cqi_are_alike(const cqi_labels *l, cq_index f, cq_index g)
 /* Reads the polygon of face f, and flips it back to coarse faces. 0 if it cannot be coded. */
 static int cqi_read_polygon(const cqi_labels *l, cq_index f, cqi_polygon *p)
 {
-    int alike;
+    int k;
     if (!cqi_read_region(l, f, CQI_POLYGON_FACES, p) || !cqi_find_corners(l, p)) return 0;
-    for (alike = 0; alike < p->faces; alike++)
-        if (!cqi_are_alike(l, p->face[0], p->face[alike]) || cqi_has_seam_inside(l, p->face[alike])) return 0;
-    if (p->corners == 3) return 1;
-    alike = l->alike ? cqi_alike(p) : -1;
-    return (alike >= 0 && cqi_find_faces(p, alike)) || cqi_find_faces(p, -1);
+    for (k = 0; k < p->faces; k++)
+        if (!cqi_are_alike(l, p->face[0], p->face[k]) || cqi_has_seam_inside(l, p->face[k])) return 0;
+    return p->corners == 3 || cqi_find_faces(p, l->alike ? cqi_alike(p) : -1);
 }
 
 /* What the note of the odd vertex after a corner says of its coarse face in this polygon: see CQI_SIDE_HUB. */
@@ -12160,7 +12157,7 @@ static void cqi_wave(cqi_labels *l, cq_index seed, int any_valence)
             const cq_index back = m->twin[h], w = m->origin[back];
             if (cqi_label(l, w) == CQI_UNLABELLED) {
                 const cq_index b = cqi_behind(m, back, any_valence);
-                if (b != CQ_NONE && !cqi_is_odd(l, b) && !cq_is_virtual(m, b)) {
+                if (b != CQ_NONE && !cqi_is_odd(l, b)) {
                     cqi_make_odd(l, w, v, b);
                     if (cqi_label(l, b) == CQI_UNLABELLED) l->queue[tail++] = b;
                     l->label[b] = CQI_EVEN;
@@ -12320,13 +12317,13 @@ static void cqi_cross_rows(cqi_labels *l, cq_index h, cq_index right, cq_index l
     const cq_mesh *m = l->mesh;
     const cq_index v = m->origin[h], odd = cq_target(m, h), back = m->twin[h];
     cq_index far, w, frame[4];
-    if (cq_is_virtual(m, odd) || cqi_label(l, odd) != CQI_UNLABELLED || m->valence[odd] > CQ_MAX_VALENCE) return;
+    if (cqi_label(l, odd) != CQI_UNLABELLED || m->valence[odd] > CQ_MAX_VALENCE) return;
     right = cqi_carry_if(m, h, right, 0);
     left = cqi_carry_if(m, h, left, 1);
     far = cqi_go_on(l, h, right, left);
     if (far == CQ_NONE) return;
     w = cq_target(m, far);
-    if (cq_is_virtual(m, w) || cqi_is_odd(l, w) || w == v) return;
+    if (cqi_is_odd(l, w) || w == v) return;
     if (cq_counterclockwise(m, far) == back || cq_clockwise(m, far) == back) return;
     cqi_make_odd(l, odd, v, w);
     if (cqi_label(l, w) != CQI_UNLABELLED) return;
@@ -12344,7 +12341,7 @@ static void cqi_along_row(cqi_labels *l, cq_index h, const cq_index *f, int left
 {
     const cq_mesh *m = l->mesh;
     cq_index frame[4];
-    if (h == CQ_NONE || cq_is_virtual(m, cq_target(m, h))) return;
+    if (h == CQ_NONE) return;
     frame[CQI_UP] = cqi_carry_if(m, h, f[CQI_UP], !left);
     frame[CQI_DOWN] = cqi_carry_if(m, h, f[CQI_DOWN], left);
     frame[left ? CQI_RIGHT : CQI_LEFT] = m->twin[h];
@@ -12436,22 +12433,18 @@ static void cqi_make_even(cqi_labels *l, cq_index v)
     } while (h != m->out[v]);
 }
 
-/* Number of polygons around an even vertex that cannot be coded. Each begins at a cut edge; if there is none, all faces
- * around the vertex are in one region. */
+/* Number of polygons around an even vertex that cannot be coded. Each begins at a cut edge. */
 static int cqi_count_bad(const cqi_labels *l, cq_index v)
 {
     const cq_mesh *m = l->mesh;
     cqi_polygon p;
     cq_index h = m->out[v];
-    int bad = 0, all = 0;
+    int bad = 0;
     do {
-        if (cqi_is_cut(l, h)) {
-            all++;
-            bad += !cqi_read_polygon(l, (cq_index)(h / 3), &p);
-        }
+        bad += cqi_is_cut(l, h) && !cqi_read_polygon(l, (cq_index)(h / 3), &p);
         h = cq_clockwise(m, h);
     } while (h != m->out[v]);
-    return all ? bad : 1;
+    return bad;
 }
 
 /* The odd vertex of a region that becomes even. */
@@ -12897,7 +12890,7 @@ static void cqi_fill_all(cqi_labels *l)
         cq_index v, n = 0;
         for (v = 0; v < m->num_vertices; v++)
             if ((l->label[v] & (CQI_LABEL | CQI_MAY_FILL)) == (CQI_EVEN | CQI_MAY_FILL) && l->since[v] == 0 &&
-                m->out[v] != CQ_NONE && m->valence[v] <= CQI_FILL_VALENCE && !cqi_is_locked(l, v))
+                m->valence[v] <= CQI_FILL_VALENCE && !cqi_is_locked(l, v))
                 n = (cq_index)(n + (cq_index)cqi_fill(l, v));
         if (!n) break;
     }
@@ -13039,7 +13032,7 @@ static cq_index cqi_find_labels(cqi_labels *l)
     if (number == CQI_NO_LABELS) return 0;
     if (number != l->ready) cqi_try_waves(l, number);
     l->ready = number;
-    l->is_sharp = l->step && l->positions && cqi_has_sharp_edges(l);
+    l->is_sharp = l->step && cqi_has_sharp_edges(l);
     if (l->is_sharp) {
         n = cqi_label_with(l, number, CQI_LIMIT * l->step);
         if (n > cqi_count_live(l->mesh) / 3) return n;
@@ -13366,10 +13359,7 @@ static void cqi_measure_vertex(cqi_plan *p, cq_index v, cq_index near)
     cqi_try_around(p, near, v, &n);
     for (step = 0; step < 16 && n.h != before && n.error > cqi_error_now(p); step++) {
         before = n.h;
-        for (k = 0; k < 3; k++) {
-            const cq_index corner = m->origin[cqi_corner(before, k)];
-            if (!cq_is_virtual(m, corner)) cqi_try_around(p, corner, v, &n);
-        }
+        for (k = 0; k < 3; k++) cqi_try_around(p, m->origin[cqi_corner(before, k)], v, &n);
     }
     cqi_push(p, &p->attached[n.h / 3], v);
     if (n.error > cqi_error_now(p)) p->level_error[p->level] = cqi_error_code(n.error);
@@ -13520,7 +13510,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
 #ifdef CQ_TRAINING
     if (result == CQ_DONE) cqi_model_keep(&e->replay.model);
 #endif
-    CQ_ASSERT(result == CQ_DONE || e->plan.rejected);
+    CQ_ASSERT(result == CQ_DONE || e->plan.rejected > 1);
     return result;
 }
 
@@ -13613,11 +13603,10 @@ static cq_index cqi_match_face(const cq_mesh *decoded, cq_index a, cq_index b)
 }
 
 #ifndef CQ_NO_WEDGES
-/* The decoded vertex of a row of the input that is not aside. */
+/* The decoded vertex of a row of the input that is not aside, if there are seams. */
 static cq_index cqi_vertex_of_row(const cqi_plan *p, const cq_decoder *d, cq_index row)
 {
-    const cq_index t = p->target[row];
-    return p->index ? d->vertex[p->row_decoded[t]] : p->decoded[t];
+    return d->vertex[p->row_decoded[p->target[row]]];
 }
 #endif
 
@@ -13718,14 +13707,16 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
 }
 
 /* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
- * after the mesh is free. */
+ * behind the mesh is free: at first it has room for the plan and the replay of the mesh without borders. That is more
+ * than what the borders add, of which an edge begins at each vertex at most, and what is needed here. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
     const size_t used = cq_mesh_bytes(&in->shape), flags = CQI_ROUND((size_t)m->num_faces);
     uint8_t *const degenerate = arena->next + used;
     cq_index *const open = (cq_index *)(void *)(degenerate + flags), aside, n;
-    if (arena->left < used + flags + 3 * (size_t)m->num_faces * sizeof(cq_index)) return 1;
+    const size_t all = used + flags + 3 * (size_t)m->num_faces * sizeof(cq_index);
+    if (arena->left < all) return 1; /* unreachable: there is room for the plan and the replay of the mesh when closed */
     aside = cqi_mark_degenerate(m, in, degenerate);
     n = cqi_list_open(m, degenerate, open);
     if (n / 2 <= aside) return 0;
@@ -13764,8 +13755,6 @@ static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *are
     return result;
 }
 
-static int cqi_is_mesh_error(cq_result r) { return r <= CQ_ERROR_INDEX && r >= CQ_ERROR_UNUSED; }
-
 #endif
 
 /* Builds the mesh that is coded, from the triangles as they are or prepared. */
@@ -13779,7 +13768,7 @@ static cq_result cqi_build(cqi_encoder *e, cq_input *in, cqi_arena *arena, size_
     is_manifold = result == CQ_OK;
     e->coded = *in;
 #ifndef CQ_NO_WEDGES
-    if (cqi_is_mesh_error(result) || (is_manifold && !e->known.levels && in->shape.num_boundary_loops &&
+    if (result <= CQ_ERROR_INDEX || (is_manifold && !e->known.levels && in->shape.num_boundary_loops &&
                                       cqi_has_places(&in->shape) && cqi_borders_may_meet(e, in, arena))) {
         result = cqi_build_prepared(e, in, arena, is_manifold, memory_size, counts);
         if (result == CQ_DONE)
@@ -13833,6 +13822,7 @@ static cq_result cqi_encode_pass(cq_input *in, void *memory, size_t memory_size,
     if (report) report->prepared = counts;
     e->replay.report = report;
     e->plan.most_regular = most_regular;
+    e->plan.rejected = 1;
     cqi_take_regular(&e->plan, &e->known, coded, &arena);
     e->known.levels = e->plan.row_of_vertex ? 0 : e->plan.num_regular;
     e->coded.shape.regular = e->replay.shape.regular = e->plan.num_regular > 0;
@@ -13915,8 +13905,8 @@ static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size,
     plain = *in;
     plain.progress = NULL;
     if (result == CQ_ERROR_CORRUPT)
-        result = cqi_encode_pass(&plain, memory, memory_size, e->plan.rejected ? e->plan.rejected - 1 : 0, out, out_size,
-                                 stream_size, place, report);
+        result = cqi_encode_pass(&plain, memory, memory_size, e->plan.rejected - 1, out, out_size, stream_size, place,
+                                 report);
     if (result < CQ_OK && result != CQ_ERROR_OUTPUT) return result;
     cqi_write_all_maps(in, e);
 #ifdef CQ_TRAINING

@@ -229,13 +229,13 @@ static int leads_back(const cqi_polygon *p, const edges *target) {
     return memcmp(e.joined, target->joined, sizeof e.joined) == 0;
 }
 
-static long polygons_seen, polygons_found, polygons_second;
+static long polygons_seen, polygons_found, polygons_second, polygons_alike;
 
-/* One triangulation of a polygon with these corners. */
-static void check_polygon(int size, int even, int edge[][2]) {
+/* One triangulation of a polygon with these corners, whose edges are in some order. */
+static void check_order(int size, int even, int edge[][2]) {
     cqi_polygon p;
     edges target;
-    int k, wanted;
+    int k, wanted, found[3];
     for (wanted = -1; wanted < 2; ++wanted) {
         memset(&p, 0, sizeof p);
         target.size = p.size = size;
@@ -253,7 +253,8 @@ static void check_polygon(int size, int even, int edge[][2]) {
         }
         memcpy(p.joined, target.joined, sizeof p.joined);
         if (wanted < 0) polygons_seen++;
-        if (!cqi_find_faces(&p, wanted)) {
+        found[1 + wanted] = cqi_find_faces(&p, wanted);
+        if (!found[1 + wanted]) {
             CHECK(memcmp(p.joined, target.joined, sizeof p.joined) == 0);
             CHECK_EQ(p.undone, 0);
             continue;
@@ -262,6 +263,22 @@ static void check_polygon(int size, int even, int edge[][2]) {
         CHECK(leads_back(&p, &target));
         if (wanted < 0) polygons_found++;
         polygons_second += p.second != 0;
+        polygons_alike += wanted >= 0 && wanted == cqi_alike(&p);
+    }
+    CHECK(cqi_alike(&p) < 0 || found[1 + cqi_alike(&p)]);
+}
+
+/* The same in all orders of its edges, each of them in either direction. */
+static void check_polygon(int size, int even, int edge[][2], int ordered) {
+    int k, j, turned, both[8][2];
+    for (turned = 0; ordered == size - 3 && turned < 1 << ordered; ++turned) {
+        for (k = 0; k < 2 * ordered; ++k) both[k / 2][k % 2] = edge[k / 2][(k ^ turned >> k / 2) & 1];
+        check_order(size, even, both);
+    }
+    for (k = ordered; k < size - 3; ++k) {
+        memcpy(both, edge, (size_t)(size - 3) * sizeof *both);
+        for (j = 0; j < 2; ++j) both[ordered][j] = edge[k][j], both[k][j] = edge[ordered][j];
+        check_polygon(size, even, both, ordered + 1);
     }
 }
 
@@ -269,7 +286,7 @@ static void check_polygon(int size, int even, int edge[][2]) {
 static void triangulate(int size, int even, int todo[][2], int n, int edge[][2], int edges_made) {
     int first, last, k;
     if (n == 0) {
-        check_polygon(size, even, edge);
+        check_polygon(size, even, edge, 0);
         return;
     }
     first = todo[n - 1][0];
@@ -306,6 +323,7 @@ TEST(polygons_of_four_corners_lead_back_to_themselves) {
     CHECK(polygons_seen > 80);
     CHECK(polygons_found > 50);
     CHECK(polygons_second > 10);
+    CHECK(polygons_alike > 10);
 }
 
 /* -- Meshes -------------------------------------------------------------------------------------------------------- */
@@ -371,6 +389,38 @@ TEST(irregular_places_are_repaired) {
         any += levels;
     }
     CHECK(any > 20);
+}
+
+/* Two odd vertices that must become even, the second of which has become so when the first one was. */
+TEST(a_conflict_may_be_over_before_its_turn) {
+    redo r;
+    cqi_labels *const l = &r.labels;
+    cq_index odd, spare;
+    REQUIRE_EQ(redo_init(&r, quads(8, 4, 1, 1, RANDOM, 1983), NULL), CQ_OK);
+    cqi_try_waves(l, cqi_choose_labelling(l));
+    CHECK(cqi_finish_waves(l));
+    cqi_fill_all(l);
+    odd = cqi_count_odd(l);
+    spare = l->spare;
+    CHECK(cqi_settle(l));
+    CHECK(cqi_count_odd(l) < odd);
+    CHECK_EQ(spare - l->spare, odd - cqi_count_odd(l));
+    redo_free(&r);
+}
+
+/* Whether a mesh is one of quads is told by a part of it. */
+TEST(a_sample_of_strips_tells_quads) {
+    redo r;
+    cqi_labels *const l = &r.labels;
+    triangles t = quads(64, 60, 0, 0, RANDOM, 3);
+    cq_value *x = places(t.num_vertices, 65);
+    cq_index v, reached = 0;
+    REQUIRE_EQ(redo_init(&r, t, x), CQ_OK);
+    CHECK(cqi_are_quads(l, 0));
+    for (v = 0; v < l->mesh->num_vertices; ++v) reached = (cq_index)(reached + (cqi_label(l, v) != CQI_UNLABELLED));
+    CHECK(reached > 1700 && reached < 2600);
+    redo_free(&r);
+    exact_free(x);
 }
 
 TEST(quads_with_random_diagonals_are_undone_in_strips) {
@@ -441,6 +491,8 @@ int main(int argc, char **argv) {
     RUN(odd_rows_are_part_of_a_level);
     RUN(small_meshes_have_levels_or_none);
     RUN(irregular_places_are_repaired);
+    RUN(a_conflict_may_be_over_before_its_turn);
+    RUN(a_sample_of_strips_tells_quads);
     RUN(quads_with_random_diagonals_are_undone_in_strips);
     RUN(a_limit_keeps_vertices_even);
     RUN(all_kinds_of_flips_were_seen);

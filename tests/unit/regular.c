@@ -279,7 +279,7 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
 /* The second try of a stream lies behind the first one, if there is room for it. */
 TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
     int which, with_report;
-    for (which = 7; which < 10; ++which)
+    for (which = 3; which < 10; ++which)
         for (with_report = 0; with_report < 2; ++with_report) {
             sample s;
             coded c;
@@ -287,7 +287,7 @@ TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
             cq_report *report = (cq_report *)exact_alloc(sizeof *report);
             uint8_t *memory, *bytes;
             cq_input in;
-            shape_sample(&s, which, POSITIONS);
+            shape_sample(&s, which, which < 7 ? SKIN : POSITIONS);
             code(&c, &s.input);
             CHECK_EQ(c.result, CQ_OK);
             in = s.input;
@@ -306,6 +306,165 @@ TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
             sample_free(&s);
         }
 }
+
+/* -- Where it is in question whether they pay ----------------------------------------------------------------------- */
+
+/* Vertices of a sheet of so many columns, so far apart, with some noise. */
+static void place_on_grid(sample *s, uint32_t columns, uint32_t apart, uint32_t noise) {
+    uint64_t random = 5;
+    uint32_t v, c;
+    sample_channel(s, CQ_POSITION, 3, 12);
+    for (v = 0; v < s->mesh.num_vertices; ++v)
+        for (c = 0; c < 3; ++c)
+            s->values[0][3 * v + c] = (cq_value)((c == 0 ? v % columns * apart : c == 1 ? v / columns * apart : 2000) +
+                                                 next_random(&random) % noise);
+}
+
+/* Regular levels of the stream, which is not larger than one without any. */
+static uint32_t regular_levels_that_pay(sample *s) {
+    coded with, without;
+    uint32_t n;
+    code(&with, &s->input);
+    s->input.conquest_only = 1;
+    code(&without, &s->input);
+    s->input.conquest_only = 0;
+    CHECK_EQ(with.result, CQ_OK);
+    CHECK_EQ(without.result, CQ_OK);
+    CHECK(with.size <= without.size);
+    n = regular_levels(with.report);
+    uncode(&with);
+    uncode(&without);
+    return n;
+}
+
+/* Quads with diagonals without order: their regular levels are near the surface, and pay if it is smooth or not at all. */
+TEST(levels_of_half_regular_meshes_are_taken_if_they_pay) {
+    static const uint32_t noise[] = {1, 5, 14, 40};
+    uint32_t with, k, q, taken = 0, left = 0;
+    for (with = 2; with <= 10; ++with)
+        for (k = 0; k < sizeof noise / sizeof *noise; ++k) {
+            uint64_t random = with;
+            triangles t = field(30, 30, 0, &random);
+            sample s;
+            for (q = 0; q < t.num_faces / 2; ++q) { /* as many columns of ten have these diagonals */
+                cq_index *f = t.indices + 6 * q, a = f[0], b = f[1], c = f[2], d = f[5];
+                if (q % 29 * 10 / 29 >= with || next_random(&random) % 2) continue;
+                f[0] = a, f[1] = b, f[2] = d, f[3] = b, f[4] = c, f[5] = d;
+            }
+            sample_begin(&s, t);
+            place_on_grid(&s, 30, 130, noise[k]);
+            if (regular_levels_that_pay(&s)) taken++;
+            else left++;
+            sample_free(&s);
+        }
+    CHECK(taken > 20 && left > 0);
+}
+
+/* A box of n x n x n small ones: as triangles, and with its places. */
+static triangles box(uint32_t n, cq_value *places) {
+    enum { MOST = 16 };
+    static int number[MOST][MOST][MOST];
+    triangles t;
+    uint32_t side, x, y, k;
+    memset(number, 0xff, sizeof number);
+    CHECK(n < MOST);
+    t.num_vertices = t.num_faces = 0;
+    t.indices = (cq_index *)exact_alloc(36 * (size_t)n * n * sizeof(cq_index));
+    for (side = 0; side < 6; ++side)
+        for (x = 0; x < n; ++x)
+            for (y = 0; y < n; ++y) {
+                static const uint32_t across[4] = {0, 1, 1, 0}, along[4] = {0, 0, 1, 1};
+                cq_index q[4], *to = t.indices + 3 * t.num_faces;
+                for (k = 0; k < 4; ++k) {
+                    uint32_t at[3];
+                    int *v;
+                    at[side % 3] = side < 3 ? 0 : n;
+                    at[(side + 1) % 3] = side < 3 ? y + along[k] : x + across[k];
+                    at[(side + 2) % 3] = side < 3 ? x + across[k] : y + along[k];
+                    v = &number[at[0]][at[1]][at[2]];
+                    if (*v < 0) {
+                        *v = (int)t.num_vertices++;
+                        places[3 * *v] = (cq_value)at[0], places[3 * *v + 1] = (cq_value)at[1], places[3 * *v + 2] = (cq_value)at[2];
+                    }
+                    q[k] = (cq_index)*v;
+                }
+                to[0] = q[0], to[1] = q[1], to[2] = q[2], to[3] = q[0], to[4] = q[2], to[5] = q[3];
+                t.num_faces += 2;
+            }
+    return t;
+}
+
+/* Two boxes of which the second touches the first with a corner; or it does not. */
+static uint32_t levels_of_boxes(uint32_t n, int touch) {
+    static cq_value places[6 * 1500];
+    sample s;
+    coded c;
+    triangles t = box(n, places);
+    const uint32_t count = t.num_vertices;
+    uint32_t v, h, levels;
+    triangles_append(&t, box(n, places + 3 * count));
+    sample_begin(&s, t);
+    sample_channel(&s, CQ_POSITION, 3, 12);
+    for (v = 0; v < 6 * count; ++v) s.values[0][v] = (cq_value)((places[v] + (v < 3 * count ? 0 : n + !touch)) * (4000 / (2 * n + 1)));
+    for (h = 0; touch && h < 3 * s.mesh.num_faces; ++h)
+        if (!memcmp(places + 3 * s.mesh.indices[h], places, 3 * sizeof *places) && s.mesh.indices[h] >= count)
+            for (v = 0; v < count; ++v)
+                if (places[3 * v] == (cq_value)n && places[3 * v + 1] == (cq_value)n && places[3 * v + 2] == (cq_value)n) s.mesh.indices[h] = (cq_index)v;
+    code(&c, &s.input);
+    CHECK_EQ(c.result, CQ_OK);
+    CHECK_EQ(c.report->prepared.copied_rows, touch);
+    levels = regular_levels(c.report);
+    uncode(&c);
+    sample_free(&s);
+    return levels;
+}
+
+/* A mesh with copied rows is not encoded twice: it has regular levels if they surely pay, which sharp edges beside the rows
+ * of a level leave open. */
+TEST(copied_rows_and_sharp_edges_are_not_compared) {
+    CHECK(levels_of_boxes(12, 0) > 0);
+    CHECK(levels_of_boxes(12, 1) > 0);
+    CHECK(levels_of_boxes(13, 0) > 0);
+    CHECK_EQ(levels_of_boxes(13, 1), 0);
+}
+
+/* Vertices of a strip that lie at its other end: where the surface is near them is not looked for so far away. */
+TEST(a_search_for_the_nearest_face_has_an_end) {
+    sample s;
+    coded c;
+    uint32_t k;
+    sample_begin(&s, triangles_sheet(401, 9));
+    place_on_grid(&s, 401, 10, 1);
+    for (k = 0; k < 4; ++k) s.values[0][3 * (401 * (2 + 3 * (k & 1)) + 5 + 7 * (k >> 1))] = 3920; /* all parities */
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK(c.report->num_levels > 0 && c.report->level[c.report->num_levels - 1].regular);
+    CHECK(c.report->level[c.report->num_levels - 1].error >= 32);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* Labels take more than the memory of so many components of two faces has: they are then not looked for. */
+TEST(components_too_small_for_labels_have_none) {
+    triangles t = triangles_pillow();
+    sample s;
+    coded c;
+    decoding d;
+    uint32_t k;
+    for (k = 1; k < 60; ++k) triangles_append(&t, triangles_pillow());
+    sample_begin(&s, t);
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    CHECK_EQ(regular_levels(c.report), 0);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 9, CQ_NO_LIMIT), CQ_DONE);
+    check_result(&s, &c, d.decoder);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
+/* -- Rows and copies ----------------------------------------------------------------------------------------------- */
 
 /* Each face of the input has the same rows, in the same order around, and its rows the same values. */
 static void check_triangles(const sample *s, const coded *c, const cq_decoder *d, const cq_index *indices,
@@ -440,6 +599,30 @@ TEST(meshes_with_seams_have_regular_levels_too) {
         sample_free(&s);
     }
     CHECK(counted >= SHAPES / 2 && wrong > 50);
+}
+
+/* Two rows with all their values must not be more than a step codes. */
+TEST(rows_with_too_many_numbers_have_no_regular_levels) {
+    uint32_t channels;
+    for (channels = 6; channels < 8; ++channels) {
+        sample s;
+        coded c;
+        decoding d;
+        uint32_t k;
+        shape_sample(&s, 1, POSITIONS);
+        add_seam(&s);
+        for (k = 0; k < channels; ++k) follow_positions(&s, CQ_COLOR, CQ_AVERAGE, 4, 8, 0);
+        code(&c, &s.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        CHECK(c.report->shape.num_rows > 0);
+        CHECK_EQ(regular_levels(c.report) > 0, 3 + 2 * (4 + 4 * channels) <= CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS);
+        decoding_begin(&d, c.bytes, c.size);
+        CHECK_EQ(decoding_run(&d, c.bytes, c.size, 9, CQ_NO_LIMIT), CQ_DONE);
+        check_triangles(&s, &c, d.decoder, s.mesh.indices, s.mesh.num_faces);
+        decoding_free(&d);
+        uncode(&c);
+        sample_free(&s);
+    }
 }
 
 /* Two surfaces that share a vertex: two vertices are made of its row. */
@@ -884,7 +1067,12 @@ int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(room_for_two_streams_does_not_change_the_one_that_is_taken);
+    RUN(levels_of_half_regular_meshes_are_taken_if_they_pay);
+    RUN(copied_rows_and_sharp_edges_are_not_compared);
+    RUN(a_search_for_the_nearest_face_has_an_end);
+    RUN(components_too_small_for_labels_have_none);
     RUN(meshes_that_are_prepared_have_regular_levels_too);
+    RUN(rows_with_too_many_numbers_have_no_regular_levels);
     RUN(meshes_with_seams_have_regular_levels_too);
     RUN(meshes_with_copied_rows_have_regular_levels_too);
     RUN(locked_vertices_are_in_the_base);
