@@ -838,14 +838,13 @@ enum {
     CQI_FREE,             /* available */
     CQI_HELD,             /* on the ring of one patch */
     CQI_HELD_OFTEN,       /* on the rings of two or more */
-    CQI_TAKEN,            /* centre of a patch, or new, or passed over, or virtual: cannot become a centre */
+    CQI_TAKEN,            /* cannot become a centre: is one, or new, or passed over, or virtual */
     CQI_STATE = 3,        /* mask of these */
     CQI_QUEUED = 4        /* bit: waits in the queue */
 };
 
-/* A patch: its centre's neighbours, clockwise from the first spoke; a spoke is a halfedge that starts at the centre.
- * Offsets are positions minus that of the centre, times 2^shift, so that the largest component has CQI_RING_BITS bits
- * (or shift is CQI_FRACTION). */
+/* A patch: its centre's neighbours, clockwise from the first spoke. Offsets are positions minus that of the centre,
+ * times 2^shift: so that the largest component has CQI_RING_BITS bits, but with a shift of at most CQI_FRACTION. */
 #define CQI_RING_BITS 14
 #define CQI_FRACTION 4
 #define CQI_FAR ((int32_t)4 << CQI_RING_BITS)     /* offsets are clamped to that */
@@ -867,7 +866,7 @@ typedef struct cqi_ring {
     cq_index front[CQ_MAX_VALENCE];              /* beyond the ring edge from this vertex to the next */
     uint8_t opposite[CQ_MAX_VALENCE];            /* class of the sum of the angles opposite to the spoke, */
     uint8_t length[CQ_MAX_VALENCE];              /* of the spoke's length, */
-    uint8_t kind[CQ_MAX_VALENCE];                /* of the vertex: 4 times its valence, and its state; plus CQI_ANGLES */
+    uint8_t kind[CQ_MAX_VALENCE];                /* of the vertex, by its valence and state: see cqi_read_ring */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* offset of the vertex; 0 for a virtual one; */
     int32_t square[CQ_MAX_VALENCE + 1];          /* of the offset's length; after the last one, the first again */
 } cqi_ring;
@@ -884,12 +883,12 @@ typedef struct cqi_choice {
     int32_t best[CQ_MAX_VALENCE];                /* the highest score of each q, see cqi_ranked */
 } cqi_choice;
 
-/* What came of predictions that compete. */
+/* The outcome of predictions that compete. */
 typedef struct cqi_contest {
-    int32_t radius;                              /* two agree if they are no further apart */
-    cqi_vector linear;                           /* what was predicted without them */
+    int32_t radius;                              /* two agree if they are less than this apart */
+    cqi_vector linear;                           /* what is predicted without them */
     cqi_vector agreed;                           /* mean of those that agree with the one that most agree with */
-    int question;                                /* that was asked; -1: there were none */
+    int question;                                /* the one that was asked; -1: no predictions, so none */
 } cqi_contest;
 
 /* B's neighbours, once the pair is known: A, then p .. q, without a virtual vertex; and the vertices beyond the edges
@@ -901,15 +900,15 @@ typedef struct cqi_fan {
     int size;
     int boundary;                                /* 1: one of B's neighbours is virtual */
     uint32_t faces;                              /* bit k: B gets one with vertices k + 1 and k */
-    int above;                                   /* component of the channel that is z here; x and y follow in a cycle */
+    int above;                                   /* which component is z here; x and y follow it in a cycle */
     int32_t slope_x, slope_y;                    /* of the plane through the ring, in 1/256 */
-    uint32_t known;                              /* bit k: what is beyond edge k is, and near */
+    uint32_t known;                              /* bit k: the vertex beyond edge k is known, and near */
     cqi_vector mean;                             /* of the vertices */
     int32_t extent;                              /* their mean distance from it */
     cqi_vector linear;                           /* the linear prediction, */
     int32_t rise;                                /* and its height above the plane through the mean */
-    int expected[3];                             /* class of the residuals, in half bits, by what the fan looks like */
-    int halves;                                  /* of the last residual of a coordinate */
+    int expected[3];                             /* sizes of the residuals, in half bits, by the shape of the fan */
+    int halves;                                  /* size of the last residual of a coordinate, in half bits */
     int num_rivals;
     cqi_contest along, over;                     /* of predictions along the surface, and of planes for the height */
     int flat_sides;                              /* 1: planes compete for z */
@@ -924,7 +923,7 @@ typedef struct cqi_fan {
     cq_index beyond[CQ_MAX_VALENCE + 1];         /* CQ_NONE: a virtual one, or unknown */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* offsets of the vertices, */
     cqi_vector outer[CQ_MAX_VALENCE + 1];        /* and of those beyond */
-    int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, of the function that runs */
+    int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, for whichever function runs */
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete */
 } cqi_fan;
 
@@ -940,7 +939,7 @@ enum {
     CQI_WEIGHTS = CQI_RULE + 2 * CQI_RULE_CLASSES
 };
 
-/* Rows of models for the number of bits of a residual: by what is expected, in half bits; beyond 12 by parity. */
+/* Sets of models for the number of bits of a residual: by how many half bits are expected; from 10 on, by parity. */
 #define CQI_EXPECTED 12
 
 #ifdef CQ_NO_ATTRIBUTES
@@ -1109,7 +1108,7 @@ typedef struct cqi_regular {
     cq_index count;                        /* marked edges: new vertices */
     cq_index at;                           /* the face or vertex that a phase has come to */
     cq_index record;                       /* the next face slot for a record; or how many buckets are filled */
-    cq_index slot[2];                      /* of the record of the vertex at hand: on the left, on the right; CQ_NONE */
+    cq_index slot[2];                      /* of the record of the vertex at hand: left, right; CQ_NONE: no real face */
     cq_index ahead[2];                     /* straight on from both ends of the edge at hand, see cqi_straight, */
     int two_ahead[2];                      /* and whether there are two */
     cq_index own;                          /* first vertex that the face at hand has inserted, */
