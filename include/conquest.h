@@ -10211,12 +10211,20 @@ static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_colla
 {
     const cq_mesh *m = &p->mesh;
     cqi_facet *f = cover->facet;
+    cq_index last = CQ_NONE;
     int64_t corner = 0, reach;
     cqi_set_view(p, &cover->view, c->kept);
     for (; f < cover->facet + cover->size; f++) {
-        f->u = cqi_see(p, &cover->view, m->origin[cq_prev(f->h)]);
-        f->v = cqi_see(p, &cover->view, cq_target(m, f->h));
-        corner = cqi_larger64(corner, cqi_larger64(cqi_largest(f->u), cqi_largest(f->v)));
+        const cq_index before = m->origin[cq_prev(f->h)];
+        if (before == last) {
+            f->u = f[-1].v;
+        } else {
+            f->u = cqi_see(p, &cover->view, before);
+            corner = cqi_larger64(corner, cqi_largest(f->u));
+        }
+        last = cq_target(m, f->h);
+        f->v = cqi_see(p, &cover->view, last);
+        corner = cqi_larger64(corner, cqi_largest(f->v));
     }
     reach = cqi_larger64(corner, cqi_largest(cqi_see(p, &cover->view, c->removed))) + cqi_error_now(p) / 16 + 1;
     cover->view.shift = cqi_bit_length((uint32_t)(corner >> CQI_CORNER_BITS | reach >> (CQI_CORNER_BITS + 2)));
