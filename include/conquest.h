@@ -1513,12 +1513,6 @@ static void cqi_smaller_ends(const cq_index *corner, cq_index *end)
     end[2] = c < a ? c : a;
 }
 
-static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
-{
-    cq_index a = indices[g], b = indices[cq_next(g)], c = indices[h], d = indices[cq_next(h)];
-    return (a == c && b == d) || (a == d && b == c);
-}
-
 /* Sorts the halfedges by their smaller end, stably. In the end first[v] is behind the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
@@ -1540,32 +1534,38 @@ static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_in
     }
 }
 
-/* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
-static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index *last)
+/* Pairs halfedge g with another one of the same edge. */
+static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index h)
 {
-    const cq_index h = *last;
-    *last = g;
-    m->twin[g] = CQ_NONE;
-    if (h == CQ_NONE || !cqi_same_edge(indices, g, h)) return CQ_OK;
     if (m->twin[h] != CQ_NONE) return CQ_ERROR_EDGE;
     cqi_set_twins(m, g, h);
     return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
 }
 
 /* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
- * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
- * scratch, too; in the end origin = indices. Reports the first edge with three faces in that order; if there is none,
+ * order of their smaller ends, and valence[v] is the place in it of the last one so far that has v as its larger end; it
+ * is of the same edge if that is not before those of this smaller end. origin and out are scratch, too; in the end
+ * origin = indices. Reports the first edge with three faces in that order; if there is none,
  * the first one whose two faces do not agree. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
     cq_result result = CQ_OK;
-    cq_index k;
+    cq_index k, smaller = CQ_NONE, first = 0;
     cqi_sort_halfedges(indices, s, m->origin, m->out);
     memset(m->valence, 0xff, s->num_vertices * sizeof(cq_index));
     for (k = 0; k < n && result != CQ_ERROR_EDGE; k++) {
         const cq_index g = m->origin[k], a = indices[g], b = indices[cq_next(g)];
-        const cq_result found = cqi_match_twin(m, indices, g, &m->valence[a < b ? b : a]);
+        cq_index *const of_larger = &m->valence[a < b ? b : a], last = *of_larger;
+        cq_result found;
+        if (smaller != (a < b ? a : b)) {
+            smaller = a < b ? a : b;
+            first = k;
+        }
+        *of_larger = k;
+        m->twin[g] = CQ_NONE;
+        if (last == CQ_NONE || last < first) continue;
+        found = cqi_match_twin(m, indices, g, m->origin[last]);
         if (found == CQ_ERROR_EDGE || (found != CQ_OK && result == CQ_OK))
             result = cqi_error(place, found, (cq_index)(g / 3), a, b);
     }
