@@ -2877,7 +2877,7 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 /* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
-/* log2(x) in 1/65536, within 1/7000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
+/* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
 static uint32_t cqi_bits_of_range(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
