@@ -1519,12 +1519,6 @@ static void cqi_smaller_ends(const cq_index *corner, cq_index *end)
     end[2] = c < a ? c : a;
 }
 
-static int cqi_same_edge(const cq_index *indices, cq_index g, cq_index h)
-{
-    cq_index a = indices[g], b = indices[cq_next(g)], c = indices[h], d = indices[cq_next(h)];
-    return (a == c && b == d) || (a == d && b == c);
-}
-
 /* Sorts the halfedges by their smaller end, stably. On return first[v] is the place after the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
@@ -1546,32 +1540,38 @@ static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_in
     }
 }
 
-/* Pairs halfedge g with *last if both are of the same edge; *last becomes g. */
-static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index *last)
+/* Pairs halfedge g with another one of the same edge. */
+static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g, cq_index h)
 {
-    const cq_index h = *last;
-    *last = g;
-    m->twin[g] = CQ_NONE;
-    if (h == CQ_NONE || !cqi_same_edge(indices, g, h)) return CQ_OK;
     if (m->twin[h] != CQ_NONE) return CQ_ERROR_EDGE;
     cqi_set_twins(m, g, h);
     return indices[g] == indices[h] ? CQ_ERROR_ORIENTATION : CQ_OK;
 }
 
 /* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
- * order of their smaller ends, and valence[v] is the last one so far that has v as its larger end. origin and out are
- * scratch, too; in the end origin = indices. Of the errors it reports, in this order, the first edge with three faces;
- * if there is none, the first one along which two faces run in the same direction. */
+ * order of their smaller ends, and valence[v] is the place in it of the last one so far that has v as its larger end; it
+ * is of the same edge if that is not before those of this smaller end. origin and out are scratch, too; in the end
+ * origin = indices. Of the errors it reports, in this order, the first edge with three faces; if there is none, the first
+ * one along which two faces run in the same direction. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
     cq_result result = CQ_OK;
-    cq_index k;
+    cq_index k, smaller = CQ_NONE, first = 0;
     cqi_sort_halfedges(indices, s, m->origin, m->out);
     memset(m->valence, 0xff, s->num_vertices * sizeof(cq_index));
     for (k = 0; k < n && result != CQ_ERROR_EDGE; k++) {
         const cq_index g = m->origin[k], a = indices[g], b = indices[cq_next(g)];
-        const cq_result found = cqi_match_twin(m, indices, g, &m->valence[a < b ? b : a]);
+        cq_index *const of_larger = &m->valence[a < b ? b : a], last = *of_larger;
+        cq_result found;
+        if (smaller != (a < b ? a : b)) {
+            smaller = a < b ? a : b;
+            first = k;
+        }
+        *of_larger = k;
+        m->twin[g] = CQ_NONE;
+        if (last == CQ_NONE || last < first) continue;
+        found = cqi_match_twin(m, indices, g, m->origin[last]);
         if (found == CQ_ERROR_EDGE || (found != CQ_OK && result == CQ_OK))
             result = cqi_error(place, found, (cq_index)(g / 3), a, b);
     }
@@ -2891,7 +2891,7 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 /* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
-/* log2(x) in 1/65536, within 1/7000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
+/* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
 static uint32_t cqi_bits_of_range(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
@@ -10231,12 +10231,20 @@ static void cqi_scale_cover(const cqi_plan *p, cqi_cover *cover, const cqi_colla
 {
     const cq_mesh *m = &p->mesh;
     cqi_facet *f = cover->facet;
+    cq_index last = CQ_NONE;
     int64_t corner = 0, reach;
     cqi_set_view(p, &cover->view, c->kept);
     for (; f < cover->facet + cover->size; f++) {
-        f->u = cqi_see(p, &cover->view, m->origin[cq_prev(f->h)]);
-        f->v = cqi_see(p, &cover->view, cq_target(m, f->h));
-        corner = cqi_larger64(corner, cqi_larger64(cqi_largest(f->u), cqi_largest(f->v)));
+        const cq_index before = m->origin[cq_prev(f->h)];
+        if (before == last) {
+            f->u = f[-1].v;
+        } else {
+            f->u = cqi_see(p, &cover->view, before);
+            corner = cqi_larger64(corner, cqi_largest(f->u));
+        }
+        last = cq_target(m, f->h);
+        f->v = cqi_see(p, &cover->view, last);
+        corner = cqi_larger64(corner, cqi_largest(f->v));
     }
     reach = cqi_larger64(corner, cqi_largest(cqi_see(p, &cover->view, c->removed))) + cqi_error_now(p) / 16 + 1;
     cover->view.shift = cqi_bit_length((uint32_t)(corner >> CQI_CORNER_BITS | reach >> (CQI_CORNER_BITS + 2)));

@@ -358,6 +358,12 @@ static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, in
         }
 }
 
+static uint32_t loss_of(const cqi_plan *p, cq_index h) {
+    cqi_fan_of_input fan;
+    cqi_list_fan(p, &fan, p->mesh.twin[h]);
+    return cqi_loss_of(p, &fan);
+}
+
 /* Compares all edges; returns how many triangles were turned. */
 static int check_losses(const triangles *t, int32_t noise, int shift) {
     cq_value positions[3 * 64];
@@ -373,16 +379,16 @@ static int check_losses(const triangles *t, int32_t noise, int shift) {
     loss_positions(positions, 6, noise, shift, (uint64_t)noise + (uint64_t)shift);
     for (h = 0; h < 3 * t->num_faces; ++h) {
         loss_model expected = model_loss(&b.mesh, positions, h);
-        uint32_t loss = cqi_loss_of(&p, h);
+        uint32_t loss = loss_of(&p, h);
         if (expected.least > 0.127) CHECK(loss != CQI_ANY_LOSS);
         if (expected.least < 0.123) CHECK_EQ(loss, CQI_ANY_LOSS);
         turned += loss == CQI_ANY_LOSS;
         if (loss != CQI_ANY_LOSS && expected.sum > 1e6 * exp2(4 * shift))
             CHECK(fabs((double)loss / CQI_OCTAVE - 1 - log2(expected.sum)) < 0.35);
         p.most_loss = loss;                                /* with a limit it tells on which side of that it is */
-        CHECK_EQ(cqi_loss_of(&p, h), loss);
+        CHECK_EQ(loss_of(&p, h), loss);
         p.most_loss = loss < CQI_OCTAVE ? 0 : loss - 1;
-        CHECK(loss == 0 || cqi_loss_of(&p, h) > p.most_loss);
+        CHECK(loss == 0 || loss_of(&p, h) > p.most_loss);
         p.most_loss = CQI_ANY_LOSS - 1;
     }
     unbuild(&b);
@@ -412,11 +418,61 @@ TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_an
     triangles_free(&open);
 }
 
+/* Compares all edges; returns how many may be collapsed. */
+static int check_fans(const triangles *t) {
+    static const cq_value positions[3 * 64];
+    built b;
+    cqi_plan p;
+    cq_index h;
+    int count = 0;
+    CHECK(build(&b, t) == CQ_OK);
+    memset(&p, 0, sizeof p);
+    p.mesh = b.mesh;
+    p.positions = positions;
+    for (h = 0; h < 3 * t->num_faces; ++h) {
+        const cq_index a = b.mesh.origin[h];
+        const int boundary = cqi_on_boundary(&b.mesh, a);
+        cqi_fan_of_input fan;
+        cqi_mark_ring(&b.mesh, a, 1);
+        cqi_list_fan(&p, &fan, b.mesh.twin[h]);
+        if (cqi_keeps_valences(&b.mesh, h, CQ_MAX_VALENCE)) {
+            const int may = cqi_collapsible(&b.mesh, h, CQ_MAX_VALENCE, boundary);
+            CHECK_EQ(cqi_fan_is_collapsible(&b.mesh, &fan, boundary), may);
+            count += may;
+        }
+        cqi_mark_ring(&b.mesh, a, 0);
+    }
+    unbuild(&b);
+    return count;
+}
+
+TEST(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed) {
+    triangles closed = triangles_torus(6, 6), narrow = triangles_torus(3, 6), open = triangles_sheet(6, 6);
+    const int all = 3 * 72;
+    CHECK_EQ(check_fans(&closed), all);
+    CHECK(check_fans(&narrow) < 3 * 36);
+    CHECK(check_fans(&open) > 0 && check_fans(&open) < (int)(3 * open.num_faces));
+    triangles_free(&closed);
+    triangles_free(&narrow);
+    triangles_free(&open);
+}
+
+TEST(reports_take_logarithms_within_a_6000th_that_never_fall) {
+    uint32_t x, before = 0;
+    for (x = 0xffffff; x < 0xff000000u; x += 1 + x / 5000) {
+        const uint32_t bits = cqi_bits_of_range(x);
+        CHECK(fabs((double)bits / 65536 - log2((double)x)) < 1.0 / 6000);
+        CHECK(bits >= before);
+        before = bits;
+    }
+    for (x = 0; x < 32; ++x) CHECK_EQ(cqi_bits_of_range((uint32_t)1 << x), x * 65536);
+}
+
 TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
     static const cq_value positions[] = {100, 100, 100, 104, 100, 100, 100, 97, 100, 100, 100, 101};
     static cq_index valence[] = {5, 5, 5, 6};
     static cq_index origin[] = {0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0}; /* halfedge 3 k leads from 0 to k */
-    cqi_candidates c = {4, {0, 3, 6, 9}, {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX}};
+    cqi_candidates c = {4, 0, {0}, {0, 1, 2, 3}, {0, 3, 6, 9}, {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX}};
     cqi_plan p;
     memset(&p, 0, sizeof p);
     p.mesh.valence = valence;
@@ -428,6 +484,7 @@ TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
     CHECK(cqi_is_better(&p, &c, 2, 1) && !cqi_is_better(&p, &c, 1, 2));
     CHECK(!cqi_is_better(&p, &c, 1, 1));
     c.size = 3;
+    c.vertex[0] = 3;
     c.spoke[0] = 9;
     CHECK_EQ(cqi_take_candidate(&p, &c), 6);
     CHECK_EQ(cqi_take_candidate(&p, &c), 3);
@@ -1013,6 +1070,8 @@ int main(int argc, char **argv) {
     RUN(losses_are_compared_by_their_logarithms);
     RUN(errors_have_the_nearest_code_that_is_not_less);
     RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
+    RUN(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed);
+    RUN(reports_take_logarithms_within_a_6000th_that_never_fall);
     RUN(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex);
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);

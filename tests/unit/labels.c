@@ -127,6 +127,18 @@ static cq_index find_strips(cqi_labels *l) {
     return cqi_settle(l) ? cqi_count_odd(l) : 0;
 }
 
+/* Waves find no more odd vertices than the bound, and count them. */
+static void check_bound(cqi_labels *l) {
+    cq_index bound[2];
+    int k;
+    cqi_bound_odd(l->mesh, bound);
+    for (k = 0; k < 4; ++k) {
+        cqi_try_waves(l, k);
+        CHECK_EQ(l->clock, cqi_count_odd(l));
+        CHECK(l->clock <= bound[k == CQI_ANY_VALENCE]);
+    }
+}
+
 /* Takes the mesh apart and puts it together again in each order; columns: of the positions, 0: without. Returns the share of
  * odd vertices of the first level, in percent; levels: how many there were. */
 static int take_apart(triangles t, uint32_t columns, cq_index (*find)(cqi_labels *), int least, uint32_t disturbed, int *levels) {
@@ -143,6 +155,7 @@ static int take_apart(triangles t, uint32_t columns, cq_index (*find)(cqi_labels
         r.labels.least = least;
         disturb(&r.full.mesh, disturbed, 7);
         CHECK_EQ(cq_mesh_check(&r.full.mesh, NULL), CQ_OK);
+        check_bound(&r.labels);
         hash = redo_hash(&r.full.mesh);
         *levels = redo_undo(&r, 1, find);
         if (*levels) share = (int)(100 * (uint64_t)r.first[1] / r.full.mesh.num_vertices);
