@@ -5225,7 +5225,8 @@ static int cqi_code_common_pair(cq_decoder *d, uint32_t k, cq_index row, const c
     return 1;
 }
 
-/* A pair: of a normal, by the faces of the fan; of a tangent, by their texture coordinates and the tangents around. */
+/* A pair: of a normal, by the faces of the fan; of a tangent, by their texture coordinates and the tangents around, of
+ * which the first one may be CQ_NONE if n is 0. */
 static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n,
                                   cq_index wedge)
 {
@@ -5239,7 +5240,7 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
         if (is_tangent && !turned) g.along.x = g.along.y = g.along.z = 0;
         if (!cqi_code_pair_near(d, k, row, g.along, around, n, turned, wedge)) return 0;
     }
-    if (channel->components > 2) cqi_code_sign(d, k, n ? around[0] : CQ_NONE, g.side, row, wedge);
+    if (channel->components > 2) cqi_code_sign(d, k, around[0], g.side, row, wedge);
     return 1;
 }
 

@@ -100,7 +100,7 @@ static void begin(cq_input *in)
 }
 
 /* Bits for each row of all other channels than positions; all of it comes back. */
-static double cost(const cq_input *in)
+static double cost_with_rows(const cq_input *in, int rows)
 {
     coded c;
     decoding d;
@@ -111,13 +111,15 @@ static double cost(const cq_input *in)
         bits = (double)c.report->channels / 65536 / (double)ROWS;
         decoding_begin(&d, c.bytes, c.size);
         CHECK_EQ(decoding_run(&d, c.bytes, c.size, 100, 1000), CQ_DONE);
-        CHECK_EQ(d.decoder->shape.num_rows != 0, in->indices == torus.index);
+        CHECK_EQ(d.decoder->shape.num_rows != 0, rows);
         CHECK(same_triangles(in, d.decoder));
         decoding_free(&d);
     }
     uncode(&c);
     return bits;
 }
+
+static double cost(const cq_input *in) { return cost_with_rows(in, in->indices == torus.index); }
 
 /* What one more channel costs, of one kind or another. */
 static double cost_of(cq_kind kind, uint32_t components, uint32_t bits, cq_merge merge, const cq_value *values, int after_joints)
@@ -148,6 +150,69 @@ TEST(tangents_follow_the_texture_coordinates_before_them)
     add_channel(&after, CQ_TANGENT, 3, 10, CQ_AVERAGE, torus.tangent);
     add_channel(&after, CQ_TEXCOORD, 2, 12, CQ_AVERAGE, torus.uv);
     CHECK(cost(&before) < cost(&after) - 0.3);
+}
+
+TEST(texture_coordinates_of_tangents_are_numbers_that_change_slowly)
+{
+    cq_shape s;
+    int k;
+    memset(&s, 0, sizeof s);
+    for (k = 0; k < 4; k++) {
+        s.channel[k].kind = CQ_TEXCOORD;
+        s.channel[k].components = 2;
+        s.channel[k].bits = (uint8_t)(k == 1 ? CQ_EXACT_BITS : 12);
+        s.channel[k].merge = (uint8_t)(k == 2 ? CQ_COPY : CQ_AVERAGE);
+    }
+    s.channel[0].kind = CQ_GENERIC;
+    CHECK_EQ(cqi_texcoords_before(&s, 3), -1);
+    CHECK_EQ(cqi_texcoords_before(&s, 4), 3);
+}
+
+/* Tangents along the normal, which say nothing of the direction in which others may be: only faces do. */
+TEST(tangents_that_are_normals_give_no_axes)
+{
+    static cq_value normal[2 * ROWS], tangent[3 * ROWS];
+    cq_input in;
+    int k;
+    begin(&in);
+    for (k = 0; k < ROWS; k++) {
+        set_pair(0, 0, 1, normal + 2 * k);
+        set_pair(k % 7 ? 0 : k % 5 + 1, k % 7 ? 0 : k % 3, k % 7 ? 1 : 0, tangent + 3 * k);
+        tangent[3 * k + 2] = 1;
+    }
+    in.values[1] = normal;
+    add_channel(&in, CQ_TANGENT, 3, 10, CQ_AVERAGE, tangent);
+    CHECK(cost(&in) > 0);
+}
+
+/* Each corner has a row of its own: the first one of a face has nothing to be predicted from. */
+TEST(tangents_of_separate_faces_come_back)
+{
+    enum { SIDE = 12, CORNERS = 6 * SIDE * SIDE };
+    static cq_value position[3 * CORNERS], normal[2 * CORNERS], tangent[3 * CORNERS];
+    static cq_index index[CORNERS];
+    cq_input in;
+    int k;
+    begin(&in);
+    for (k = 0; k < CORNERS; k++) {
+        static const int corner[6] = { 0, 1, ACROSS + 2, 0, ACROSS + 2, ACROSS + 1 };
+        const int face = k / 3, row = k / 6 / SIDE * (ACROSS + 1) + k / 6 % SIDE + corner[k % 6];
+        memcpy(position + 3 * k, torus.position + 3 * row, 3 * sizeof *position);
+        normal[2 * k] = (cq_value)(face * 37 % 1000);
+        normal[2 * k + 1] = (cq_value)(face * 11 % 1000);
+        tangent[3 * k] = (cq_value)(face * 53 % 1000);
+        tangent[3 * k + 1] = (cq_value)(face * 29 % 1000 + k % 2);
+        tangent[3 * k + 2] = (cq_value)(face % 2);
+        index[k] = (cq_index)k;
+    }
+    in.indices = index;
+    in.shape.num_vertices = CORNERS;
+    in.shape.num_faces = CORNERS / 3;
+    in.shape.num_channels = 2;
+    in.values[0] = position;
+    in.values[1] = normal;
+    add_channel(&in, CQ_TANGENT, 3, 10, CQ_AVERAGE, tangent);
+    CHECK(cost_with_rows(&in, 1) > 0);
 }
 
 /* The torus with one row for each vertex, whose texture coordinates are left out. */
@@ -238,6 +303,9 @@ int main(int argc, char **argv)
     TEST_BEGIN(argc, argv);
     RUN(a_tangent_is_an_angle_around_the_normal);
     RUN(tangents_follow_the_texture_coordinates_before_them);
+    RUN(texture_coordinates_of_tangents_are_numbers_that_change_slowly);
+    RUN(tangents_that_are_normals_give_no_axes);
+    RUN(tangents_of_separate_faces_come_back);
     RUN(normals_without_seams_follow_the_faces);
     RUN(a_tangent_without_a_normal_before_it_comes_back);
     RUN(a_sign_may_be_any_number_of_the_channel);

@@ -1058,6 +1058,47 @@ TEST(a_vertex_of_large_valence_is_left_alone) {
     sample_free(&s);
 }
 
+/* Bits of the base of a bipyramid that is all in it, if so many vertices of its equator, from `from` on, have another value
+ * than the others, and one of its poles, which comes last, has `value`. */
+static uint64_t base_of_bipyramid(uint32_t n, uint32_t from, uint32_t count, cq_value value) {
+    sample s;
+    coded c;
+    uint64_t bits = 0;
+    uint8_t *locked;
+    uint32_t k;
+    sample_begin(&s, triangles_bipyramid(n));
+    s.mesh.indices[0] = (cq_index)n, s.mesh.indices[1] = 0, s.mesh.indices[2] = 1; /* around the other pole first */
+    sample_channel(&s, CQ_GENERIC, 1, 12);
+    for (k = 0; k < n; ++k) s.values[0][k] = (cq_value)((k + n - from) % n < count ? 3000 : 100);
+    s.values[0][n] = 100;
+    s.values[0][n + 1] = value;
+    locked = (uint8_t *)exact_alloc(n + 2);
+    memset(locked, 1, n + 2);
+    s.input.locked = locked;
+    code(&c, &s.input);
+    CHECK_EQ(c.result, CQ_OK);
+    if (c.result == CQ_OK) {
+        CHECK_EQ(c.map[n + 1], n + 1);
+        bits = c.report->base + c.report->channels;
+    }
+    exact_free(locked);
+    uncode(&c);
+    sample_free(&s);
+    return bits;
+}
+
+/* Of 100 neighbours that are known, 64 have one value: that is expected if most of the others are not asked. */
+TEST(a_base_value_is_predicted_by_64_neighbours) {
+    uint32_t from, by_first = 0, by_all = 0;
+    for (from = 0; from < 100; ++from) {
+        const uint64_t first = base_of_bipyramid(100, from, 36, 100), all = base_of_bipyramid(100, from, 36, 1144);
+        by_first += first < all;
+        by_all += first > all;
+    }
+    CHECK(by_first > 20);
+    CHECK(by_all > 20);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(the_map_is_a_permutation);
@@ -1106,5 +1147,6 @@ int main(int argc, char **argv) {
 #endif
     RUN(equal_values_cost_next_to_nothing);
     RUN(a_vertex_of_large_valence_is_left_alone);
+    RUN(a_base_value_is_predicted_by_64_neighbours);
     return TEST_END();
 }

@@ -294,6 +294,25 @@ TEST(nothing_is_a_level_of_nothing) {
     CHECK_EQ(lod.num_vertices, 0);
 }
 
+TEST(a_mesh_without_vertices_has_no_level) {
+    sample s;
+    coded c;
+    decoding d;
+    cq_lod lod;
+    cq_index index[3];
+    memset(&lod, 0, sizeof lod);
+    lod.max_error = CQ_NO_LIMIT;
+    sample_begin(&s, triangles_none());
+    code(&c, &s.input);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, 1, 1), CQ_DONE);
+    CHECK_EQ(cq_keep_lods(d.decoder, &lod, 1, index, 3), 0);
+    decoding_free(&d);
+    uncode(&c);
+    sample_free(&s);
+}
+
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
     RUN(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not);
@@ -306,5 +325,6 @@ int main(int argc, char **argv) {
     RUN(levels_of_all_samples_are_kept);
     RUN(levels_have_their_faces_by_material);
     RUN(nothing_is_a_level_of_nothing);
+    RUN(a_mesh_without_vertices_has_no_level);
     return TEST_END();
 }
