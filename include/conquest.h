@@ -2616,7 +2616,6 @@ typedef struct cqi_seed {
 } cqi_seed;
 
 #define CQI_MAX_REGULAR 32
-#define CQI_ROWS 512
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
@@ -2650,9 +2649,8 @@ typedef struct cqi_plan {
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* of CQI_ROWS vertices */
-    uint32_t *log2;                     /* logarithms of the numbers up to CQI_ROWS, see cqi_log2: */
-    uint32_t num_logs;                  /* this many are computed so far */
+    cqi_row *row;                       /* room for this many: */
+    uint32_t most_rows;
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -2892,7 +2890,7 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
 /* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
-static uint32_t cqi_bits_of_range(uint32_t x)
+static uint32_t cqi_log2(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
     const uint32_t f = (uint32_t)((uint64_t)x << (32 - n) >> 16) & 0xffff;
@@ -2909,7 +2907,7 @@ static void cqi_charge(cq_decoder *d, uint64_t *entry, uint64_t *level_entry)
         bytes = d->plan->range.count + d->plan->range.pending + (d->plan->range.cache >= 0 ? 5 : 4);
         range = d->plan->range.range;
     }
-    now = bytes * 8 * 65536 - cqi_bits_of_range(range);
+    now = bytes * 8 * 65536 - cqi_log2(range);
     *entry += now - d->cost;
     if (level_entry) *level_entry += now - d->cost;
     d->cost = now;
@@ -7517,11 +7515,12 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * that the residuals get short codes. As there are many minima, this is done three times, beginning with the weights of
  * the level before, with those of least squares and with none; each of the best weights is then moved to and fro by
  * ever smaller steps, where that makes the residuals cheaper. A row, as a row of a matrix, is a sampled vertex, of
- * which there are at most CQI_ROWS: the features along x, y and above the surface, and what their weighted sum should
+ * which there are at most CQI_MOST_ROWS: the features along x, y and above the surface, and what their weighted sum should
  * be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
-enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_CHANGES = 4 };
+enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_LATER_STEP = 4, CQI_CHANGES = 4 };
+enum { CQI_FEW_ROWS = 512, CQI_MOST_ROWS = 2048 };
 
 typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
@@ -7537,9 +7536,8 @@ typedef struct cqi_changes {
 /* Rows to fit weights to. */
 typedef struct cqi_rows {
     cqi_row *row;
-    uint32_t count;
+    uint32_t count, some;          /* the first ones, every second sample, are enough to begin with */
     int parts;                     /* 4: this many for each choice of axes, one part after the other; else 1 */
-    const uint32_t *log2;          /* of numbers up to count, see cqi_log2 */
 } cqi_rows;
 
 /* n weights that are fitted to components first .. last of rows. */
@@ -7548,44 +7546,22 @@ typedef struct cqi_equations {
     int first, last, n;
     cqi_sums sums;                 /* of all rows by their shares, without `changes`; not above the diagonal */
     cqi_changes changes;
-    uint32_t size[3][CQI_SIZES];   /* errors of each size, of each component */
+    uint32_t size[CQI_SIZES];      /* errors of each size */
 } cqi_equations;
-
-/* log2(x) in 1/65536, rounded down, x > 0. */
-static uint32_t cqi_log2(uint32_t x)
-{
-    int n = cqi_bit_length(x) - 1, k;
-    uint64_t m = (uint64_t)x << (31 - n); /* in [1, 2) with 31 fraction bits */
-    uint32_t result = (uint32_t)n;
-    for (k = 0; k < 16; k++) {
-        m = m * m >> 31;
-        result = result << 1 | (uint32_t)(m >> 32);
-        if (m >> 32) m >>= 1;
-    }
-    return result;
-}
 
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
-/* What the errors of a component of all rows cost, given how many have each size, in 1/8 bit: the entropy of the sizes,
- * and the bits of each error. */
-static uint32_t cqi_cost_of_sizes(const cqi_rows *rows, const uint32_t *size)
+/* What the errors of so many components of all rows cost, given how many have each size, in 1/8 bit: the entropy of the
+ * sizes, and the bits of each error. As the components share their models, they share the counts. */
+static uint32_t cqi_cost_of_sizes(const cqi_rows *rows, const uint32_t *size, int components)
 {
-    const uint32_t *const log2 = rows->log2, all = log2[rows->count];
+    const uint32_t all = cqi_log2(rows->count * (uint32_t)components);
     uint64_t cost = 0;
     int k;
     for (k = 0; k < CQI_SIZES; k++)
-        if (size[k]) cost += (uint64_t)size[k] * (all - log2[size[k]] + 65536 * (uint32_t)k);
+        if (size[k]) cost += (uint64_t)size[k] * (all - cqi_log2(size[k]) + 65536 * (uint32_t)k);
     return (uint32_t)(cost >> 13);
-}
-
-static uint32_t cqi_cost_of_fit(const cqi_equations *fit)
-{
-    uint32_t cost = 0;
-    int c;
-    for (c = fit->first; c <= fit->last; c++) cost += cqi_cost_of_sizes(fit->rows, fit->size[c]);
-    return cost;
 }
 
 /* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
@@ -7701,7 +7677,7 @@ static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int 
         for (row = fit->rows->row; row < end; row++) {
             const int32_t error = cqi_left_of(wide, row->feature[c], row->offset[c]);
             int32_t share;
-            fit->size[c][cqi_size_of_error(error)]++;
+            fit->size[cqi_size_of_error(error)]++;
             if (power < 0) continue;
             share = cqi_share(error, (uint32_t)power);
             if (share == row->state[c]) continue;
@@ -7709,7 +7685,7 @@ static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int 
             row->state[c] = share;
         }
     if (fit->changes.count) cqi_make_changes(fit);
-    return cqi_cost_of_fit(fit);
+    return cqi_cost_of_sizes(fit->rows, fit->size, fit->last - fit->first + 1);
 }
 
 /* Fits the weights, beginning with those given; or with `squares`, with least squares. Returns about what the errors
@@ -7739,19 +7715,16 @@ static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int
 static void cqi_cost_changes(const cqi_equations *fit, int i, int32_t change, uint32_t *cost)
 {
     const cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    uint32_t size[2][CQI_SIZES];
     int c;
-    cost[0] = cost[1] = 0;
-    for (c = fit->first; c <= fit->last; c++) {
-        uint32_t size[2][CQI_SIZES];
-        memset(size, 0, sizeof size);
+    memset(size, 0, sizeof size);
+    for (c = fit->first; c <= fit->last; c++)
         for (row = fit->rows->row; row < end; row++) {
             const int32_t part = change * row->feature[c][i];
             size[0][cqi_size_of_error(row->state[c] - part)]++;
             size[1][cqi_size_of_error(row->state[c] + part)]++;
         }
-        cost[0] += cqi_cost_of_sizes(fit->rows, size[0]);
-        cost[1] += cqi_cost_of_sizes(fit->rows, size[1]);
-    }
+    for (c = 0; c < 2; c++) cost[c] = cqi_cost_of_sizes(fit->rows, size[c], fit->last - fit->first + 1);
 }
 
 /* Makes weight i larger by `change`, or else less by that, if the errors cost less then. */
@@ -7772,29 +7745,36 @@ static uint32_t cqi_move_weight(const cqi_equations *fit, int8_t *weight, int i,
     return moved[side];
 }
 
-/* Moves the weights to and fro, by steps that get smaller. */
-static uint32_t cqi_move_weights(const cqi_equations *fit, int8_t *weight, uint32_t cost)
+/* Moves the weights to and fro, by steps that get smaller. Returns about what the errors cost. */
+static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, int first_step, int last_step)
 {
     cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    uint32_t size[CQI_SIZES] = { 0 }, cost;
     int16_t wide[CQI_MOST];
     int i, c, step;
     cqi_widen(weight, fit->n, wide);
     for (row = fit->rows->row; row < end; row++)
-        for (c = fit->first; c <= fit->last; c++) row->state[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
-    for (step = CQI_FIRST_STEP; step; step /= 2)
+        for (c = fit->first; c <= fit->last; c++) {
+            row->state[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
+            size[cqi_size_of_error(row->state[c])]++;
+        }
+    cost = cqi_cost_of_sizes(fit->rows, size, fit->last - fit->first + 1);
+    for (step = first_step; step >= last_step; step /= 2)
         for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
     return cost;
 }
 
-/* Fits weights, beginning with those given. With all passes, also from other beginnings, and then moves the best
- * ones. */
+/* Fits weights to some of the rows, beginning with those given. With all passes, also from other beginnings, and then
+ * moves the best ones; by smaller steps with all rows. */
 static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
+    cqi_rows some = *rows;
     uint32_t cost;
     int i, given = 0;
     memset(&fit, 0, sizeof fit);
-    fit.rows = rows;
+    some.count = rows->some;
+    fit.rows = &some;
     fit.first = first;
     fit.last = last;
     fit.n = n;
@@ -7808,7 +7788,9 @@ static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_
         cost = other_cost;
         memcpy(weight, other, (size_t)n);
     }
-    return cqi_move_weights(&fit, weight, cost);
+    cqi_move_weights(&fit, weight, CQI_FIRST_STEP, 2 * CQI_LATER_STEP);
+    fit.rows = rows;
+    return cqi_move_weights(&fit, weight, CQI_LATER_STEP, 1);
 }
 
 /* Makes component 2 of the rows what components 0 and 1 are along the edge, or across it. */
@@ -7829,7 +7811,7 @@ static void cqi_turn_rows(const cqi_rows *rows, int n, int across)
 static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, int n)
 {
     const cqi_row *const end = rows->row + rows->count, *row;
-    uint32_t size[2][CQI_SIZES];
+    uint32_t size[CQI_SIZES];
     memset(size, 0, sizeof size);
     for (row = rows->row; row < end; row++) {
         int32_t x = 16 * row->offset[0], y = 16 * row->offset[1], part = 0;
@@ -7842,10 +7824,10 @@ static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, 
         }
         x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_x, 12);
         y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_y, 12);
-        size[0][cqi_size_of_error(x)]++;
-        size[1][cqi_size_of_error(y)]++;
+        size[cqi_size_of_error(x)]++;
+        size[cqi_size_of_error(y)]++;
     }
-    return cqi_cost_of_sizes(rows, size[0]) + cqi_cost_of_sizes(rows, size[1]);
+    return cqi_cost_of_sizes(rows, size, 2);
 }
 
 /* Fits all weights of n features to the rows, which stand for `count` vertices, beginning with those given. Weights
@@ -7938,20 +7920,30 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* Rows for a level, in this many parts: half as many as vertices, or a quarter of what there is room for if that is
- * more. */
+/* Room for rows, by the number of vertices. */
+static uint32_t cqi_most_rows(cqi_size num_vertices)
+{
+    const cqi_size tenth = num_vertices / 10;
+    return tenth < CQI_FEW_ROWS ? CQI_FEW_ROWS : tenth < CQI_MOST_ROWS ? (uint32_t)tenth : CQI_MOST_ROWS;
+}
+
+/* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
 static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
 {
-    cqi_plan *const p = d->plan;
-    const uint32_t all = d->regular.count, half = all / 2, most = CQI_ROWS / (uint32_t)parts, least = most / 4;
+    const uint32_t all = d->regular.count, half = all / 2, most = d->plan->most_rows / (uint32_t)parts, least = most / 4;
     cqi_rows rows;
     rows.count = half < least ? least : half < most ? half : most;
     if (rows.count > all) rows.count = all;
-    rows.row = p->row;
+    rows.some = parts > 1 || rows.count < CQI_FEW_ROWS / 2 ? rows.count : (rows.count + 1) / 2;
+    rows.row = d->plan->row;
     rows.parts = parts;
-    rows.log2 = p->log2;
-    for (; p->num_logs <= rows.count; p->num_logs++) p->log2[p->num_logs] = p->num_logs ? cqi_log2(p->num_logs) : 0;
     return rows;
+}
+
+/* The place of sample k among the rows. */
+static uint32_t cqi_place_of_sample(const cqi_rows *rows, uint32_t k)
+{
+    return rows->some == rows->count ? k : k % 2 ? rows->some + k / 2 : k / 2;
 }
 
 /* Fills the row of sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
@@ -7959,12 +7951,13 @@ static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, 
                          const cqi_vector *feature, int n, cqi_vector offset)
 {
     const cqi_vector edge = cqi_from(d, cqi_at(d, d->mesh.origin[h]), cq_target(&d->mesh, h)), none = { 0, 0, 0 };
+    cqi_row *const row = rows->row + cqi_place_of_sample(rows, k);
     int part;
     for (part = 0; part < rows->parts; part++) {
         if (part) cqi_set_tilt(t, edge, none, part);
-        cqi_set_row(&rows->row[(uint32_t)part * rows->count + k], t, feature, n, offset, cqi_fit_shift(d));
+        cqi_set_row(row + (uint32_t)part * rows->count, t, feature, n, offset, cqi_fit_shift(d));
     }
-    if (rows->parts == 1) cqi_set_row_edge(&rows->row[k], t);
+    if (rows->parts == 1) cqi_set_row_edge(row, t);
 }
 
 static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
@@ -9562,7 +9555,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         }
         if (!d->range.data) {
             cq_range_decoder_init(&d->range, d->buffer, d->range.size);
-            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
+            if (CQI_REPORTING(d)) d->cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
         }
         budget--;
         result = cqi_step(d);
@@ -9724,10 +9717,7 @@ typedef struct cqi_encoder {
     cqi_known known;          /* nor this */
 } cqi_encoder;
 
-/* The rows for fitting weights come after it: with them inside it would be larger than an object may be on AVR. */
-#define CQI_ENCODER_ALONE ((sizeof(cqi_encoder) + 7) / 8 * 8)
-#define CQI_ENCODER_BYTES \
-    (CQI_ENCODER_ALONE + (CQI_ROWS * sizeof(cqi_row) + (CQI_ROWS + 1) * sizeof(uint32_t) + 7) / 8 * 8)
+#define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
 #ifndef CQ_NO_WEDGES
 static uint64_t cqi_preparing_bytes(const cq_shape *s);
@@ -9755,6 +9745,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
+    plan += (cqi_size)cqi_most_rows(v) * sizeof(cqi_row);
     plan += 8 * 4; /* roundings of blocks */
     if (!shape->num_rows) more = cqi_more_bytes(s);
     all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
@@ -13199,6 +13190,8 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     cqi_plan *p = &e->plan;
     const cq_shape *s = &in->shape;
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
+    p->most_rows = cqi_most_rows(v);
+    p->row = (cqi_row *)cqi_take(arena, p->most_rows, sizeof(cqi_row));
     p->note = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
     p->decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
@@ -13211,8 +13204,6 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     memset(p->passed, 0, v);
     memset(p->face_decoded, 0xff, f * sizeof(cq_index));
     p->input = in->values;
-    p->row = (cqi_row *)(void *)((uint8_t *)e + CQI_ENCODER_ALONE);
-    p->log2 = (uint32_t *)(p->row + CQI_ROWS);
     p->follows_faces = in->face_map || cqi_all_components(s, CQI_OF_FACE) || s->num_materials;
     p->materials = in->materials;
     p->clean = in->clean;
@@ -13511,7 +13502,7 @@ static cq_result cqi_replay(cqi_encoder *e, const cq_input *in)
     cq_result result;
     uint32_t n = 0;
     memset(e->plan.before, 0, sizeof e->plan.before);
-    e->replay.cost = 4 * 8 * 65536 - cqi_bits_of_range(0xffffffffu);
+    e->replay.cost = 4 * 8 * 65536 - cqi_log2(0xffffffffu);
     cqi_start(&e->replay);
     while ((result = cqi_step(&e->replay)) == CQ_OK)
         if (++n % 4096 == 0) cqi_progress(in, in->shape.num_vertices + e->replay.mesh.num_vertices);

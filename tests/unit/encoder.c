@@ -460,12 +460,12 @@ TEST(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed) {
 TEST(reports_take_logarithms_within_a_6000th_that_never_fall) {
     uint32_t x, before = 0;
     for (x = 0xffffff; x < 0xff000000u; x += 1 + x / 5000) {
-        const uint32_t bits = cqi_bits_of_range(x);
+        const uint32_t bits = cqi_log2(x);
         CHECK(fabs((double)bits / 65536 - log2((double)x)) < 1.0 / 6000);
         CHECK(bits >= before);
         before = bits;
     }
-    for (x = 0; x < 32; ++x) CHECK_EQ(cqi_bits_of_range((uint32_t)1 << x), x * 65536);
+    for (x = 0; x < 32; ++x) CHECK_EQ(cqi_log2((uint32_t)1 << x), x * 65536);
 }
 
 TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
