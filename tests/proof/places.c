@@ -36,10 +36,9 @@ static int residual_holds(int32_t x, int most)
 
 static void any_kind(void)
 {
-    const int k = any_between(0, 8);
+    const int k = any_between(0, 7);
     kind_of = k == 0 ? CQI_OF_BASE : k == 1 ? CQI_FIRST : k == 2 ? CQI_SECOND : k == 3 ? CQI_NORMAL
-            : k == 4 ? CQI_AGREED_NORMAL : k == 5 ? CQI_AGREED : k == 6 ? CQI_NEW_ALONG : k == 7 ? CQI_NEW_ABOVE
-                                                                                          : CQI_PLAIN;
+            : k == 4 ? CQI_AGREED : k == 5 ? CQI_NEW_ALONG : k == 6 ? CQI_NEW_ABOVE : CQI_PLAIN;
     models_of = k ? CQI_RESIDUAL_MODELS : 41;
 }
 
@@ -307,7 +306,7 @@ void claim_same(void)
     questions_of = CQI_SAME;
     most_questions = CQI_SAMES * 4 * 8;
     f->asked = 0;
-    same = cqi_code_same(&d, any_between(CQI_AT_X, CQI_AT_AGREED_Z), predicted, &value);
+    same = cqi_code_same(&d, any_between(CQI_AT_X, CQI_AT_Z), predicted, &value);
     PROVE(f->asked >= 0 && f->asked <= f->same);
     for (k = 0; k < f->asked; k++) PROVE(fits(f->common[k], 14) && f->question[k] >= questions_of &&
                                          f->question[k] < questions_of + most_questions);
@@ -451,9 +450,9 @@ void claim_above_place(void)
     any_prediction();
     ASSUME(is_expected(half_bits) && prediction_holds(predicted));
     f->flat_sides = any_between(0, 1);
-    cqi_code_above(&d, any_between(0, 1), half_bits, predicted, &place, &value);
+    cqi_code_above(&d, half_bits, predicted, &place, &value);
     PROVE(coordinate_holds(value) && near_zero(place, MOST_PLACE));
-    PROVE(at_of == CQI_AT_Z || at_of == CQI_AT_AGREED_Z);
+    PROVE(at_of == CQI_AT_Z);
     REACHED();
 }
 

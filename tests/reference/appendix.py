@@ -30,7 +30,7 @@ BIT_TABLES = [("COMPONENT", "COMPONENT", "5.2"), ("LOOP", "LOOP", "5.3"), ("OTHE
               ("PASSED", "PASSED", "7.4"), ("GROW", "KIND_GROW", "5.4"), ("TURN", "KIND_TURN", "5.4"),
               ("CLOSE", "KIND_CLOSE", "5.4"), ("FLAG", "FLAG", "7.4"), ("BASE", "OF_BASE", "6.1"),
               ("FIRST", "FIRST", "6.1"), ("SECOND", "SECOND", "6.1"), ("NORMAL", "NORMAL", "6.1"),
-              ("AGREED_NORMAL", "AGREED_NORMAL", "6.1"), ("AGREED", "AGREED", "6.1"),
+              ("AGREED", "AGREED", "6.1"),
               ("SMALL", "SIGN_SMALL", "6.1"), ("MARK", "MARK", "17.2"), ("DISSOLVED", "DISSOLVED", "17.5"),
               ("SECOND_FLIP", "SECOND_FLIP", "17.8"), ("TWO", "TWO", "17.5"),
               ("CENTRAL", "CENTRAL", "17.5"), ("SHORTEST", "SHORTEST", "17.5"), ("SHORTER", "SHORTER", "17.5"),

@@ -759,7 +759,7 @@ class Pairs:
 class Questions:
     """9.6. `worth` is that of HIT, SAME, LEFT, and FLAT."""
 
-    HIT, SAME, LEFT, FLAT = 0, 64, 96, 160
+    HIT, SAME, LEFT, FLAT = 0, 64, 88, 136
 
     def __init__(self):
         self.yes = [256 * n + 128 for n in TABLES.yes]
@@ -953,13 +953,13 @@ class Place:
         others = sorted((n for n in dict.fromkeys(numbers) if n != first), key=lambda n: abs(n - predicted))
         return [(n, numbers.count(n)) for n in [first] + others][:self.num_same]
 
-    def component(self, place, c, kind, e, predicted):
+    def component(self, c, kind, e, predicted):
         if not self.num_same or self.h < 0:
             return self.coordinate(kind, e, predicted)
         questions = self.decoder.questions
         asked = []
         for i, (common, many) in enumerate(self.common([a[c] for a in self.at], predicted)):
-            asked.append((Questions.SAME + 32 * i + 8 * place + min(many, 7), common))
+            asked.append((Questions.SAME + 24 * i + 8 * c + min(many, 7), common))
             if questions.ask(self.decoder.coder, asked[-1][0]):
                 value, size = common >> self.h, max(e, 0)
                 break
@@ -983,8 +983,8 @@ class Place:
             x, size_x = self.coordinate("AGREED", e, hit.agreed[0])
             y, size_y = self.coordinate("AGREED", quotient(e + size_x + 1, 2), hit.agreed[1])
         else:
-            x, size_x = self.component(0, 0, "FIRST", self.expected[0], self.linear[0])
-            y, size_y = self.component(1, 1, "SECOND", self.expected[1], self.linear[1])
+            x, size_x = self.component(0, "FIRST", self.expected[0], self.linear[0])
+            y, size_y = self.component(1, "SECOND", self.expected[1], self.linear[1])
         self.b = [scaled(x, h), scaled(y, h)]
         u, v = (clamp(b - m, -65536, 65536) for b, m in zip(self.b, self.mean))
         self.plane = self.mean[2] - self.height([u, v, 0])
@@ -994,10 +994,7 @@ class Place:
         e = quotient(self.expected[2] + max(size_x, size_y), 2)
         if flat.answer:
             predicted, e = flat.agreed[0], half(flat.radius) - 2 * h
-        if hit.answer or flat.answer:
-            z, _ = self.component(3, 2, "AGREED_NORMAL", e, predicted)
-        else:
-            z, _ = self.component(2, 2, "NORMAL", e, predicted)
+        z, _ = self.component(2, "NORMAL", e, predicted)
         self.b.append(scaled(z, h))
         return x, y, z
 
