@@ -7502,7 +7502,8 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_LATER_STEP = 4, CQI_CHANGES = 4 };
-enum { CQI_FEW_ROWS = 512, CQI_MOST_ROWS = 2048 };
+#define CQI_FEW_ROWS 512u
+#define CQI_MOST_ROWS 2048u
 
 typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];

@@ -257,7 +257,7 @@ static int code_heights(cq_decoder *d, int shift, int flat_sides, int predict_ro
         d->now.fan.flat_sides = flat_sides;
         d->now.fan.num_rivals = 9;
         d->now.fan.over.linear.y = 5000;
-        cqi_code_above(d, k & 1, 12, predicted, &place, &value);
+        cqi_code_above(d, 12, predicted, &place, &value);
         CHECK_EQ(place.z, cqi_scaled(value, &d->ring));
         good += value == z;
     }
