@@ -2615,6 +2615,8 @@ typedef struct cqi_seed {
 } cqi_seed;
 
 #define CQI_MAX_REGULAR 32
+#define CQI_FEW_ROWS 512u  /* for fits, see cqi_most_rows */
+#define CQI_MOST_ROWS 2048u
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
 typedef struct cqi_row {
@@ -7502,8 +7504,6 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_LATER_STEP = 4, CQI_CHANGES = 4 };
-#define CQI_FEW_ROWS 512u
-#define CQI_MOST_ROWS 2048u
 
 typedef struct cqi_sums {
     int64_t a[CQI_MOST][CQI_MOST], b[CQI_MOST];
@@ -7901,13 +7901,6 @@ static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
     const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
                    end = (cq_index)((uint64_t)(k + 1) * r->count / rows);
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
-}
-
-/* Room for rows, by the number of vertices. */
-static uint32_t cqi_most_rows(cqi_size num_vertices)
-{
-    const cqi_size tenth = num_vertices / 10;
-    return tenth < CQI_FEW_ROWS ? CQI_FEW_ROWS : tenth < CQI_MOST_ROWS ? (uint32_t)tenth : CQI_MOST_ROWS;
 }
 
 /* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
@@ -9699,6 +9692,13 @@ typedef struct cqi_encoder {
     cq_report report;         /* of the pass to compare, see cqi_encode_best. A pass clears all above, but not this, */
     cqi_known known;          /* nor this */
 } cqi_encoder;
+
+/* Room for rows, by the number of vertices. */
+static uint32_t cqi_most_rows(cqi_size num_vertices)
+{
+    const cqi_size tenth = num_vertices / 10;
+    return tenth < CQI_FEW_ROWS ? CQI_FEW_ROWS : tenth < CQI_MOST_ROWS ? (uint32_t)tenth : CQI_MOST_ROWS;
+}
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
 
