@@ -56,7 +56,7 @@ mutation: deps ## 300 small changes of the header: do the tests notice? MUTANTS=
 build/log/mutation.log: $(HEADER) $(wildcard tests/mutation/*)
 	$(call log,CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS))
 
-coverage: verify-deps ## lines and branches of the header that the tests reach; fails below 100 % and 98 %
+coverage: verify-deps ## lines and branches of the header that the tests reach; fails below 100 % and 99 %
 	@CLANG=$(CLANG) tests/coverage/coverage.sh
 
 build/log/coverage.log: $(HEADER) $(wildcard tests/coverage/* tests/unit/* tests/property/*)
