@@ -423,9 +423,9 @@ static void any_level(void)
     r->at = any_index();
 }
 
-void stub_code_weights(cq_decoder *of, int8_t *weight, int n, uint32_t (*fit)(cq_decoder *, int, uint32_t))
+void stub_code_weights(cq_decoder *of, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *, int))
 {
-    (void)fit;
+    (void)fill;
     PROVE(of == &d && weight && (n == CQI_FIXED || n == CQI_FINE));
 }
 

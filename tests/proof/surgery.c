@@ -665,6 +665,7 @@ void claim_can_collapse(void)
         assume_places(s, cq_next(h));
         ASSUME(!(mark_of[target(s)] & CQI_SCRATCH));
     }
+    ASSUME(!is_virtual(target(x)) || m.num_virtual > 0); /* virtual vertices are counted */
     if (!cq_mesh_can_collapse(&m, h, CQ_NONE)) return;
     PROVE(!is_virtual(a) && !is_virtual(b) && p != q && valence_of[p] >= 4 && valence_of[q] >= 4);
     PROVE(target(x) != target(y) || target(x) == p || target(x) == q);
