@@ -176,9 +176,10 @@ include $(wildcard examples/*/*.mk tests/*.mk tests/*/*.mk fuzz/*.mk)
 # A test is build/log/NAME.log, whose last line is `N passed, N failed`. `make check T=NAME` runs one. Long ones are first.
 SCRIPTS = lint headers vendor python engine $(WEB_LOGS) ref_data examples channels inputs seams embedded meshes bases \
     reference portability fuzz fuzz-16 fuzz-msan fuzz-work quotes
-TESTS = $(CGAL) $(EXHAUSTIVE) $(SCRIPTS) $(PROGRAMS)
+LONG = exhaustive/payloads-3
+TESTS = $(CGAL) $(filter-out $(LONG),$(EXHAUSTIVE)) $(SCRIPTS) $(PROGRAMS)
 CHECKS = lint headers-quick ref_data $(QUICK_PROGRAMS)
-VERIFY = $(VERIFY_PROGRAMS) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
+VERIFY = $(VERIFY_PROGRAMS) $(LONG) verify/exhaustive-roundtrip verify/exhaustive-splits verify/exhaustive-symbols \
     verify/exhaustive-regular verify/exhaustive-seams verify/cgal-splits verify/fuzz-work verify/reference \
     batch web-models proof proof-bugs portability-all windows vendor-windows coverage mutation verify/quotes
 LOGS = $(TESTS:%=build/log/%.log)

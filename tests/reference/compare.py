@@ -5,7 +5,7 @@ CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
     meshes     of ref_data, with positions (also of 24 bits), without, with odd channels: whole, stopped at some
-               numbers of vertices, and cut at some places; those of build/meshes with up to 1500 vertices (--all:
+               numbers of vertices, and cut at some places; those of build/meshes with up to 1000 vertices (--all:
                20 000)
     corrupt    400 streams (--all: 14 000) with bits flipped, counts changed, payloads made up, with and without
                matching check values
@@ -325,7 +325,7 @@ def main():
     small = sorted((ROOT / "ref_data").glob("*.off"))
     jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,),
             (compare_power_of_two,)]
-    for path in package_meshes(20000 if options.all else 1500):
+    for path in package_meshes(20000 if options.all else 1000):
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
