@@ -52,12 +52,22 @@ import decoderCode from "./decoder.wasm.js";
  */
 
 /**
+ * A Worker of node:worker_threads.
+ * @typedef {object} NodeWorker
+ * @property {(message: any, transfer?: any[]) => void} postMessage
+ * @property {(event: string, listener: (value: any) => void) => unknown} on
+ * @property {(event: string, listener: (value: any) => void) => unknown} off
+ * @property {() => unknown} terminate
+ */
+
+/**
  * @typedef {object} Options
  * @property {number} [budget]          milliseconds that a step may take; not given: all that has arrived at once
  * @property {WebAssembly.Memory} [memory]  to decode in; it grows to what the mesh needs. Not together with a worker
  * @property {number} [maxMemory]       bytes that a stream may ask for; 1 GiB
  * @property {boolean} [partial]        a stream that ends early is no error
- * @property {boolean | Worker} [worker]    decode in a worker: one of its own, or one that serves several
+ * @property {boolean | Worker | NodeWorker} [worker]  decode in a worker: one of its own, or one of worker.js that serves
+ *                                      several
  * @property {AbortSignal} [signal]     stops
  */
 
@@ -682,8 +692,8 @@ function pack({ index, attributes, ranges, ...counts }) {
  * any) => void): void }} Port
  */
 
-/** Serves decoders to a page: what worker.js runs. @param {Port} port */
-export function serve(port) {
+/** Serves decoders to a page: what worker.js runs. @param {Port} [port]  not given: that of the worker it runs in */
+export function serve(port = findPort()) {
     /** @type {Map<number, Promise<Decoder>>} */
     const decoders = new Map();
     port.addEventListener("message", async ({ data: { id, call, value } }) => {
@@ -712,12 +722,19 @@ export function serve(port) {
     });
 }
 
+/** @returns {Port} */
+function findPort() {
+    const all = /** @type {any} */ (globalThis);
+    return all.postMessage ? all : all.process.getBuiltinModule("node:worker_threads").parentPort;
+}
+
 /** A Decoder that works elsewhere. Its arrays are here, and grow by what the worker hands over. */
 export class WorkerDecoder {
     static #count = 0;
     #id = ++WorkerDecoder.#count;
     #port;
     #owned;
+    #signal;
     /** @type {((reply: any) => void) | undefined} */
     #resolve;
     /** @type {((error: Error) => void) | undefined} */
@@ -725,23 +742,29 @@ export class WorkerDecoder {
     /** @type {State | null} */
     #state = null;
     complete = false;
-    #listener = (/** @type {MessageEvent} */ event) => {
-        if (event.data.id === this.#id) this.#resolve?.(event.data);
+    #listener = (/** @type {any} */ event) => {
+        const reply = event.data ?? event; // node has no event around it
+        if (reply.id === this.#id) this.#resolve?.(reply);
     };
-    #failed = (/** @type {ErrorEvent} */ event) => this.#reject?.(new Error(event.message || "the worker cannot start"));
+    #failed = (/** @type {any} */ event) => this.#reject?.(new Error(event.message || "the worker cannot start"));
+    #aborted = () => this.#reject?.(this.#signal?.reason);
 
-    /** @param {Worker} port @param {boolean} owned  to be terminated with the last piece */
-    constructor(port, owned) {
+    /** @param {Worker | NodeWorker} port @param {boolean} owned  to be terminated with the last piece
+     *  @param {AbortSignal} [signal]  ends a wait for the worker */
+    constructor(port, owned, signal) {
+        const listen = "on" in port ? port.on : port.addEventListener;
         this.#port = port;
         this.#owned = owned;
-        port.addEventListener("message", this.#listener);
-        port.addEventListener("error", this.#failed);
+        this.#signal = signal;
+        listen.call(port, "message", this.#listener);
+        listen.call(port, "error", this.#failed);
+        signal?.addEventListener("abort", this.#aborted);
     }
 
     /** @param {Options} options */
-    static async create({ worker, maxMemory }) {
+    static async create({ worker, maxMemory, signal }) {
         const owned = worker === true || !worker;
-        const decoder = new WorkerDecoder(owned ? startWorker() : worker, owned);
+        const decoder = new WorkerDecoder(owned ? startWorker() : worker, owned, signal);
         decoder.#send("open", { maxMemory });
         return decoder;
     }
@@ -766,9 +789,12 @@ export class WorkerDecoder {
     }
 
     free() {
+        const port = this.#port,
+            leave = "on" in port ? port.off : port.removeEventListener;
         this.#send("free");
-        this.#port.removeEventListener("message", this.#listener);
-        this.#port.removeEventListener("error", this.#failed);
+        leave.call(port, "message", this.#listener);
+        leave.call(port, "error", this.#failed);
+        this.#signal?.removeEventListener("abort", this.#aborted);
         if (this.#owned) this.#port.terminate();
     }
 
@@ -779,6 +805,7 @@ export class WorkerDecoder {
 
     /** @param {string} call @param {unknown} [value] @param {Transferable[]} [transfer] */
     async #ask(call, value, transfer) {
+        this.#signal?.throwIfAborted();
         const reply = await new Promise((resolve, reject) => {
             [this.#resolve, this.#reject] = [resolve, reject];
             this.#send(call, value, transfer);
@@ -804,9 +831,16 @@ export class WorkerDecoder {
     }
 }
 
-/** A worker of this package, for the option `worker`. */
+/** A worker of this package, for the option `worker`. In node it has what NodeWorker says. @returns {Worker} */
 export function startWorker() {
+    if (typeof Worker === "undefined") return startInNode();
     return new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+}
+
+/** Bundlers see neither an import of node's nor a file that a page would need. */
+function startInNode() {
+    const { Worker } = /** @type {any} */ (globalThis).process.getBuiltinModule("node:worker_threads");
+    return new Worker(new URL(import.meta.url.replace(/[^/]*$/, "worker.js")));
 }
 
 /** An exception that has crossed to the page. @param {{ message: string, result?: number, byte?: number }} e */
@@ -924,17 +958,10 @@ function encodeIn(memory, wasm, mesh, { bits = {}, goal = "balanced", metadata }
     for (const name of names) {
         const array = /** @type {ArrayLike<number>} */ (attributes[name]);
         const wanted = typeof bits === "number" ? (name === "positions" ? bits : undefined) : bits[name];
-        check(
-            addChannel(
-                wasm,
-                copy,
-                name,
-                array,
-                array.length / (findKind(name).merge === PER_FACE ? faces : vertices),
-                wanted,
-            ),
-            name,
-        );
+        const perFace = findKind(name).merge === PER_FACE,
+            count = perFace ? faces : vertices;
+        if (!count) throw new RangeError(`${name}: the mesh has no ${perFace ? "faces" : "vertices"}`);
+        check(addChannel(wasm, copy, name, array, array.length / count, wanted), name);
     }
     check(wasm.encode());
     const [stream, size, map, faceMap] = new Uint32Array(memory.buffer, wasm.output(), 4);

@@ -6,8 +6,9 @@
  *     await document.transform(progressive({ bits: 14 }));
  *     await io.write("b.glb", document);                              // and io.read("b.glb") */
 import { BufferUtils, Extension, GLB_BUFFER, PropertyType } from "@gltf-transform/core";
+import { NAME, checkPrimitive, need } from "./gltf.js";
 
-export const NAME = "CONQUEST_mesh_progressive";
+export { NAME };
 const TRIANGLES = 4,
     MAX_CHANNELS = 16,
     MAX_GROUPS = 1024,
@@ -245,11 +246,12 @@ export class ConquestMeshProgressive extends Extension {
             if (!states.has(found.bufferView)) states.set(found.bufferView, decode(found.bufferView));
             const state = /** @type {State} */ (states.get(found.bufferView)),
                 channels = Object.values(state.attributes);
+            checkPrimitive(state, found);
             for (const [key, channel] of Object.entries(found.attributes)) {
                 const [name, target] = key.split(":");
                 const of =
-                    target === undefined ? primitive.attributes : /** @type {any} */ (primitive.targets)[target];
-                fill(of[name], channels[/** @type {number} */ (channel)].array);
+                    target === undefined ? primitive.attributes : /** @type {any} */ (primitive.targets)?.[target];
+                fill(need(of?.[name], key), channels[/** @type {number} */ (channel)].array);
             }
             fill(/** @type {number} */ (primitive.indices), takeGroup(state, found.group ?? 0));
         }

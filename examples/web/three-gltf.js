@@ -6,9 +6,11 @@
  *
  * From a server that knows HTTP ranges, loadProgressive(url, loader, { ranges: true }) gets some bytes of each mesh first.
  * Any GLTFLoader reads such files when they are whole: loader.register(parser => new ConquestGLTFPlugin(parser)). */
+import { BufferAttribute } from "three";
 import { decode, startWorker } from "./conquest.js";
+import { NAME, checkPrimitive, need } from "./gltf.js";
 
-export const NAME = "CONQUEST_mesh_progressive";
+export { NAME };
 const GLB = 0x46546c67,
     JSON_CHUNK = 0x4e4f534a,
     HEADER = 12,
@@ -20,7 +22,10 @@ const GLB = 0x46546c67,
 /** @typedef {import("./conquest.js").State} State */
 /** @typedef {import("./conquest.js").Range} Range */
 /** @typedef {import("three").BufferGeometry} BufferGeometry */
-/** @typedef {import("three").BufferAttribute} BufferAttribute */
+/** @typedef {import("three/addons/loaders/GLTFLoader.js").GLTFLoader} GLTFLoader */
+/** @typedef {import("three/addons/loaders/GLTFLoader.js").GLTFParser} GLTFParser */
+/** @typedef {import("three/addons/loaders/GLTFLoader.js").GLTF} GLTF */
+/** @typedef {GLTF & { userData: { loaded: Promise<void> } }} ProgressiveGLTF  `loaded`: all meshes are exact */
 
 /**
  * Called after each refinement; what returns false ends it, and no more bytes of that mesh are asked for.
@@ -72,15 +77,16 @@ function update(attribute, from, ranges, shift = 0) {
 function fill({ geometry, attributes, group = 0 }, state, done) {
     const channels = Object.values(state.attributes),
         morphs = /** @type {Record<string, BufferAttribute[]>} */ (geometry.morphAttributes);
+    checkPrimitive(state, { attributes, group });
     for (const [key, channel] of Object.entries(attributes)) {
         const [name, target] = key.split(":"),
             { array, ranges } = channels[channel];
         const at = /** @type {BufferAttribute} */ (
             target === undefined
                 ? geometry.getAttribute(nameAttribute(name))
-                : morphs[nameAttribute(name)][Number(target)]
+                : morphs[nameAttribute(name)]?.[Number(target)]
         );
-        if (!done.has(at)) update(at, array, ranges);
+        if (!done.has(at)) update(need(at, key), array, ranges);
         done.add(at);
     }
     let end = 0;
@@ -96,11 +102,25 @@ function fill({ geometry, attributes, group = 0 }, state, done) {
     if (state.complete && Object.keys(morphs).length) geometry.dispose(); // it is made once
 }
 
+/** Attributes that lie interleaved, as those of a fallback may, become arrays of their own. Primitives that share one share
+ *  what it becomes, too. @param {BufferGeometry} geometry @param {Map<any, BufferAttribute>} owned */
+function separate(geometry, owned) {
+    const own = (/** @type {any} */ attribute) => {
+        if (!attribute.isInterleavedBufferAttribute) return attribute;
+        const { array, count, itemSize, normalized } = attribute;
+        if (!owned.has(attribute))
+            owned.set(attribute, new BufferAttribute(new array.constructor(count * itemSize), itemSize, normalized));
+        return owned.get(attribute);
+    };
+    for (const [name, attribute] of Object.entries(geometry.attributes)) geometry.setAttribute(name, own(attribute));
+    for (const all of Object.values(geometry.morphAttributes)) all?.forEach((attribute, k) => (all[k] = own(attribute)));
+}
+
 /** A plugin for GLTFLoader. */
 export class ConquestGLTFPlugin {
     name = NAME;
 
-    /** @param {any} parser
+    /** @param {GLTFParser} parser
      *  @param {{ source?: (view: number) => any, anyOrder?: boolean, onRefine?: OnRefine }} [options]  `source`: where the
      *  bytes of a buffer view come from; not given: the file */
     constructor(parser, { source, anyOrder = false, onRefine = () => {} } = {}) {
@@ -110,10 +130,11 @@ export class ConquestGLTFPlugin {
         this.onRefine = onRefine;
     }
 
-    /** @param {any} gltf */
+    /** @param {GLTF} gltf */
     async afterRoot(gltf) {
-        const { json, associations } = this.parser,
-            geometries = new Map();
+        const { json, associations } = /** @type {any} */ (this.parser),
+            geometries = new Map(),
+            owned = new Map();
         for (const [object, { meshes = -1, primitives = 0 } = {}] of associations)
             if (object.isMesh && meshes >= 0)
                 geometries.set(json.meshes[meshes].primitives[primitives], object.geometry);
@@ -122,6 +143,7 @@ export class ConquestGLTFPlugin {
             const found = extensions?.[NAME];
             if (!found) continue;
             parts.set(found.bufferView, [...(parts.get(found.bufferView) ?? []), { geometry, ...found }]);
+            separate(geometry, owned);
             geometry.setDrawRange(0, 0);
         }
         const loaded = this.#refineAll([...parts].sort((a, b) => a[0] - b[0]).map(([, all]) => all));
@@ -304,17 +326,18 @@ async function openRanges(url) {
 /**
  * Loads a .glb whose streams are at its end: resolves when all before them is there, and refines while they arrive.
  * @param {string} url
- * @param {any} loader  a GLTFLoader
+ * @param {GLTFLoader} loader
  * @param {{ onRefine?: OnRefine, ranges?: boolean }} [options]  `ranges`: get the streams side by side by HTTP range
  *  requests, wherever they are in the file
+ * @returns {Promise<ProgressiveGLTF>}
  */
 export async function loadProgressive(url, loader, { onRefine, ranges = false } = {}) {
     const file = ranges ? await openRanges(url) : await openWhole(await fetch(url), url);
-    const plugin = (/** @type {any} */ parser) =>
+    const plugin = (/** @type {GLTFParser} */ parser) =>
         new ConquestGLTFPlugin(parser, { source: file.stream, anyOrder: file.anyOrder, onRefine });
     loader.register(plugin);
     try {
-        return await loader.parseAsync(file.scene, url.replace(/[^/]*$/, ""));
+        return /** @type {any} */ (await loader.parseAsync(file.scene, url.replace(/[^/]*$/, "")));
     } finally {
         loader.unregister(plugin);
     }

@@ -74,7 +74,8 @@ export class ProgressiveGeometry extends BufferGeometry {
     type = "ProgressiveGeometry";
     /** @type {State | null} */
     state = null;
-    /** @type {Promise<this>} resolves with the last refinement; rejects if the stream breaks */
+    /** @type {Promise<this>} resolves with the last refinement, and when it is stopped; rejects if the stream breaks, and
+     *  with an AbortError if the loader is disposed before */
     loaded = new Promise(() => {});
     #stopped = new AbortController();
 
@@ -144,6 +145,7 @@ export class CQMLoader extends Loader {
     #workerLimit = 1;
     /** @type {Goal} */
     #goal = {};
+    #disposed = new AbortController();
 
     /** Called after each refinement; set it. @type {(geometry: ProgressiveGeometry, state: State) => void} */
     onRefine = () => {};
@@ -154,8 +156,11 @@ export class CQMLoader extends Loader {
         return this;
     }
 
-    /** @param {Goal} goal */
+    /** @param {Goal} goal  with one of vertices, error and pixels; pixels need a camera */
     stopAt(goal) {
+        const { vertices, error, pixels, camera } = goal ?? {};
+        if (![vertices, error, pixels].some(Number.isFinite) || (pixels !== undefined && !camera))
+            throw new TypeError("stopAt needs { vertices }, { error } or { pixels, camera, height }");
         this.#goal = goal;
         return this;
     }
@@ -175,7 +180,8 @@ export class CQMLoader extends Loader {
             (onError ?? console.error)(error);
             this.manager.itemError(full);
         };
-        const geometry = this.refine(fetch(full, { headers: this.requestHeader, credentials }), onLoad, onProgress);
+        const { signal } = this.#disposed;
+        const geometry = this.refine(fetch(full, { headers: this.requestHeader, credentials, signal }), onLoad, onProgress);
         geometry.loaded.catch(failed).finally(() => this.manager.itemEnd(full));
     }
 
@@ -206,12 +212,13 @@ export class CQMLoader extends Loader {
      *  @param {(geometry: ProgressiveGeometry) => void} onFirst @param {(event: ProgressEvent) => void} [onProgress] */
     async #run(geometry, source, onFirst, onProgress) {
         const slot = this.#takeWorker(),
-            goal = this.#goal;
+            goal = this.#goal,
+            signal = AbortSignal.any([geometry.signal, this.#disposed.signal]);
         try {
             for await (const state of decode(source, {
                 worker: slot?.worker,
                 budget: slot ? WORKER_BUDGET : BUDGET,
-                signal: geometry.signal,
+                signal,
             })) {
                 const isFirst = !geometry.state;
                 geometry.grow(state);
@@ -231,7 +238,7 @@ export class CQMLoader extends Loader {
                     break;
                 if (!slot && !state.complete) await nextFrame();
                 while (
-                    !geometry.signal.aborted &&
+                    !signal.aborted &&
                     !state.complete &&
                     errorInPixels(state.error, geometry, goal) <= (goal.pixels ?? -1)
                 )
@@ -253,8 +260,10 @@ export class CQMLoader extends Loader {
         return slot;
     }
 
-    /** Ends the workers. */
+    /** Ends the workers, and with an AbortError what still loads. */
     dispose() {
+        this.#disposed.abort(new DOMException("the loader was disposed", "AbortError"));
+        this.#disposed = new AbortController();
         this.#workers.forEach(w => w.worker.terminate());
         this.#workers = [];
         return this;

@@ -7,7 +7,7 @@ import { NodeIO } from "@gltf-transform/core";
 import { chromium } from "playwright-core";
 import { encode, openCodec } from "conquest-mesh";
 import { ConquestMeshProgressive, NAME, progressive } from "conquest-mesh/gltf-transform";
-import { makeDocument, moveToFront } from "./documents.js";
+import { addStreams, changeGlb, makeDocument, moveToFront } from "./documents.js";
 import { serveFolder } from "./serve.js";
 import { makeDressed, makeSphere } from "./meshes.js";
 
@@ -34,6 +34,18 @@ const listStreams = ({ meshes }) => [
 ];
 const streams = listStreams(json);
 const beforeStreams = glb.length - streams.reduce((sum, v) => sum + json.bufferViews[v].byteLength, 0);
+
+// Its streams with what comes of them as a fallback, which is interleaved.
+const decoded = await io.readBinary(glb);
+decoded
+    .getRoot()
+    .listExtensionsUsed()
+    .forEach(extension => extension.dispose());
+const fallback = addStreams(await io.writeBinary(decoded), { json, glb }, NAME),
+    fallbackJson = (await io.binaryToJSON(fallback)).json;
+
+/** The file with something wrong in an extension of it. */
+const spoil = change => changeGlb(glb, ({ meshes }) => change(meshes[1].primitives[0].extensions[NAME]));
 
 // A larger one whose streams come first, by ranges: of streams only so much of each until a test says so.
 const fine = makeDocument(5),
@@ -69,6 +81,10 @@ const server = await serveFolder("..", 0, {
     "/none.cqm": send(Buffer.from("solid of no mesh")),
     "/plain.glb": send(plainGlb),
     "/progressive.glb": send(glb),
+    "/fallback.glb": send(fallback),
+    "/group.glb": send(spoil(e => (e.group = 2))),
+    "/channel.glb": send(spoil(e => (e.attributes.POSITION = 5))),
+    "/attribute.glb": send(spoil(e => (e.attributes.NORMAL = 0))),
     "/plain-fine.glb": send(plainFine),
     "/ranged.glb": sendRange,
     "/slow.glb": (_, response) => {
@@ -337,6 +353,42 @@ test("a geometry that is stopped waits for no more bytes; a worker that cannot s
     assert.match(got.error, /^Error: the worker cannot start$/);
 });
 
+test("a goal that is none is an error", async () => {
+    const errors = await page.evaluate(() =>
+        [1000, undefined, {}, { vertex: 1000 }, { pixels: 1 }].map(goal => {
+            try {
+                return String(new CQMLoader().stopAt(goal));
+            } catch (error) {
+                return error.name;
+            }
+        }),
+    );
+    assert.deepEqual(errors, Array(5).fill("TypeError"));
+});
+
+test("what still loads when its loader is disposed rejects with an AbortError; the loader loads on", async () => {
+    const got = await page.evaluate(async () => {
+        const name = promise => promise.then(() => "loaded", error => error.name),
+            errors = [];
+        for (const workers of [0, 1]) {
+            const loader = new CQMLoader().setWorkerLimit(workers),
+                early = loader.loadAsync("/whole.cqm");
+            loader.dispose();
+            errors.push(await name(early));
+            const geometry = await loader.loadAsync("/slow.cqm");
+            loader.dispose();
+            errors.push(await name(geometry.loaded));
+            const far = await loader.loadAsync("/whole.cqm");
+            errors.push(await name(far.loaded));
+            loader.dispose();
+        }
+        return errors;
+    });
+    waiting.splice(0).forEach(response => response.destroy());
+    const each = ["AbortError", "AbortError", "loaded"];
+    assert.deepEqual(got, [...each, ...each]);
+});
+
 test("encodes in the browser, the same bytes", async () => {
     const bytes = await page.evaluate(
         async mesh =>
@@ -395,6 +447,46 @@ test("a glTF file is drawn while it arrives, and whole", async () => {
         JSON.stringify(late),
     );
     assert.ok(late.early.different > late.late.different, JSON.stringify(late));
+});
+
+test("a glTF file whose fallback is interleaved is drawn from its streams", async () => {
+    const strides = fallbackJson.bufferViews.map(view => view.byteStride ?? 0);
+    assert.ok(Math.max(...strides) > 16 && !fallbackJson.extensionsRequired, strides.join(" "));
+    const got = await page.evaluate(async () => {
+        const draw = async gltf => {
+            await gltf.userData.loaded;
+            return drawScene(gltf.scene);
+        };
+        const plugin = parser => new ConquestGLTFPlugin(parser),
+            plain = await draw(await new GLTFLoader().loadAsync("/plain.glb")),
+            ignored = await draw(await new GLTFLoader().loadAsync("/fallback.glb")),
+            whole = await draw(await new GLTFLoader().register(plugin).loadAsync("/fallback.glb")),
+            gltf = await loadProgressive("/fallback.glb", new GLTFLoader()),
+            arrives = await draw(gltf);
+        const used = new Set();
+        gltf.scene.traverse(o => o.isMesh && Object.values(o.geometry.attributes).forEach(a => used.add(a)));
+        return {
+            pixels: [ignored, whole, arrives].map(picture => compare(picture, plain)),
+            filled: [...used].every(a => a.array.some(x => x !== 0)),
+        };
+    });
+    assert.ok(got.filled && got.pixels.every(p => p.shown > 3000 && p.different < 0.01), JSON.stringify(got));
+});
+
+test("a glTF file that asks for what its stream does not have is an error", async () => {
+    const errors = await page.evaluate(() =>
+        Promise.all(
+            ["/group.glb", "/channel.glb", "/attribute.glb"].map(async url => {
+                const { userData } = await loadProgressive(url, new GLTFLoader());
+                return userData.loaded.then(() => "no error", String);
+            }),
+        ),
+    );
+    assert.deepEqual(errors, [
+        "Error: CONQUEST_mesh_progressive: a primitive is group 2, of a stream that has 2",
+        "Error: CONQUEST_mesh_progressive: POSITION is channel 5, of a stream that has 1",
+        "Error: CONQUEST_mesh_progressive: NORMAL is no attribute of the primitive",
+    ]);
 });
 
 test("a glTF file by ranges: some bytes of each mesh first, each byte once, no more of what is fine enough", async () => {

@@ -149,3 +149,45 @@ export function moveToFront(glb, views) {
     header.setUint32(12, text + 400, true);
     return Buffer.concat([start, longer, glb.subarray(20 + text, 28 + text), binary.subarray(cut), binary.subarray(0, cut)]);
 }
+
+/** The same .glb with another text, and `more` bytes at its end. */
+export function changeGlb(glb, change, more = new Uint8Array(0)) {
+    const words = new DataView(glb.buffer, glb.byteOffset),
+        text = words.getUint32(12, true),
+        json = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + text))),
+        binary = Buffer.concat([glb.subarray(28 + text), more]);
+    json.buffers[0].byteLength = binary.length;
+    change(json, binary.length - more.length);
+    const changed = Buffer.from(JSON.stringify(json)),
+        padded = Buffer.concat([changed, Buffer.alloc(-changed.length & 3, " ")]),
+        head = Buffer.from(glb.subarray(0, 20)),
+        chunk = Buffer.from(glb.subarray(20 + text, 28 + text));
+    head.writeUInt32LE(28 + padded.length + binary.length, 8);
+    head.writeUInt32LE(padded.length, 12);
+    chunk.writeUInt32LE(binary.length, 0);
+    return Buffer.concat([head, padded, chunk, binary]);
+}
+
+/** A plain .glb, and in it the streams of a progressive one with the same meshes: those who do not know them have it. */
+export function addStreams(plain, { json, glb }, name) {
+    const views = [...new Set(json.meshes.flatMap(m => m.primitives.flatMap(p => p.extensions?.[name]?.bufferView ?? [])))],
+        binary = glb.subarray(28 + new DataView(glb.buffer, glb.byteOffset).getUint32(12, true)),
+        streams = views.map(v => binary.subarray(json.bufferViews[v].byteOffset ?? 0).subarray(0, json.bufferViews[v].byteLength));
+    const change = (to, size) => {
+        const first = to.bufferViews.length;
+        to.extensionsUsed = [...(to.extensionsUsed ?? []), name];
+        for (const { byteLength } of streams) {
+            to.bufferViews.push({ buffer: 0, byteOffset: size, byteLength });
+            size += byteLength;
+        }
+        json.meshes.forEach(({ primitives }, m) =>
+            primitives.forEach(({ extensions }, p) => {
+                const found = extensions?.[name],
+                    bufferView = first + views.indexOf(found?.bufferView);
+                if (found) to.meshes[m].primitives[p].extensions = { [name]: { ...found, bufferView } };
+            }),
+        );
+    };
+    const all = Buffer.concat(streams);
+    return changeGlb(plain, change, Buffer.concat([all, Buffer.alloc(-all.length & 3)]));
+}

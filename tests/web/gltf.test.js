@@ -1,11 +1,14 @@
 /* glTF files with CONQUEST_mesh_progressive: there and back, valid, all else untouched. SPDX-License-Identifier: MIT */
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { readdirSync } from "node:fs";
+import { execFileSync, spawnSync } from "node:child_process";
+import { cpSync, mkdirSync, mkdtempSync, readdirSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { test } from "node:test";
-import { NodeIO, getBounds } from "@gltf-transform/core";
-import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
+import draco from "draco3d";
+import { MeshoptEncoder } from "meshoptimizer";
+import { Logger, NodeIO, getBounds } from "@gltf-transform/core";
+import { ALL_EXTENSIONS, EXTMeshoptCompression, KHRDracoMeshCompression } from "@gltf-transform/extensions";
 import validator from "gltf-validator";
 import { openCodec } from "conquest-mesh";
 import { ConquestMeshProgressive, NAME, progressive } from "conquest-mesh/gltf-transform";
@@ -157,8 +160,10 @@ test("with 14 bits it is smaller and as close as the grid", async () => {
     assert.deepEqual(describeRest(small.back), describeRest(exact.back));
 });
 
+const command = join("node_modules", ".bin", "conquest-gltf");
+
 test("the command makes a file progressive, and plain again", async () => {
-    const command = join("node_modules", ".bin", "conquest-gltf"), before = makeDocument();
+    const before = makeDocument();
     const triangles = d => d.getRoot().listMeshes().flatMap(m => m.listPrimitives().map(p => listTriangles(p)));
     await io.write("plain.glb", before);
     execFileSync(command, ["plain.glb", "progressive.glb", "32"]);
@@ -167,6 +172,79 @@ test("the command makes a file progressive, and plain again", async () => {
     const uses = async name => (await io.readAsJSON(name)).json.extensionsUsed?.includes(NAME) ?? false;
     assert.deepEqual([await uses("progressive.glb"), await uses("again.glb")], [true, false]);
     assert.throws(() => execFileSync(command, ["plain.glb"], { stdio: "pipe" }), { status: 2 });
+});
+
+/** A file that is compressed by others. */
+async function writeCompressed(name, extension) {
+    const document = makeDocument().setLogger(new Logger(Logger.Verbosity.ERROR));
+    document.createExtension(extension).setRequired(true);
+    await new NodeIO()
+        .registerExtensions(ALL_EXTENSIONS)
+        .registerDependencies({
+            "draco3d.encoder": await draco.createEncoderModule(),
+            "meshopt.encoder": await MeshoptEncoder.ready.then(() => MeshoptEncoder),
+        })
+        .write(name, document);
+}
+
+const COMPRESSED = { draco3d: KHRDracoMeshCompression, meshoptimizer: EXTMeshoptCompression };
+for (const [name, extension] of Object.entries(COMPRESSED))
+    test(`the command reads what ${name} has compressed`, async () => {
+        const bounds = document => document.getRoot().listScenes().map(getBounds)[0].max.map(x => x.toFixed(2));
+        await writeCompressed(`${name}.glb`, extension);
+        execFileSync(command, [`${name}.glb`, "progressive.glb"]);
+        const { json } = await io.readAsJSON("progressive.glb"),
+            found = json.meshes.flatMap(m => m.primitives).filter(p => p.extensions?.[NAME]);
+        assert.equal(found.length, 3);
+        assert.ok(!json.extensionsUsed.includes(extension.EXTENSION_NAME), json.extensionsUsed.join(" "));
+        const back = await io.read("progressive.glb");
+        assert.deepEqual(describeRest(back).materials, describeRest(makeDocument()).materials);
+        assert.deepEqual(bounds(back), bounds(makeDocument()));
+    });
+
+test("the command says in a line what is wrong", async () => {
+    const folder = mkdtempSync(join(tmpdir(), "conquest-")), // packages of the tests are not found from there
+        packages = resolve("..", "npm", "node_modules", "@gltf-transform");
+    cpSync(resolve("node_modules", "conquest-mesh"), folder, { recursive: true });
+    const fail = (file, words, pattern) => {
+        const { status, stderr } = spawnSync("node", [file, ...words], { encoding: "utf8" });
+        assert.match(stderr, /^conquest-gltf: .*\n$/);
+        assert.match(stderr, pattern);
+        assert.equal(status, 1);
+    };
+    await io.write("plain.glb", makeDocument());
+    writeFileSync("none.glb", "solid of no mesh");
+    writeFileSync("none.gltf", "solid of no mesh");
+    fail(command, ["missing.glb", "a.glb"], /no such file.*missing\.glb/);
+    fail(command, ["none.glb", "a.glb"], /none\.glb is no glTF 2\.0 file/);
+    fail(command, ["none.gltf", "a.glb"], /none\.gltf is no glTF 2\.0 file/);
+    fail(command, ["plain.glb", join("no", "a.glb")], /no such file/);
+    for (const bits of ["25", "0", "14.5", "many"]) fail(command, ["plain.glb", "a.glb", bits], /BITS have to be/);
+    const alone = join(folder, "gltf-command.js");
+    fail(alone, ["plain.glb", "a.glb"], /npm install @gltf-transform\/core @gltf-transform\/extensions$/m);
+    mkdirSync(join(folder, "node_modules"));
+    symlinkSync(packages, join(folder, "node_modules", "@gltf-transform"));
+    for (const [name, extension] of Object.entries(COMPRESSED)) {
+        await writeCompressed(`${name}.glb`, extension);
+        fail(alone, [`${name}.glb`, "a.glb"], new RegExp(`npm install ${name}$`, "m"));
+    }
+    rmSync(folder, { recursive: true });
+});
+
+test("a group or a channel that is not in the stream is an error, and an attribute that is not in the file", async () => {
+    const document = makeParts();
+    await document.transform(progressive());
+    const source = await io.writeJSON(document, { format: "GLB" });
+    const read = async change => {
+        const json = structuredClone(source.json);
+        change(json.meshes[0].primitives[1].extensions[NAME], json);
+        return io.readJSON({ json, resources: source.resources });
+    };
+    await read(() => {});
+    await assert.rejects(read(e => (e.group = 3)), /a primitive is group 3, of a stream that has 3/);
+    await assert.rejects(read(e => (e.attributes.POSITION = 7)), /POSITION is channel 7, of a stream that has 1/);
+    await assert.rejects(read(e => (e.attributes.NORMAL = 0)), /NORMAL is no attribute of the primitive/);
+    await assert.rejects(read(e => (e.attributes["POSITION:0"] = 0)), /POSITION:0 is no attribute of the primitive/);
 });
 
 // Files of others: those of a folder, GLTF=DIR.

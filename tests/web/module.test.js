@@ -7,7 +7,7 @@ import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { Worker } from "node:worker_threads";
 import { brotliCompressSync } from "node:zlib";
-import { Decoder, MeshError, StreamError, TruncatedError, decode, decodeAll, encode } from "conquest-mesh";
+import { Decoder, MeshError, StreamError, TruncatedError, decode, decodeAll, encode, openCodec } from "conquest-mesh";
 import { cut, describe, makeDressed, makeSphere } from "./meshes.js";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -267,20 +267,48 @@ test("a budget that ends inside the decoder's own buffer loses nothing", async (
     }
 });
 
-test("a budget is kept", async () => {
-    const large = await encode(makeSphere(300, 150)),
-        decoder = await Decoder.create();
-    await decoder.feed(large.data);
-    let steps = 1,
-        longest = 0;
-    for (let more = true; more; steps++) {
-        const before = performance.now();
-        more = await decoder.decode(2);
-        if (steps > 5) longest = Math.max(longest, performance.now() - before);
+/** Decodes with a budget; the steps that each call of decode() asked the decoder for, in turn. */
+async function listSteps(data, budget) {
+    const { Instance } = WebAssembly,
+        calls = [];
+    WebAssembly.Instance = function (...all) {
+        const { exports } = new Instance(...all);
+        return { exports: { ...exports, decode: steps => (calls.at(-1)?.push(steps), exports.decode(steps)) } };
+    };
+    try {
+        const decoder = await Decoder.create();
+        await decoder.feed(data);
+        for (let more = true; more;) {
+            calls.push([]);
+            more = await decoder.decode(budget);
+        }
+        assert.equal(decoder.complete, true);
+    } finally {
+        WebAssembly.Instance = Instance;
     }
-    assert.equal(decoder.complete, true);
-    assert.ok(steps > 5, `${steps} steps`);
-    console.log(`${steps} steps of 2 ms, the longest took ${longest.toFixed(1)} ms`);
+    return calls;
+}
+
+test("with a budget of 0 each decode() makes one batch of steps; without one, a single decode() all of them", async () => {
+    const round = makeSphere(90, 45),
+        { data } = await encode(round, { bits: 12 }),
+        vertices = round.positions.length / 3;
+    await openCodec(); // the full decoder is there from the start
+    const [all] = await listSteps(data),
+        calls = await listSteps(data, 0),
+        [[steps]] = calls;
+    assert.deepEqual(all, [0xffffffff, 0xffffffff], "no limit: for the bytes that came with the header, for the others");
+    assert.ok(steps > 0 && steps <= 1024, `${steps} steps`);
+    assert.ok(calls.every(made => made.length === 1 && made[0] === steps));
+    assert.ok(calls.length >= vertices / steps, `${calls.length} calls for ${vertices} vertices`);
+    let states = 0,
+        last = 0;
+    for await (const { numVertices } of decode(data, { budget: 0 })) {
+        assert.ok(numVertices <= last + steps, `${last}, then ${numVertices} vertices`); // a step makes one, at most
+        [last, states] = [numVertices, states + 1];
+    }
+    assert.ok(last === vertices && states >= vertices / steps && states <= calls.length, `${states} states`);
+    console.log(`${vertices} vertices: ${calls.length} times ${steps} steps, ${states} states`);
 });
 
 test("a stream that ends early is a coarser mesh and an error", async () => {
@@ -356,30 +384,27 @@ test("a signal ends a wait for bytes that do not come", async () => {
     await assert.rejects(decodeAll(silent, { signal: abort.signal }), { name: "AbortError" });
 });
 
-test("a worker decodes the same", async () => {
-    const worker = new Worker(
-        `const { parentPort } = require("node:worker_threads");
-        import("conquest-mesh").then(m => m.serve({
-            postMessage: (message, transfer) => parentPort.postMessage(message, transfer),
-            addEventListener: (_, listener) => parentPort.on("message", data => listener({ data })) }));`,
-        { eval: true },
-    );
-    const listeners = new Map();
-    const port = {
-        postMessage: (message, transfer) => worker.postMessage(message, transfer),
-        addEventListener: (type, listener) => {
-            listeners.set(listener, data => listener({ data, message: data.message }));
-            worker.on(type, listeners.get(listener));
-        },
-        removeEventListener: (type, listener) => worker.off(type, listeners.get(listener)),
-    };
-    const both = [data.subarray(0, data.length), data].map(d => decodeAll(cut(d, 300), { worker: port, budget: 1 }));
+test("a worker decodes the same: one of its own, and one that serves several", async () => {
+    const alone = await decodeAll(cut(data, 300), { worker: true, budget: 1 });
+    compare(alone, mesh, { map, faceMap }, tolerances);
+    const worker = new Worker(new URL(import.meta.resolve("conquest-mesh/worker.js"))),
+        both = [1, 2].map(() => decodeAll(cut(data, 300), { worker, budget: 1 }));
     for (const state of await Promise.all(both)) compare(state, mesh, { map, faceMap }, tolerances);
     const damaged = data.slice();
     damaged[300] ^= 1;
-    await assert.rejects(decodeAll(damaged, { worker: port }), e => e instanceof StreamError && e.byte > 300);
-    await assert.rejects(decodeAll(data.subarray(0, 300), { worker: port }), TruncatedError);
+    await assert.rejects(decodeAll(damaged, { worker }), e => e instanceof StreamError && e.byte > 300);
+    await assert.rejects(decodeAll(data.subarray(0, 300), { worker }), TruncatedError);
     await worker.terminate();
+});
+
+test("a worker that cannot start is an error; a signal ends a wait for one that does not answer", async () => {
+    const broken = new Worker("throw new Error('out of order')", { eval: true }),
+        silent = new Worker("setInterval(() => {}, 1000)", { eval: true }),
+        abort = new AbortController();
+    await assert.rejects(decodeAll(data, { worker: broken }), /out of order/);
+    setTimeout(() => abort.abort(), 20);
+    await assert.rejects(decodeAll(data, { worker: silent, signal: abort.signal }), { name: "AbortError" });
+    await silent.terminate();
 });
 
 test("a bad mesh is an error with its place", async () => {
@@ -395,6 +420,9 @@ test("a bad mesh is an error with its place", async () => {
     );
     await assert.rejects(encode({ positions, index, colours: positions }), TypeError);
     await assert.rejects(encode({ positions, index, texcoords: positions }), RangeError);
+    const none = new Float32Array(0);
+    await assert.rejects(encode({ positions: none, index: [] }), /^RangeError: positions: the mesh has no vertices$/);
+    await assert.rejects(encode({ positions, index: [], facegroups: [] }), /^RangeError: facegroups: the mesh has no faces$/);
 });
 
 test("progress, goals, connectivity alone", async () => {
