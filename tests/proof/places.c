@@ -533,10 +533,10 @@ int32_t stub_height(const cqi_fan *of, cqi_vector a)
     return a.z + any_between(-(1 << 21), 1 << 21);
 }
 
-void stub_code_above(cq_decoder *of, int hit, int half_bits, int32_t predicted, cqi_vector *place, int32_t *value)
+void stub_code_above(cq_decoder *of, int half_bits, int32_t predicted, cqi_vector *place, int32_t *value)
 {
     int k;
-    PROVE(of == &d && (hit == 0 || hit == 1) && is_expected(half_bits) && prediction_holds(predicted));
+    PROVE(of == &d && is_expected(half_bits) && prediction_holds(predicted));
     PROVE(within(place->x, MOST_PLACE) && within(place->y, MOST_PLACE));
     PROVE(fits(*value, 25));
     *value = nondet_int();
