@@ -2,8 +2,10 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
+import { brotliCompressSync, gzipSync } from "node:zlib";
 import { chromium } from "playwright-core";
 import { encode } from "conquest-mesh";
+import { countBytes } from "./counts.js";
 import { makeSphere } from "./meshes.js";
 import { serveFolder } from "./serve.js";
 
@@ -252,6 +254,25 @@ test("a phone's width, dark: nothing is cut off, all can be reached by keys", as
     );
     assert.ok((await cover(phone)) > 0.1);
     await phone.close();
+});
+
+test("README's picture tells the bytes of its stream", async () => {
+    const [, text] = /!\[([^\]]*)\]\([^)]*bunny[.]png\)/.exec(readFileSync("../../../README.md", "utf8"));
+    const told = text.match(/\d+(?: \d{3})*/g).map(n => Number(n.replaceAll(" ", "")));
+    assert.deepEqual(told, await countBytes(readFileSync("../site/meshes/bunny00.cqm")), "run make readme-picture");
+});
+
+test("what a page fetches before a picture is small", () => {
+    const sizes = file => {
+        const data = readFileSync(file),
+            compressed = brotliCompressSync(data).length;
+        console.log(`${file}: ${data.length} bytes, ${compressed} by brotli, ${gzipSync(data, { level: 9 }).length} by gzip`);
+        return compressed;
+    };
+    sizes("../decoder.wasm");
+    const all = sizes("../site/conquest/decoder.wasm.js") + sizes("../site/conquest/conquest.js");
+    console.log(`both: ${Math.round(all / 1e4)}0 kB by brotli`);
+    assert.ok(all < 35000, String(all));
 });
 
 test("no other host was asked, nothing failed unseen", () => {
