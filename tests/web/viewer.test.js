@@ -97,12 +97,19 @@ test("loads a mesh beside two other codecs", async () => {
     );
 });
 
-test("nothing is loaded while the clock runs", async () => {
-    const { start, loaded } = await page.evaluate(() => ({
+test("nothing is loaded while the clock runs; the decoders are there", async () => {
+    const own = await open({ mesh: "elephant.cqm" });
+    await isDone(own, "elephant.cqm");
+    const { start, loaded } = await own.evaluate(() => ({
         start: performance.getEntriesByName("start")[0].startTime,
         loaded: performance.getEntriesByType("resource").map(r => [r.name, r.startTime]),
     }));
-    assert.ok(loaded.some(([name]) => name.endsWith("full.wasm.js")));
+    await own.close();
+    for (const file of ["/full.wasm.js", "/draco_decoder.wasm"])
+        assert.ok(
+            loaded.some(([name]) => name.endsWith(file)),
+            file,
+        );
     assert.deepEqual(
         loaded.filter(([, time]) => time > start),
         [],
