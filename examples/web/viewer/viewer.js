@@ -210,8 +210,13 @@ async function open(name, bytes) {
 /** All that the clock is not to count: decoders are loaded and have run, shaders are compiled. */
 async function warmUp(whole) {
     await openCodec();
-    for (let round = 0; round < 2; round++) {
-        await decodeAll(current.bytes);
+    const { bytes } = current,
+        packets = Array.from({ length: Math.ceil(bytes.length / PACKET) }, (_, k) =>
+            bytes.subarray(k * PACKET, (k + 1) * PACKET),
+        );
+    for (let round = 0, end = performance.now() + 1000; round < 3 && performance.now() < end; round++) {
+        const geometry = new ProgressiveGeometry();
+        await refine(packets, { onState: state => geometry.grow(state) });
         for (const codec of Object.keys(others)) await current[codec].decode();
     }
     all.forEach(view => view.finish(whole));
@@ -268,7 +273,7 @@ async function refine(source, { signal, onState }) {
             await pause();
         }
     } catch (error) {
-        if (!signal.aborted) throw error;
+        if (!signal?.aborted) throw error;
     }
 }
 
