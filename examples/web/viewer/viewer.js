@@ -167,7 +167,7 @@ function say(text) {
 }
 
 /** Attributes that the other codecs get, too. */
-const SHARED = ["normals", "texcoords", "joints", "weights"];
+const SHARED = ["normals", "texcoords"];
 
 async function open(name, bytes) {
     playing.stop();
@@ -178,7 +178,6 @@ async function open(name, bytes) {
     if (!positions) throw new Error(`${name} has no positions`);
     const mesh = { index: state.index, positions: positions.array, bits: Math.min(positions.bits, 16) };
     for (const key of SHARED.filter(key => more[key])) mesh[key] = more[key].array;
-    if (mesh.joints) mesh.joints = Uint8Array.from(mesh.joints);
     const lacks = Object.keys(more).filter(key => !SHARED.includes(key));
     if (state.numMaterials) lacks.push("materials");
     material.flatShading = plain.flatShading = !whole.hasAttribute("normal");
