@@ -42,7 +42,7 @@ $(WEB)/%.wasm.js: build/web/%.wasm
 
 $(WEB)/types/conquest.d.ts: $(WEB_SOURCES) $(patsubst %,$(WEB)/%.wasm.js,decoder full encoder) build/web/npm/complete \
     tests/web/tsconfig.json
-	cp $(WEB_SOURCES) LICENSE $(WEB)
+	cp -R $(WEB_SOURCES) examples/web/CONQUEST_mesh_progressive LICENSE $(WEB)
 	@ln -sfn npm/node_modules build/web/node_modules
 	build/web/npm/node_modules/.bin/tsc -p tests/web/tsconfig.json
 	@touch $@

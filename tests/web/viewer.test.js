@@ -2,8 +2,10 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
+import { brotliCompressSync, gzipSync } from "node:zlib";
 import { chromium } from "playwright-core";
 import { encode } from "conquest-mesh";
+import { countBytes } from "./counts.js";
 import { makeSphere } from "./meshes.js";
 import { serveFolder } from "./serve.js";
 
@@ -95,6 +97,35 @@ test("loads a mesh beside two other codecs", async () => {
     );
 });
 
+test("nothing is loaded while the clock runs; the decoders are there", async () => {
+    const own = await open({ mesh: "elephant.cqm" });
+    await isDone(own, "elephant.cqm");
+    const { start, loaded } = await own.evaluate(() => ({
+        start: performance.getEntriesByName("start")[0].startTime,
+        loaded: performance.getEntriesByType("resource").map(r => [r.name, r.startTime]),
+    }));
+    await own.close();
+    for (const file of ["/full.wasm.js", "/draco_decoder.wasm"])
+        assert.ok(
+            loaded.some(([name]) => name.endsWith(file)),
+            file,
+        );
+    assert.deepEqual(
+        loaded.filter(([, time]) => time > start),
+        [],
+    );
+});
+
+test("the slider stops the stream while it comes; the other codecs go on", async () => {
+    await page.selectOption("#rate", "125000");
+    await until(async () => (await texts(page)).ours.includes("\n"));
+    await page.focus("#bytes");
+    await page.keyboard.press("PageUp");
+    assert.match((await texts(page)).draco, /^0 B of/);
+    await until(async () => Object.values(await texts(page)).slice(1).every(text => text.includes("exact after")));
+    assert.match((await texts(page)).ours, /\nstopped at [\d.]+ kB$/);
+});
+
 test("the slider shows what some bytes show; then it can be loaded again", async () => {
     await page.focus("#bytes");
     await page.evaluate(() => {
@@ -149,6 +180,31 @@ test("files: a stream, an OFF, a corrupt one, one that is none; the page lives",
     ].join("\n");
     await drop(page, "ball.off", Buffer.from(off));
     await isDone(page, "ball.off");
+    const isWhole = () =>
+        page.waitForFunction(
+            count => document.getElementById("state").value.includes(` ${count} vertices, exact`),
+            (sphere.positions.length / 3).toLocaleString("en"),
+        );
+    await isWhole();
+    const obj = [
+        ...Array.from(
+            { length: sphere.positions.length / 3 },
+            (_, v) => `v ${sphere.positions.subarray(3 * v, 3 * v + 3).join(" ")}`,
+        ),
+        ...Array.from(
+            { length: sphere.index.length / 3 },
+            (_, f) => `f ${sphere.index.subarray(3 * f, 3 * f + 3).map(v => v + 1).join(" ")}`,
+        ),
+    ].join("\n");
+    await drop(page, "ball.obj", Buffer.from(obj));
+    await isDone(page, "ball.obj");
+    await isWhole(); // no normals, no seams
+    const colored = await encode({ ...sphere, colors: sphere.positions.map(x => Math.min(Math.abs(x), 1)) });
+    await drop(page, "colored.cqm", colored.data);
+    await isDone(page, "colored.cqm");
+    assert.match((await texts(page)).draco, /\nwithout colors$/);
+    const points =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
     const damaged = data.slice();
     damaged[damaged.length >> 1] ^= 8;
     for (const [name, bytes, words] of [
@@ -156,6 +212,10 @@ test("files: a stream, an OFF, a corrupt one, one that is none; the page lives",
         ["half.cqm", data.subarray(0, 900), /the input ends early \(byte \d+\)/],
         ["text.cqm", Buffer.from("hello, world"), /not a conquest stream/],
         ["a.xyz", Buffer.from("0 0 0"), /reads .cqm, .obj/],
+        ["empty.off", Buffer.from("OFF\n0 0 0\n"), /empty.off has no faces/],
+        ["cut.off", Buffer.from(off.slice(0, off.length >> 1)), /ends too early/],
+        ["empty.obj", Buffer.from("v 0 0 0\n"), /empty.obj has no faces/],
+        ["points.ply", Buffer.from(points), /points.ply has no faces/],
     ]) {
         await drop(page, name, bytes);
         await page.waitForFunction(() => document.getElementById("status").className === "error");
@@ -201,6 +261,25 @@ test("a phone's width, dark: nothing is cut off, all can be reached by keys", as
     );
     assert.ok((await cover(phone)) > 0.1);
     await phone.close();
+});
+
+test("README's picture tells the bytes of its stream", async () => {
+    const [, text] = /!\[([^\]]*)\]\([^)]*bunny[.]png\)/.exec(readFileSync("../../../README.md", "utf8"));
+    const told = text.match(/\d+(?: \d{3})*/g).map(n => Number(n.replaceAll(" ", "")));
+    assert.deepEqual(told, await countBytes(readFileSync("../site/meshes/bunny00.cqm")), "run make readme-picture");
+});
+
+test("what a page fetches before a picture is small", () => {
+    const sizes = file => {
+        const data = readFileSync(file),
+            compressed = brotliCompressSync(data).length;
+        console.log(`${file}: ${data.length} bytes, ${compressed} by brotli, ${gzipSync(data, { level: 9 }).length} by gzip`);
+        return compressed;
+    };
+    sizes("../decoder.wasm");
+    const all = sizes("../site/conquest/decoder.wasm.js") + sizes("../site/conquest/conquest.js");
+    console.log(`both: ${Math.round(all / 1e4)}0 kB by brotli`);
+    assert.ok(all < 35000, String(all));
 });
 
 test("no other host was asked, nothing failed unseen", () => {

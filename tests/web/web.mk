@@ -28,7 +28,7 @@ first-picture: ## milliseconds until a mesh is seen and until it is exact, by ou
 readme-picture: ## draws README's picture of a mesh at 1, 5, 20, 100 % of its bytes
 	$(call install,$(WEB_TEST_PACKAGES))
 	@$(MAKE) --no-print-directory -s $(WEB_TEST)/complete $(SITE)/meshes/bunny00.cqm
-	@cd $(WEB_TEST) && node strip.js ../site/meshes/bunny00.cqm ../../../examples/web/bunny.png
+	@cd $(WEB_TEST) && node strip.js ../site/meshes/bunny00.cqm ../../../examples/web/bunny.png ../../../README.md
 
 .PHONY: web-test
 web-test: ## tests the package in node, and it and the page in a browser; GLTF=DIR adds glTF files
@@ -39,7 +39,7 @@ NODE_TEST = timeout 300 node --test --test-reporter=./reporter.js --test-concurr
 
 build/log/web-module.log: $(WEB_TEST)/complete build/cqm
 build/log/web-browser.log build/log/web-gltf.log: $(WEB_TEST)/complete
-build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete
+build/log/web-viewer.log: $(WEB_TEST)/complete $(SITE)/complete README.md
 build/log/web-%.log:
 	$(call log,cd $(WEB_TEST) && $(NODE_TEST) $*.test.js)
 

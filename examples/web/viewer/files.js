@@ -21,17 +21,24 @@ function takeGeometry(geometry) {
 }
 
 function readObj(text) {
-    const geometries = [];
+    const geometries = [],
+        hasNormals = /^\s*f\s+\S*\/\S*\/[-\d]/m.test(text);
     new OBJLoader().parse(text).traverse(object => {
         if (object.isMesh) geometries.push(object.geometry);
     });
+    if (!hasNormals) geometries.forEach(g => g.deleteAttribute("normal")); // three.js makes one for each face
     const common = Object.keys(NAMES).filter(name => geometries.every(g => g.hasAttribute(name)));
     for (const g of geometries)
         Object.keys(g.attributes)
             .filter(name => !common.includes(name))
             .forEach(name => g.deleteAttribute(name));
-    if (!geometries.length) throw new Error("the file has no faces");
-    return takeGeometry(mergeGeometries(geometries));
+    return geometries.length ? takeGeometry(mergeGeometries(geometries)) : { index: [] };
+}
+
+/** Three.js drops whether there are faces. */
+function readPly({ buffer }) {
+    const head = new TextDecoder().decode(buffer.slice(0, 65536)).split("end_header")[0];
+    return /element face 0*[1-9]/.test(head) ? takeGeometry(new PLYLoader().parse(buffer)) : { index: [] };
 }
 
 function readStl(buffer) {
@@ -40,13 +47,18 @@ function readStl(buffer) {
     return takeGeometry(geometry);
 }
 
+const READERS = {
+    obj: bytes => readObj(new TextDecoder().decode(bytes)),
+    off: bytes => parseOff(new TextDecoder().decode(bytes)),
+    ply: readPly,
+    stl: bytes => readStl(bytes.buffer),
+};
+
 /** The mesh of a file, by the end of its name; throws an Error with words for the user. */
 export function readMesh(name, bytes) {
-    const text = () => new TextDecoder().decode(bytes),
-        end = /[.](\w+)$/.exec(name.toLowerCase())?.[1];
-    if (end === "obj") return readObj(text());
-    if (end === "off") return parseOff(text());
-    if (end === "ply") return takeGeometry(new PLYLoader().parse(bytes.buffer));
-    if (end === "stl") return readStl(bytes.buffer);
-    throw new Error(`${name}: the page reads .cqm, .obj, .off, .ply and .stl`);
+    const read = READERS[/[.](\w+)$/.exec(name.toLowerCase())?.[1]];
+    if (!read) throw new Error(`${name}: the page reads .cqm, .obj, .off, .ply and .stl`);
+    const mesh = read(bytes);
+    if (!mesh.index.length) throw new Error(`${name} has no faces`);
+    return mesh;
 }

@@ -10,6 +10,7 @@ export function parseOff(text) {
         const corners = words.slice(at + 1, at + 1 + Number(words[at])).map(Number);
         for (let k = 2; k < corners.length; k++) index.push(corners[0], corners[k - 1], corners[k]);
         at += 1 + corners.length;
+        if (at > words.length) throw new Error("the file ends too early");
     }
     return { index: Uint32Array.from(index), positions: Float32Array.from(words.slice(4, 4 + 3 * vertices)) };
 }
