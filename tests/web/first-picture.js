@@ -343,9 +343,8 @@ for (const rate of Object.keys(RATES)) {
     }
 }
 
-// -- Plot: a line for each mesh and codec at 10 Mbit/s, from the first picture to the exact mesh, logarithmic --
+// -- Plots, one for each rate: a line for each mesh and codec, from the first picture to the exact mesh, logarithmic --
 
-const at = rows.filter(r => r.rate === "10 Mbit/s");
 const COLOURS = {
     conquest: "#0a6c74",
     "Draco 7": "#b4552d",
@@ -353,37 +352,41 @@ const COLOURS = {
     "meshopt + zstd": "#7a5ea8",
     "three files": "#8a8f98",
 };
-const [least, most] = [0.5, Math.max(...at.map(r => r.exact)) * 1.3],
-    left = 260,
-    width = 620,
-    line = 14;
-const x = t => left + (width * Math.log(Math.max(t, least) / least)) / Math.log(most / least);
-const height = at.length * line + Object.keys(MESHES).length * 14 + 66,
-    parts = [];
-let y = 40;
-for (const t of [1, 10, 100, 1000].filter(t => t < most))
-    parts.push(
-        `<path d="M${x(t)} 30V${height - 28}" stroke="#8884"/><text x="${x(t)}" y="${height - 12}" text-anchor="middle">${t} ms</text>`,
-    );
-for (const name of Object.keys(MESHES)) {
-    parts.push(`<text x="8" y="${y + 10}" font-weight="600">${name}</text>`);
-    for (const r of at.filter(r => r.name === name)) {
-        const c = COLOURS[r.codec];
+
+function plot(rate) {
+    const at = rows.filter(r => r.rate === rate),
+        [least, most] = [Math.min(...at.map(r => r.first)) / 1.5, Math.max(...at.map(r => r.exact)) * 1.3],
+        left = 260,
+        width = 620,
+        line = 14,
+        height = at.length * line + Object.keys(MESHES).length * 14 + 66,
+        x = t => left + (width * Math.log(t / least)) / Math.log(most / least),
+        parts = [];
+    let y = 40;
+    for (const t of [0.1, 1, 10, 100, 1000, 10000].filter(t => t > least && t < most))
         parts.push(
-            `<text x="${left - 10}" y="${y + 10}" text-anchor="end">${r.codec}</text><path d="M${x(r.first)} ${y + 6}H${x(r.exact)}" stroke="${c}" stroke-width="4"/>`,
-            ...Object.keys(GOALS).map((goal, k) =>
-                Number.isNaN(r[goal])
-                    ? ""
-                    : `<circle cx="${x(r[goal])}" cy="${y + 6}" r="${[4, 3, 3, 5][k]}" fill="${k % 3 ? "#fff" : c}" stroke="${c}" stroke-width="1.5"/>`,
-            ),
+            `<path d="M${x(t)} 30V${height - 28}" stroke="#8884"/><text x="${x(t)}" y="${height - 12}" text-anchor="middle">${t} ms</text>`,
         );
-        y += line;
+    for (const name of Object.keys(MESHES)) {
+        parts.push(`<text x="8" y="${y + 10}" font-weight="600">${name}</text>`);
+        for (const r of at.filter(r => r.name === name)) {
+            const c = COLOURS[r.codec];
+            parts.push(
+                `<text x="${left - 10}" y="${y + 10}" text-anchor="end">${r.codec}</text><path d="M${x(r.first)} ${y + 6}H${x(r.exact)}" stroke="${c}" stroke-width="4"/>`,
+                ...Object.keys(GOALS).map((goal, k) =>
+                    Number.isNaN(r[goal])
+                        ? ""
+                        : `<circle cx="${x(r[goal])}" cy="${y + 6}" r="${[4, 3, 3, 5][k]}" fill="${k % 3 ? "#fff" : c}" stroke="${c}" stroke-width="1.5"/>`,
+                ),
+            );
+            y += line;
+        }
+        y += 14;
     }
-    y += 14;
+    return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${left + width + 30} ${height}" font-family="sans-serif" font-size="11" fill="#222">
+<rect width="100%" height="100%" fill="#fff"/><text x="8" y="20" font-size="13">${rate}, milliseconds. Dots: first picture; open: within 1 % and 0.1 % of the diagonal; large: exact mesh</text>
+${parts.join("\n")}\n</svg>\n`;
 }
-writeFileSync(
-    join(folder, "first-picture.svg"),
-    `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${left + width + 30} ${height}" font-family="sans-serif" font-size="11" fill="#222">
-<rect width="100%" height="100%" fill="#fff"/><text x="8" y="20" font-size="13">10 Mbit/s, milliseconds. Dots: first picture; open: within 1 % and 0.1 % of the diagonal; large: exact mesh</text>
-${parts.join("\n")}\n</svg>\n`,
-);
+
+for (const rate of Object.keys(RATES))
+    writeFileSync(join(folder, `${rate.replace(/\W/g, "-")}.svg`), plot(rate));
