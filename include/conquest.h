@@ -2699,6 +2699,9 @@ typedef struct cqi_plan {
  * The encoder replays its collapses as splits, in the order of the decoder. Here it finds what to write: the next
  * component or collapse, and the numbers that vertices and faces have in its own mesh and in the decoded one. */
 
+/* Bytes of the stream so far. */
+static uint32_t cqi_plan_bytes(const cqi_plan *p) { return (uint32_t)(p->range.count + p->range.pending); }
+
 /* The halfedge from one vertex to a neighbour of it. */
 static cq_index cqi_find_spoke(const cq_mesh *m, cq_index from, cq_index to)
 {
@@ -8714,7 +8717,7 @@ static int cqi_pays(const cqi_plan *p, uint32_t k, size_t bytes, uint32_t num_ve
 static void cqi_plan_level(cqi_plan *p, const cq_mesh *m, int end)
 {
     cq_index first = 0, count = 0;
-    const uint32_t bytes = (uint32_t)(p->range.count + p->range.pending);
+    const uint32_t bytes = cqi_plan_bytes(p);
     p->bytes_of[p->level] = bytes - (end ? p->bytes_of[p->level] : 0);
     if (end) return;
     while (p->note[first].level != p->level) first++;
@@ -9261,7 +9264,7 @@ static cq_result cqi_step_active(cq_decoder *d)
 static void cqi_plan_next_level(cqi_plan *p, uint32_t level)
 {
     p->level = p->num_levels - level;
-    p->bytes_at[p->level] = (uint32_t)(p->range.count + p->range.pending);
+    p->bytes_at[p->level] = cqi_plan_bytes(p);
 }
 
 /* Begins a level; or, when all vertices are there, ends the stream, of which all bytes must have been used. */
