@@ -2615,17 +2615,17 @@ typedef struct cqi_seed {
 } cqi_seed;
 
 #define CQI_MAX_REGULAR 32
-#define CQI_FEW_ROWS 512u  /* for fits, see cqi_most_rows */
-#define CQI_MOST_ROWS 2048u
+#define CQI_FEW_SAMPLES 512u /* for fits, see cqi_most_samples */
+#define CQI_MOST_SAMPLES 2048u
 
 /* A vertex for fitting the weights of regular levels, see "Regular levels: weights of an encoder". */
-typedef struct cqi_row {
+typedef struct cqi_sample {
     int16_t feature[3][CQI_MOST];       /* 0 after the last one */
     int32_t offset[3];
     int32_t state[3];                   /* the shares of its equations in the sums; then what the present weights leave
                                            of the offset, 1/256 */
     int16_t edge_x, edge_y;             /* direction of its edge, 1/4096 */
-} cqi_row;
+} cqi_sample;
 
 /* What the encoder noted while it simplified. Vertices and faces of its own mesh have "input" numbers. */
 typedef struct cqi_plan {
@@ -2650,8 +2650,8 @@ typedef struct cqi_plan {
     cq_index *decoded;                  /* of input vertices, virtual ones too: numbers in the decoded mesh; CQ_NONE:
                                            not yet there. Before the replay: next vertex of the component */
     cq_index *to_input;                 /* input vertices of those of the decoded base */
-    cqi_row *row;                       /* room for this many: */
-    uint32_t most_rows;
+    cqi_sample *sample;                 /* room for this many: */
+    uint32_t most_samples;
     int8_t before[2][3 * CQI_FINE];     /* weights of the regular level before: of both predictions */
     cqi_seed *seed;                     /* components, those with the most levels first */
     cq_index num_seeds, next_seed, num_active;
@@ -7501,9 +7501,8 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
  * that the residuals get short codes. As there are many minima, this is done three times, beginning with the weights of
  * the level before, with those of least squares and with none; each of the best weights is then moved to and fro by
- * ever smaller steps, where that makes the residuals cheaper. A row, as a row of a matrix, is a sampled vertex, of
- * which there are at most CQI_MOST_ROWS: the features along x, y and above the surface, and what their weighted sum should
- * be.
+ * ever smaller steps, where that makes the residuals cheaper. A sample is a vertex, one of CQI_MOST_SAMPLES at most:
+ * its features along x, y and above the surface, and what their weighted sum should be.
  *
  * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_LATER_STEP = 4, CQI_CHANGES = 4 };
@@ -7519,18 +7518,18 @@ typedef struct cqi_changes {
     int count;
 } cqi_changes;
 
-/* Rows to fit weights to. */
-typedef struct cqi_rows {
-    cqi_row *row;
+/* Samples to fit weights to. */
+typedef struct cqi_samples {
+    cqi_sample *sample;
     uint32_t count, some;          /* the first ones, every second sample, are enough to begin with */
     int parts;                     /* 4: this many for each choice of axes, one part after the other; else 1 */
-} cqi_rows;
+} cqi_samples;
 
-/* n weights that are fitted to components first .. last of rows. */
+/* n weights that are fitted to components first .. last of the samples. */
 typedef struct cqi_equations {
-    const cqi_rows *rows;
+    const cqi_samples *samples;
     int first, last, n;
-    cqi_sums sums;                 /* of all rows by their shares, without `changes`; not above the diagonal */
+    cqi_sums sums;                 /* of all samples by their shares, without `changes`; not above the diagonal */
     cqi_changes changes;
     uint32_t size[CQI_SIZES];      /* errors of each size */
 } cqi_equations;
@@ -7538,11 +7537,11 @@ typedef struct cqi_equations {
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
-/* What the errors of so many components of all rows cost, given how many have each size, in 1/8 bit: the entropy of the
- * sizes, and the bits of each error. As the components share their models, they share the counts. */
-static uint32_t cqi_cost_of_sizes(const cqi_rows *rows, const uint32_t *size, int components)
+/* What the errors of so many components of all samples cost, given how many have each size, in 1/8 bit: the entropy of
+ * the sizes, and the bits of each error. As the components share their models, they share the counts. */
+static uint32_t cqi_cost_of_sizes(const cqi_samples *samples, const uint32_t *size, int components)
 {
-    const uint32_t all = cqi_log2(rows->count * (uint32_t)components);
+    const uint32_t all = cqi_log2(samples->count * (uint32_t)components);
     uint64_t cost = 0;
     int k;
     for (k = 0; k < CQI_SIZES; k++)
@@ -7634,7 +7633,7 @@ static int cqi_solve(const cqi_sums *sums, int8_t *weight, int n)
     return changed;
 }
 
-/* The error that the weights leave in a row, in 1/256. */
+/* The error that the weights leave in a sample, in 1/256. */
 static int32_t cqi_left_of(const int16_t *weight, const int16_t *x, int32_t y)
 {
     int32_t sum = 0;
@@ -7654,24 +7653,24 @@ static void cqi_widen(const int8_t *weight, int n, int16_t *wide)
  * error to the power -power/2. */
 static uint32_t cqi_sum_equations(cqi_equations *fit, const int8_t *weight, int power)
 {
-    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    cqi_sample *const end = fit->samples->sample + fit->samples->count, *s;
     int16_t wide[CQI_MOST];
     int c;
     cqi_widen(weight, fit->n, wide);
     memset(fit->size, 0, sizeof fit->size);
     for (c = fit->first; c <= fit->last; c++)
-        for (row = fit->rows->row; row < end; row++) {
-            const int32_t error = cqi_left_of(wide, row->feature[c], row->offset[c]);
+        for (s = fit->samples->sample; s < end; s++) {
+            const int32_t error = cqi_left_of(wide, s->feature[c], s->offset[c]);
             int32_t share;
             fit->size[cqi_size_of_error(error)]++;
             if (power < 0) continue;
             share = cqi_share(error, (uint32_t)power);
-            if (share == row->state[c]) continue;
-            cqi_change_share(fit, row->feature[c], row->offset[c], share - row->state[c]);
-            row->state[c] = share;
+            if (share == s->state[c]) continue;
+            cqi_change_share(fit, s->feature[c], s->offset[c], share - s->state[c]);
+            s->state[c] = share;
         }
     if (fit->changes.count) cqi_make_changes(fit);
-    return cqi_cost_of_sizes(fit->rows, fit->size, fit->last - fit->first + 1);
+    return cqi_cost_of_sizes(fit->samples, fit->size, fit->last - fit->first + 1);
 }
 
 /* Fits the weights, beginning with those given; or with `squares`, with least squares. Returns about what the errors
@@ -7700,23 +7699,23 @@ static uint32_t cqi_fit_from(cqi_equations *fit, int8_t *weight, int passes, int
 /* What the errors would cost if weight i were larger by `change`, and if it were less by that. */
 static void cqi_cost_changes(const cqi_equations *fit, int i, int32_t change, uint32_t *cost)
 {
-    const cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    const cqi_sample *const end = fit->samples->sample + fit->samples->count, *s;
     uint32_t size[2][CQI_SIZES];
     int c;
     memset(size, 0, sizeof size);
     for (c = fit->first; c <= fit->last; c++)
-        for (row = fit->rows->row; row < end; row++) {
-            const int32_t part = change * row->feature[c][i];
-            size[0][cqi_size_of_error(row->state[c] - part)]++;
-            size[1][cqi_size_of_error(row->state[c] + part)]++;
+        for (s = fit->samples->sample; s < end; s++) {
+            const int32_t part = change * s->feature[c][i];
+            size[0][cqi_size_of_error(s->state[c] - part)]++;
+            size[1][cqi_size_of_error(s->state[c] + part)]++;
         }
-    for (c = 0; c < 2; c++) cost[c] = cqi_cost_of_sizes(fit->rows, size[c], fit->last - fit->first + 1);
+    for (c = 0; c < 2; c++) cost[c] = cqi_cost_of_sizes(fit->samples, size[c], fit->last - fit->first + 1);
 }
 
 /* Makes weight i larger by `change`, or else less by that, if the errors cost less then. */
 static uint32_t cqi_move_weight(const cqi_equations *fit, int8_t *weight, int i, int32_t change, uint32_t cost)
 {
-    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    cqi_sample *const end = fit->samples->sample + fit->samples->count, *s;
     uint32_t moved[2];
     int c, side = 0;
     cqi_cost_changes(fit, i, change, moved);
@@ -7726,41 +7725,41 @@ static uint32_t cqi_move_weight(const cqi_equations *fit, int8_t *weight, int i,
         if (moved[1] >= cost || cqi_abs(weight[i] + change) > 127) return cost;
     }
     weight[i] = (int8_t)(weight[i] + change);
-    for (row = fit->rows->row; row < end; row++)
-        for (c = fit->first; c <= fit->last; c++) row->state[c] -= change * row->feature[c][i];
+    for (s = fit->samples->sample; s < end; s++)
+        for (c = fit->first; c <= fit->last; c++) s->state[c] -= change * s->feature[c][i];
     return moved[side];
 }
 
 /* Moves the weights to and fro, by steps that get smaller. Returns about what the errors cost. */
 static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, int first_step, int last_step)
 {
-    cqi_row *const end = fit->rows->row + fit->rows->count, *row;
+    cqi_sample *const end = fit->samples->sample + fit->samples->count, *s;
     uint32_t size[CQI_SIZES] = { 0 }, cost;
     int16_t wide[CQI_MOST];
     int i, c, step;
     cqi_widen(weight, fit->n, wide);
-    for (row = fit->rows->row; row < end; row++)
+    for (s = fit->samples->sample; s < end; s++)
         for (c = fit->first; c <= fit->last; c++) {
-            row->state[c] = cqi_left_of(wide, row->feature[c], row->offset[c]);
-            size[cqi_size_of_error(row->state[c])]++;
+            s->state[c] = cqi_left_of(wide, s->feature[c], s->offset[c]);
+            size[cqi_size_of_error(s->state[c])]++;
         }
-    cost = cqi_cost_of_sizes(fit->rows, size, fit->last - fit->first + 1);
+    cost = cqi_cost_of_sizes(fit->samples, size, fit->last - fit->first + 1);
     for (step = first_step; step >= last_step; step /= 2)
         for (i = 0; i < fit->n; i++) cost = cqi_move_weight(fit, weight, i, step, cost);
     return cost;
 }
 
-/* Fits weights to some of the rows, beginning with those given. With all passes, also from other beginnings, and then
- * moves the best ones; by smaller steps with all rows. */
-static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_t *weight, int n, int passes)
+/* Fits weights to some of the samples, beginning with those given. With all passes, also from other beginnings, and
+ * then moves the best ones; by smaller steps with all samples. */
+static uint32_t cqi_fit_weights(const cqi_samples *samples, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
-    cqi_rows some = *rows;
+    cqi_samples some = *samples;
     uint32_t cost;
     int i, given = 0;
     memset(&fit, 0, sizeof fit);
-    some.count = rows->some;
-    fit.rows = &some;
+    some.count = samples->some;
+    fit.samples = &some;
     fit.first = first;
     fit.last = last;
     fit.n = n;
@@ -7775,97 +7774,98 @@ static uint32_t cqi_fit_weights(const cqi_rows *rows, int first, int last, int8_
         memcpy(weight, other, (size_t)n);
     }
     cqi_move_weights(&fit, weight, CQI_FIRST_STEP, 2 * CQI_LATER_STEP);
-    fit.rows = rows;
+    fit.samples = samples;
     return cqi_move_weights(&fit, weight, CQI_LATER_STEP, 1);
 }
 
-/* Makes component 2 of the rows what components 0 and 1 are along the edge, or across it. */
-static void cqi_turn_rows(const cqi_rows *rows, int n, int across)
+/* Makes component 2 of the samples what components 0 and 1 are along the edge, or across it. */
+static void cqi_turn_samples(const cqi_samples *samples, int n, int across)
 {
-    cqi_row *const end = rows->row + rows->count, *row;
-    for (row = rows->row; row < end; row++) {
-        const int32_t a = across ? -row->edge_y : row->edge_x, b = across ? row->edge_x : row->edge_y;
+    cqi_sample *const end = samples->sample + samples->count, *s;
+    for (s = samples->sample; s < end; s++) {
+        const int32_t a = across ? -s->edge_y : s->edge_x, b = across ? s->edge_x : s->edge_y;
         int k;
         for (k = 0; k < n; k++)
-            row->feature[2][k] = (int16_t)cqi_floor_shift(a * row->feature[0][k] + b * row->feature[1][k], 12);
-        row->offset[2] = (int32_t)cqi_floor_shift_wide((int64_t)a * row->offset[0] + (int64_t)b * row->offset[1], 12);
-        row->state[2] = 0;
+            s->feature[2][k] = (int16_t)cqi_floor_shift(a * s->feature[0][k] + b * s->feature[1][k], 12);
+        s->offset[2] = (int32_t)cqi_floor_shift_wide((int64_t)a * s->offset[0] + (int64_t)b * s->offset[1], 12);
+        s->state[2] = 0;
     }
 }
 
 /* The cost of the errors in x and y, with 3 n weights. */
-static uint32_t cqi_cost_of_weights(const cqi_rows *rows, const int8_t *weight, int n)
+static uint32_t cqi_cost_of_weights(const cqi_samples *samples, const int8_t *weight, int n)
 {
-    const cqi_row *const end = rows->row + rows->count, *row;
+    const cqi_sample *const end = samples->sample + samples->count, *s;
     uint32_t size[CQI_SIZES];
     memset(size, 0, sizeof size);
-    for (row = rows->row; row < end; row++) {
-        int32_t x = 16 * row->offset[0], y = 16 * row->offset[1], part = 0;
+    for (s = samples->sample; s < end; s++) {
+        int32_t x = 16 * s->offset[0], y = 16 * s->offset[1], part = 0;
         int k;
         for (k = 0; k < n; k++) {
-            x -= (int32_t)weight[k] * row->feature[0][k];
-            y -= (int32_t)weight[k] * row->feature[1][k];
+            x -= (int32_t)weight[k] * s->feature[0][k];
+            y -= (int32_t)weight[k] * s->feature[1][k];
             part += weight[2 * n + k] *
-                    cqi_floor_shift(row->edge_x * row->feature[0][k] + row->edge_y * row->feature[1][k], 12);
+                    cqi_floor_shift(s->edge_x * s->feature[0][k] + s->edge_y * s->feature[1][k], 12);
         }
-        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_x, 12);
-        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * row->edge_y, 12);
+        x -= (int32_t)cqi_floor_shift_wide((int64_t)part * s->edge_x, 12);
+        y -= (int32_t)cqi_floor_shift_wide((int64_t)part * s->edge_y, 12);
         size[cqi_size_of_error(x)]++;
         size[cqi_size_of_error(y)]++;
     }
-    return cqi_cost_of_sizes(rows, size, 2);
+    return cqi_cost_of_sizes(samples, size, 2);
 }
 
-/* Fits all weights of n features to the rows, which stand for `count` vertices, beginning with those given. Weights
+/* Fits all weights of n features to the samples, which stand for `count` vertices, beginning with those given. Weights
  * along the edge only differ from those across it if that saves more than the n bytes that it takes. */
-static uint32_t cqi_fit_all(const cqi_rows *rows, cq_index count, int8_t *weight, int n, int passes)
+static uint32_t cqi_fit_all(const cqi_samples *samples, cq_index count, int8_t *weight, int n, int passes)
 {
     int8_t along[CQI_FINE], other[3 * CQI_FINE];
     uint32_t cost, other_cost, above;
     int k;
     memset(weight + 2 * n, 0, (size_t)n);
-    cost = cqi_fit_weights(rows, 0, 1, weight, n, passes);
-    above = cqi_fit_weights(rows, 2, 2, weight + n, n, passes);
+    cost = cqi_fit_weights(samples, 0, 1, weight, n, passes);
+    above = cqi_fit_weights(samples, 2, 2, weight + n, n, passes);
     if (passes < CQI_PASSES) return cost + above;
     memcpy(along, weight, (size_t)n);
     memcpy(other, weight, (size_t)n);
     for (k = 0; k < 2; k++) {
-        cqi_turn_rows(rows, n, k);
-        cqi_fit_weights(rows, 2, 2, k ? other : along, n, passes / 2);
+        cqi_turn_samples(samples, n, k);
+        cqi_fit_weights(samples, 2, 2, k ? other : along, n, passes / 2);
     }
     for (k = 0; k < n; k++) other[2 * n + k] = (int8_t)cqi_clamp(along[k] - other[k], -127, 127);
-    other_cost = cqi_cost_of_weights(rows, other, n);
-    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * rows->count)
+    other_cost = cqi_cost_of_weights(samples, other, n);
+    if (other_cost >= cost || (uint64_t)(cost - other_cost) * count < (uint64_t)(64 * n) * samples->count)
         return cost + above;
     memcpy(weight, other, (size_t)n);
     memcpy(weight + 2 * n, other + 2 * n, (size_t)n);
     return other_cost + above;
 }
 
-/* Fills a row: n features, and the offset in 1/16 that their weighted sum should give. */
-static void cqi_set_row(cqi_row *row, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset, int shift)
+/* Fills a sample: n features, and the offset in 1/16 that their weighted sum should give. */
+static void cqi_set_sample(cqi_sample *s, const cqi_tilt *t, const cqi_vector *feature, int n, cqi_vector offset,
+                           int shift)
 {
     const int32_t most = 8191, far = 65535;
     int k;
-    memset(row, 0, sizeof *row);
+    memset(s, 0, sizeof *s);
     for (k = 0; k < n; k++) {
         const cqi_vector f = cqi_above(t, feature[k]);
-        row->feature[0][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
-        row->feature[1][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
-        row->feature[2][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
+        s->feature[0][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.x, shift), -most, most);
+        s->feature[1][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.y, shift), -most, most);
+        s->feature[2][k] = (int16_t)cqi_clamp(cqi_floor_shift(f.z, shift), -most, most);
     }
     offset = cqi_above(t, offset);
-    row->offset[0] = cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far);
-    row->offset[1] = cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far);
-    row->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
+    s->offset[0] = cqi_clamp(cqi_floor_shift(offset.x, shift), -far, far);
+    s->offset[1] = cqi_clamp(cqi_floor_shift(offset.y, shift), -far, far);
+    s->offset[2] = cqi_clamp(cqi_floor_shift(offset.z, shift), -far, far);
 }
 
 /* Fills in the direction of its edge, which only fits with all passes need. */
-static void cqi_set_row_edge(cqi_row *row, const cqi_tilt *t)
+static void cqi_set_sample_edge(cqi_sample *s, const cqi_tilt *t)
 {
     const int32_t length = (int32_t)cqi_square_root((uint64_t)(t->edge_x * t->edge_x + t->edge_y * t->edge_y)) + 1;
-    row->edge_x = (int16_t)(4096 * t->edge_x / length);
-    row->edge_y = (int16_t)(4096 * t->edge_y / length);
+    s->edge_x = (int16_t)(4096 * t->edge_x / length);
+    s->edge_y = (int16_t)(4096 * t->edge_y / length);
 }
 
 /* Shift of positions, by which most features are below 2^13; larger ones are clamped. */
@@ -7898,50 +7898,52 @@ static void cqi_set_plain(cqi_tilt *t)
     t->axis[2] = 2;
 }
 
-/* The new vertex that is sample k: one from each of `rows` equal parts of the level. */
-static cq_index cqi_sample(const cqi_regular *r, uint32_t rows, uint32_t k)
+/* The new vertex that is sample k: one from each of `samples` equal parts of the level. */
+static cq_index cqi_sampled_vertex(const cqi_regular *r, uint32_t samples, uint32_t k)
 {
-    const cq_index begin = (cq_index)((uint64_t)k * r->count / rows),
-                   end = (cq_index)((uint64_t)(k + 1) * r->count / rows);
+    const cq_index begin = (cq_index)((uint64_t)k * r->count / samples),
+                   end = (cq_index)((uint64_t)(k + 1) * r->count / samples);
     return (cq_index)(r->vertices + begin + (k * 0x9e3779b9u >> 8) % (end - begin));
 }
 
-/* Rows for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is more. */
-static cqi_rows cqi_take_rows(const cq_decoder *d, int parts)
+/* Samples for a level, in so many parts: half as many as vertices, or a quarter of what there is room for if that is
+ * more. */
+static cqi_samples cqi_take_samples(const cq_decoder *d, int parts)
 {
-    const uint32_t all = d->regular.count, half = all / 2, most = d->plan->most_rows / (uint32_t)parts, least = most / 4;
-    cqi_rows rows;
-    rows.count = half < least ? least : half < most ? half : most;
-    if (rows.count > all) rows.count = all;
-    rows.some = parts > 1 || rows.count <= CQI_FEW_ROWS ? rows.count : (rows.count + 1) / 2;
-    rows.row = d->plan->row;
-    rows.parts = parts;
-    return rows;
+    const uint32_t most = d->plan->most_samples / (uint32_t)parts, least = most / 4;
+    const uint32_t all = d->regular.count, half = all / 2;
+    cqi_samples samples;
+    samples.count = half < least ? least : half < most ? half : most;
+    if (samples.count > all) samples.count = all;
+    samples.some = parts > 1 || samples.count <= CQI_FEW_SAMPLES ? samples.count : (samples.count + 1) / 2;
+    samples.sample = d->plan->sample;
+    samples.parts = parts;
+    return samples;
 }
 
-/* The place of sample k among the rows. */
-static uint32_t cqi_place_of_sample(const cqi_rows *rows, uint32_t k)
+/* The place of sample k. If some are enough to begin with, these come first: 0, 2, 4 .. */
+static uint32_t cqi_place_of_sample(const cqi_samples *samples, uint32_t k)
 {
-    return rows->some == rows->count ? k : k % 2 ? rows->some + k / 2 : k / 2;
+    return samples->some == samples->count ? k : k % 2 ? samples->some + k / 2 : k / 2;
 }
 
-/* Fills the row of sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
-static void cqi_set_rows(const cq_decoder *d, const cqi_rows *rows, uint32_t k, cq_index h, cqi_tilt *t,
-                         const cqi_vector *feature, int n, cqi_vector offset)
+/* Fills sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
+static void cqi_set_samples(const cq_decoder *d, const cqi_samples *samples, uint32_t k, cq_index h, cqi_tilt *t,
+                            const cqi_vector *feature, int n, cqi_vector offset)
 {
     const cqi_vector edge = cqi_from(d, cqi_at(d, d->mesh.origin[h]), cq_target(&d->mesh, h)), none = { 0, 0, 0 };
-    cqi_row *const row = rows->row + cqi_place_of_sample(rows, k);
+    cqi_sample *const s = samples->sample + cqi_place_of_sample(samples, k);
     int part;
-    for (part = 0; part < rows->parts; part++) {
+    for (part = 0; part < samples->parts; part++) {
         if (part) cqi_set_tilt(t, edge, none, part);
-        cqi_set_row(row + (uint32_t)part * rows->count, t, feature, n, offset, cqi_fit_shift(d));
+        cqi_set_sample(s + (uint32_t)part * samples->count, t, feature, n, offset, cqi_fit_shift(d));
     }
-    if (rows->parts == 1) cqi_set_row_edge(row, t);
+    if (samples->parts == 1) cqi_set_sample_edge(s, t);
 }
 
-static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
+static void cqi_fixed_sample(cq_decoder *d, const cqi_samples *samples, uint32_t k)
 {
-    const cq_index v = cqi_sample(&d->regular, rows->count, k), h = d->mesh.out[v], a = d->mesh.origin[h];
+    const cq_index v = cqi_sampled_vertex(&d->regular, samples->count, k), h = d->mesh.out[v], a = d->mesh.origin[h];
     const int other = (int)d->regular.view != d->located;
     cqi_vector feature[CQI_FIXED], offset;
     cqi_tilt t;
@@ -7951,16 +7953,16 @@ static void cqi_fixed_row(cq_decoder *d, const cqi_rows *rows, uint32_t k)
     cqi_find_fixed(d, h, feature, other ? NULL : &t);
     offset = cqi_scale(cqi_minus(cqi_plan_position(d, v), cqi_at(d, a)), 16);
     offset = cqi_minus(offset, cqi_scale(cqi_from(d, cqi_at(d, a), cq_target(&d->mesh, h)), 8));
-    cqi_set_rows(d, rows, k, h, &t, feature, CQI_FIXED, offset);
+    cqi_set_samples(d, samples, k, h, &t, feature, CQI_FIXED, offset);
 }
 
-/* Rows for the fixed prediction. */
-static cqi_rows cqi_fixed_rows(cq_decoder *d, int parts)
+/* Samples for the fixed prediction. */
+static cqi_samples cqi_fixed_samples(cq_decoder *d, int parts)
 {
-    const cqi_rows rows = cqi_take_rows(d, parts);
+    const cqi_samples samples = cqi_take_samples(d, parts);
     uint32_t k;
-    for (k = 0; k < rows.count; k++) cqi_fixed_row(d, &rows, k);
-    return rows;
+    for (k = 0; k < samples.count; k++) cqi_fixed_sample(d, &samples, k);
+    return samples;
 }
 
 /* Of the new vertices in the record of v, some will be final when v has its turn, 10 at most. Exchanges their values
@@ -8010,90 +8012,92 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 /* The same for a channel per row: of each sampled vertex the first one. Even values that will be final when it has its
  * turn are taken as they are expected. */
-static cqi_rows cqi_fine_rows_of_rows(cq_decoder *d)
+static cqi_samples cqi_fine_samples_of_rows(cq_decoder *d)
 {
-    const cqi_rows rows = cqi_take_rows(d, 1);
+    const cqi_samples samples = cqi_take_samples(d, 1);
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     cq_index v = r->vertices;
     uint32_t k, c;
     cqi_rewind_slots(d);
-    for (k = 0; k < rows.count; k++) {
-        const cq_index sample = cqi_sample(r, rows.count, k), first = cqi_first_row(d, sample);
+    for (k = 0; k < samples.count; k++) {
+        const cq_index sampled = cqi_sampled_vertex(r, samples.count, k), first = cqi_first_row(d, sampled);
         cqi_vector feature[CQI_MOST];
         cq_value values[CQ_MAX_COMPONENTS];
         cqi_tilt t;
-        for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
+        for (; v <= sampled; v++) cqi_take_slots(d, m->out[v]);
         cqi_look_around(d, first);
         cqi_set_plain(&t);
-        cqi_find_row(d, sample, first, m->out[sample], cqi_sides_of_row(cqi_has_two_rows(d, sample, first), 0),
+        cqi_find_row(d, sampled, first, m->out[sampled], cqi_sides_of_row(cqi_has_two_rows(d, sampled, first), 0),
                      feature);
         for (c = 0; c < d->shape.channel[r->view].components; c++)
             values[c] = (cq_value)cqi_plan_bits(d, r->view, c, d->plan->wedge_of_row[first]);
-        cqi_set_row(&rows.row[k], &t, feature, cqi_num_fine(d, r->view),
-                    cqi_scale(cqi_minus(cqi_seen(d, values), cqi_at(d, first)), 16), 0);
+        cqi_set_sample(&samples.sample[k], &t, feature, cqi_num_fine(d, r->view),
+                       cqi_scale(cqi_minus(cqi_seen(d, values), cqi_at(d, first)), 16), 0);
     }
-    return rows;
+    return samples;
 }
 
 #endif
 
-/* Rows for the fine prediction. */
-static cqi_rows cqi_fine_rows(cq_decoder *d, int parts)
+/* Samples for the fine prediction. */
+static cqi_samples cqi_fine_samples(cq_decoder *d, int parts)
 {
     cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     const int fine = (int)r->view != d->located ? cqi_num_fine(d, r->view) : CQI_FINE;
     cq_index v = r->vertices;
-    cqi_rows rows;
+    cqi_samples samples;
     uint32_t k;
 #ifndef CQ_NO_WEDGES
-    if (cqi_has_row_values(d, r->view)) return cqi_fine_rows_of_rows(d);
+    if (cqi_has_row_values(d, r->view)) return cqi_fine_samples_of_rows(d);
 #endif
-    rows = cqi_take_rows(d, parts);
+    samples = cqi_take_samples(d, parts);
     cqi_rewind_slots(d);
-    for (k = 0; k < rows.count; k++) {
-        const cq_index sample = cqi_sample(r, rows.count, k);
+    for (k = 0; k < samples.count; k++) {
+        const cq_index sampled = cqi_sampled_vertex(r, samples.count, k);
         const int other = (int)r->view != d->located;
         cqi_vector feature[CQI_MOST];
         cq_value place[12][CQ_MAX_COMPONENTS];
         cqi_tilt t;
-        for (; v <= sample; v++) cqi_take_slots(d, m->out[v]);
-        if (other) cqi_look_around(d, sample);
-        cqi_exchange(d, sample, place, 0);
+        for (; v <= sampled; v++) cqi_take_slots(d, m->out[v]);
+        if (other) cqi_look_around(d, sampled);
+        cqi_exchange(d, sampled, place, 0);
         cqi_set_plain(&t);
-        cqi_find_fine(d, sample, m->out[sample], feature, other ? NULL : &t);
-        cqi_exchange(d, sample, place, 1);
-        if (fine > CQI_FINE) cqi_plan_normal(d, sample, &feature[CQI_FINE]);
-        cqi_set_rows(d, &rows, k, m->out[sample], &t, feature, fine,
-                     cqi_scale(cqi_minus(cqi_plan_position(d, sample), cqi_at(d, sample)), 16));
+        cqi_find_fine(d, sampled, m->out[sampled], feature, other ? NULL : &t);
+        cqi_exchange(d, sampled, place, 1);
+        if (fine > CQI_FINE) cqi_plan_normal(d, sampled, &feature[CQI_FINE]);
+        cqi_set_samples(d, &samples, k, m->out[sampled], &t, feature, fine,
+                        cqi_scale(cqi_minus(cqi_plan_position(d, sampled), cqi_at(d, sampled)), 16));
     }
-    return rows;
+    return samples;
 }
 
 /* Fits a prediction's weights with these axes and all passes, beginning with those of the level before. */
-static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes, cqi_rows (*fill)(cq_decoder *d, int parts))
+static uint32_t cqi_fit_axes(cq_decoder *d, int8_t *weight, int n, int axes,
+                             cqi_samples (*fill)(cq_decoder *d, int parts))
 {
-    cqi_rows rows;
+    cqi_samples samples;
     d->regular.axes = axes;
-    rows = fill(d, 1);
+    samples = fill(d, 1);
     memcpy(weight, d->plan->before[n == CQI_FINE], 3 * (size_t)n);
-    return cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES);
+    return cqi_fit_all(&samples, d->regular.count, weight, n, CQI_PASSES);
 }
 
-/* Chooses the axes and the weights of a prediction: the axes that are best with a part of the rows and passes; or the
- * second best, if they cost less than a 16th more there, and less with all rows. */
-static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
+/* Chooses the axes and the weights of a prediction: the axes that are best with a part of the samples and passes; or
+ * the second best, if they cost less than a 16th more there, and less with all samples. */
+static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n,
+                                       cqi_samples (*fill)(cq_decoder *d, int parts))
 {
     int8_t kept[3 * CQI_FINE];
     uint32_t cost[4], other = UINT32_MAX;
     int axes, first = 0, second = -1;
-    cqi_rows rows;
+    cqi_samples samples;
     d->regular.axes = 0;
-    rows = fill(d, 4);
-    for (axes = 0; axes < 4; axes++, rows.row += rows.count) {
+    samples = fill(d, 4);
+    for (axes = 0; axes < 4; axes++, samples.sample += samples.count) {
         memset(weight, 0, 3 * (size_t)n);
-        cost[axes] = cqi_fit_all(&rows, d->regular.count, weight, n, CQI_PASSES / 2);
+        cost[axes] = cqi_fit_all(&samples, d->regular.count, weight, n, CQI_PASSES / 2);
         if (cost[axes] < cost[first]) first = axes;
     }
     for (axes = 0; axes < 4; axes++)
@@ -8110,16 +8114,16 @@ static CQI_APART void cqi_plan_weights(cq_decoder *d, int8_t *weight, int n, cqi
 }
 
 /* Fits the weights of another channel. */
-static void cqi_plan_others(cq_decoder *d, uint32_t k, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
+static void cqi_plan_others(cq_decoder *d, uint32_t k, int n, cqi_samples (*fill)(cq_decoder *d, int parts))
 {
-    const cqi_rows rows = fill(d, 1);
+    const cqi_samples samples = fill(d, 1);
     memset(d->regular.weight[k], 0, CQI_MOST);
-    cqi_fit_weights(&rows, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n,
+    cqi_fit_weights(&samples, 0, cqi_at_most((int)d->shape.channel[k].components - 1, 2), d->regular.weight[k], n,
                     CQI_PASSES);
 }
 
 /* The weights of all channels, for one of the two predictions. */
-static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *d, int parts))
+static void cqi_code_all_weights(cq_decoder *d, int8_t *weight, int n, cqi_samples (*fill)(cq_decoder *d, int parts))
 {
     uint32_t k;
     if (d->located >= 0) {
@@ -8149,7 +8153,7 @@ static cq_result cqi_step_expect(cq_decoder *d)
         return CQ_OK;
     }
     if (!r->at) {
-        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fixed_rows);
+        cqi_code_all_weights(d, r->fixed, CQI_FIXED, cqi_fixed_samples);
         if (cqi_starved(d)) return CQ_TRUNCATED;
     }
     cqi_look_ahead(d, d->mesh.out[v]);
@@ -8262,7 +8266,7 @@ static cq_result cqi_step_records(cq_decoder *d)
 {
     cqi_regular *r = &d->regular;
     if (r->at < r->count) return cqi_write_record(d, (cq_index)(r->vertices + r->at++)) ? CQ_OK : CQ_ERROR_CORRUPT;
-    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fine_rows);
+    cqi_code_all_weights(d, r->fine, CQI_FINE, cqi_fine_samples);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     cqi_rewind_slots(d);
     r->at = 0;
@@ -9696,11 +9700,11 @@ typedef struct cqi_encoder {
     cqi_known known;          /* nor this */
 } cqi_encoder;
 
-/* Room for rows, by the number of vertices. */
-static uint32_t cqi_most_rows(cqi_size num_vertices)
+/* Room for samples, by the number of vertices. */
+static uint32_t cqi_most_samples(cqi_size num_vertices)
 {
     const cqi_size tenth = num_vertices / 10;
-    return tenth < CQI_FEW_ROWS ? CQI_FEW_ROWS : tenth < CQI_MOST_ROWS ? (uint32_t)tenth : CQI_MOST_ROWS;
+    return tenth < CQI_FEW_SAMPLES ? CQI_FEW_SAMPLES : tenth < CQI_MOST_SAMPLES ? (uint32_t)tenth : CQI_MOST_SAMPLES;
 }
 
 #define CQI_ENCODER_BYTES ((sizeof(cqi_encoder) + 7) / 8 * 8)
@@ -9731,7 +9735,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
     v = cqi_all_vertices(s);
     f = cqi_all_faces(s);
     plan = (v + 1) * (sizeof(cqi_collapse) + 1) + (3 * v + f / 3 + 1 + 2 * f) * sizeof(cq_index);
-    plan += (cqi_size)cqi_most_rows(v) * sizeof(cqi_row);
+    plan += (cqi_size)cqi_most_samples(v) * sizeof(cqi_sample);
     plan += 8 * 4; /* roundings of blocks */
     if (!shape->num_rows) more = cqi_more_bytes(s);
     all = (uint64_t)CQI_ENCODER_BYTES + CQ_MESH_BYTES(v, f) + CQI_ROUND(plan) + cqi_decoder_size(s);
@@ -13176,8 +13180,8 @@ static void cqi_encoder_carve(cqi_encoder *e, const cq_input *in, cqi_arena *are
     cqi_plan *p = &e->plan;
     const cq_shape *s = &in->shape;
     size_t v = cqi_all_vertices(s), f = cqi_all_faces(s);
-    p->most_rows = cqi_most_rows(v);
-    p->row = (cqi_row *)cqi_take(arena, p->most_rows, sizeof(cqi_row));
+    p->most_samples = cqi_most_samples(v);
+    p->sample = (cqi_sample *)cqi_take(arena, p->most_samples, sizeof(cqi_sample));
     p->note = (cqi_collapse *)cqi_take(arena, v + 1, sizeof(cqi_collapse));
     p->decoded = (cq_index *)cqi_take(arena, v, sizeof(cq_index));
     p->to_input = (cq_index *)cqi_take(arena, v, sizeof(cq_index));

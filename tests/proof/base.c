@@ -423,7 +423,7 @@ static void any_level(void)
     r->at = any_index();
 }
 
-void stub_code_weights(cq_decoder *of, int8_t *weight, int n, cqi_rows (*fill)(cq_decoder *, int))
+void stub_code_weights(cq_decoder *of, int8_t *weight, int n, cqi_samples (*fill)(cq_decoder *, int))
 {
     (void)fill;
     PROVE(of == &d && weight && (n == CQI_FIXED || n == CQI_FINE));
