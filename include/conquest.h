@@ -2862,13 +2862,26 @@ static int cqi_plan_dissolved(const cqi_plan *p, const cq_mesh *m, cq_index h)
  *
  * Bits and numbers in both directions, on which all other coding is built; and what they cost, for reports. */
 
+/* A bit that is 1 with probability p / 65536. */
+static inline int cqi_code_part(cq_decoder *d, uint32_t p, int bit)
+{
+    if (CQI_ENCODING(d)) cqi_encode_part(&d->plan->range, p, bit);
+    else bit = cqi_decode_part(&d->range, p);
+    return bit;
+}
+
+/* A bit with a model, which adapts to it. */
+static inline int cqi_code_adaptive(cq_decoder *d, cq_bit_model *model, int rate, int bit)
+{
+    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, model, rate, bit);
+    else bit = cqi_decode_adaptive(&d->range, model, rate);
+    return bit;
+}
+
 /* A bit with model number `index`. */
 static inline int cqi_code_bit(cq_decoder *d, int index, int bit)
 {
-    cq_bit_model *model = &d->model.bit[index];
-    if (!CQI_ENCODING(d)) return cqi_decode_adaptive(&d->range, model, d->rate);
-    cq_encode_bit(&d->plan->range, model, d->rate, bit);
-    return bit;
+    return cqi_code_adaptive(d, &d->model.bit[index], d->rate, bit);
 }
 
 static uint32_t cqi_code_raw(cq_decoder *d, uint32_t value, int bits)
@@ -4334,10 +4347,7 @@ static int cqi_cost(uint32_t p) { return 64 * 16 - 8 * cqi_logarithm(p); }
 /* Asks, if that has paid so far, and returns the answer. */
 static int cqi_code_question(cq_decoder *d, int index, int yes)
 {
-    if (d->model.gain[index] < 0) return 0;
-    if (!CQI_ENCODING(d)) return cqi_decode_part(&d->range, d->model.yes[index]);
-    cqi_encode_part(&d->plan->range, d->model.yes[index], yes);
-    return yes;
+    return d->model.gain[index] < 0 ? 0 : cqi_code_part(d, d->model.yes[index], yes);
 }
 
 /* Updates the mean of what asking gains, given what a yes saves before its own cost, in 1/64 bit. Returns what was
@@ -4603,9 +4613,7 @@ static int64_t cqi_clamp_wide(int64_t x, int64_t most) { return x < -most ? -mos
 /* A bit with a model that adapts fast at first: its rates are 1, 2, 2, 3, 3, 4, 4, and from then on 5. */
 static int cqi_code_quick(cq_decoder *d, cqi_quick_model *model, int bit)
 {
-    const int rate = 1 + (model->used + 1) / 2;
-    if (CQI_ENCODING(d)) cq_encode_bit(&d->plan->range, &model->bit, rate, bit);
-    else bit = cqi_decode_adaptive(&d->range, &model->bit, rate);
+    bit = cqi_code_adaptive(d, &model->bit, 1 + (model->used + 1) / 2, bit);
     model->used = (uint8_t)(model->used + (model->used < 7));
     return bit;
 }
@@ -5653,8 +5661,7 @@ static inline int cqi_code_decision(cq_decoder *d, int32_t score, int yes, int32
     uint32_t p;
     k = k < 0 ? 0 : k > 79 ? 79 : k;
     p = cqi_logistic[k];
-    if (CQI_ENCODING(d)) cqi_encode_part(&d->plan->range, p, yes);
-    else yes = cqi_decode_part(&d->range, p);
+    yes = cqi_code_part(d, p, yes);
     *error = cqi_floor_shift((yes ? 65536 : 0) - (int32_t)p + (1 << (shift - 1)), shift);
     return yes;
 }
@@ -6009,9 +6016,7 @@ static cq_index cqi_row_at(const cq_decoder *d, cq_index h)
 
 static int cqi_code_with(cq_decoder *d, cq_bit_model *model, int bit)
 {
-    if (!CQI_ENCODING(d)) return cqi_decode_adaptive(&d->range, model, d->rate);
-    cq_encode_bit(&d->plan->range, model, d->rate, bit);
-    return bit;
+    return cqi_code_adaptive(d, model, d->rate, bit);
 }
 
 /* Is it the row of the encoder's wedge? */
