@@ -6879,8 +6879,9 @@ static int cqi_take_slots(cq_decoder *d, cq_index h)
 /* -- Regular levels: the new vertices by their edges --
  *
  * out[] of new vertices is in ascending order. Halfedges are divided into buckets of 2^bucket, no more buckets than new
- * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 192 halfedges; with
- * materials more, as free slots count, too. */
+ * vertices; valence[] of new vertex k is the first new vertex in bucket k. A bucket has at most 128 halfedges; with
+ * materials more, as free slots count, too. The search in a bucket halves what is left until that is 8 halfedges: it
+ * looks at no more than `bucket` + 6 vertices. */
 
 static cq_result cqi_step_table(cq_decoder *d)
 {
@@ -6904,9 +6905,15 @@ static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
     const cqi_regular *r = &d->regular;
     const cq_mesh *m = &d->mesh;
     cq_index v;
+    int bits;
     if (m->twin[h] < h) h = m->twin[h];
     if (!cqi_has_mark(d, h)) return CQ_NONE;
     v = (cq_index)(r->vertices + m->valence[r->vertices + (h >> r->bucket)]);
+    if (m->out[v] == h) return v;
+    for (bits = r->bucket; bits > 3;) {
+        const cq_index ahead = (cq_index)(v + ((cq_index)1 << --bits));
+        if (ahead < r->vertices + r->count && m->out[ahead] <= h) v = ahead;
+    }
     while (m->out[v] != h) v++;
     return v;
 }

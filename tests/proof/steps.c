@@ -3,7 +3,10 @@
 #define CQ_ASSERT(condition) ((void)0)
 #include "proof.h"
 
-enum { NEW = 6, FACES = 8, OLD = 5 }; /* new vertices, coarse faces and old vertices of a regular level, at most */
+#ifndef MAX_NEW
+#define MAX_NEW 6
+#endif
+enum { NEW = MAX_NEW, FACES = 8, OLD = 5 }; /* new vertices, coarse faces and old vertices of a regular level, at most */
 
 static cq_decoder d;
 static cqi_regular *const r = &d.regular;
