@@ -369,14 +369,16 @@ CQ_API cq_result cq_peek(const uint8_t *data, size_t size, cq_shape *shape, size
 
 /* More with wedges. f: faces, w: rows, c: components of all channels per row together; these no longer count as
  * components per vertex. */
-#define CQ_WEDGE_BYTES(f, w, c) \
-    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(w) * sizeof(cq_index)) \
-     + CQI_ROUND((cqi_size)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
+#define CQ_WEDGE_BYTES(f, w, c) CQI_WEDGE_BYTES(cqi_size, f, w, c)
+#define CQI_WEDGE_BYTES(type, f, w, c) \
+    (CQI_ROUND((type)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((type)(w) * sizeof(cq_index)) \
+     + CQI_ROUND((type)(w) * (c) * sizeof(cq_value)) + CQI_ROUND(sizeof(cqi_seams)))
 
 /* More for f faces and r rows aside. c: components of all channels per vertex or row, d: channels CQ_PER_FACE. */
-#define CQ_ASIDE_BYTES(f, r, c, d) \
-    (CQI_ROUND((cqi_size)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((cqi_size)(r) * (c) * sizeof(cq_value)) \
-     + (d) * CQI_ROUND((cqi_size)(f) * sizeof(cq_value)))
+#define CQ_ASIDE_BYTES(f, r, c, d) CQI_ASIDE_BYTES(cqi_size, f, r, c, d)
+#define CQI_ASIDE_BYTES(type, f, r, c, d) \
+    (CQI_ROUND((type)(f) * 3 * sizeof(cq_index)) + CQI_ROUND((type)(r) * (c) * sizeof(cq_value)) \
+     + (d) * CQI_ROUND((type)(f) * sizeof(cq_value)))
 
 /* The sum of all of these for a shape; 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_decoder_bytes(const cq_shape *shape);
@@ -1270,6 +1272,10 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 
+/* The one after k and the one before it, of n in a circle. */
+static inline int cqi_next_of(int k, int n) { return k == n - 1 ? 0 : k + 1; }
+static inline int cqi_previous_of(int k, int n) { return k ? k - 1 : n - 1; }
+
 /* Half of an octahedral pair's range: numbers are 0 .. 2 half, and half stands for 0, see the quantiser. */
 static inline int32_t cqi_octahedral_half(int bits) { return (int32_t)(((uint32_t)1 << (bits - 1)) - 1); }
 
@@ -1518,21 +1524,28 @@ static void cqi_smaller_ends(const cq_index *corner, cq_index *end)
     end[2] = c < a ? c : a;
 }
 
+/* Turns counts of keys into the place where each key begins. */
+static void cqi_sum_counts(cq_index *count, cq_index n)
+{
+    cq_index k, sum = 0;
+    for (k = 0; k < n; k++) {
+        const cq_index here = count[k];
+        count[k] = sum;
+        sum = (cq_index)(sum + here);
+    }
+}
+
 /* Sorts the halfedges by their smaller end, stably. On return first[v] is the place after the last halfedge of v. */
 static void cqi_sort_halfedges(const cq_index *indices, const cq_shape *s, cq_index *sorted, cq_index *first)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
-    cq_index k, j, sum = 0, end[3];
+    cq_index k, j, end[3];
     memset(first, 0, s->num_vertices * sizeof(cq_index));
     for (k = 0; k < n; k = (cq_index)(k + 3)) {
         cqi_smaller_ends(indices + k, end);
         for (j = 0; j < 3; j++) first[end[j]]++;
     }
-    for (k = 0; k < s->num_vertices; k++) {
-        cq_index count = first[k];
-        first[k] = sum;
-        sum = (cq_index)(sum + count);
-    }
+    cqi_sum_counts(first, (cq_index)s->num_vertices);
     for (k = 0; k < n; k = (cq_index)(k + 3)) {
         cqi_smaller_ends(indices + k, end);
         for (j = 0; j < 3; j++) sorted[first[end[j]]++] = (cq_index)(k + j);
@@ -2277,13 +2290,19 @@ void cq_encode_freq(cq_range_encoder *e, uint32_t start, uint32_t freq, uint32_t
     cqi_encode_interval(e, slot * start, cqi_freq_width(e->range, slot, start, freq, total));
 }
 
+/* The slot that the code is in, given the width of one. */
+static inline uint32_t cqi_find_slot(cq_range_decoder *d, uint32_t width, uint32_t total)
+{
+    uint32_t slot;
+    d->slot = width;
+    slot = d->code / width;
+    return slot < total ? slot : total - 1;
+}
+
 uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
 {
     CQ_ASSERT(d->range >= CQI_MIN_RANGE && total && total <= CQI_MIN_RANGE);
-    uint32_t slot;
-    d->slot = d->range / total;
-    slot = d->code / d->slot;
-    return slot < total ? slot : total - 1;
+    return cqi_find_slot(d, d->range / total, total);
 }
 
 void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
@@ -2308,11 +2327,7 @@ uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
     uint32_t value = 0;
     for (; bits > 0; bits -= bits > 16 ? 8 : bits) {
         const int part = bits > 16 ? 8 : bits;
-        const uint32_t total = (uint32_t)1 << part;
-        uint32_t slot;
-        d->slot = d->range >> part;
-        slot = d->code / d->slot;
-        slot = slot < total ? slot : total - 1;
+        const uint32_t total = (uint32_t)1 << part, slot = cqi_find_slot(d, d->range >> part, total);
         cq_decode_freq(d, slot, 1, total);
         value = value << part | slot;
     }
@@ -2557,13 +2572,8 @@ static uint64_t cqi_more_bytes(const cq_shape *s)
     const uint64_t of_face = cqi_all_components(s, CQI_OF_FACE), of_row = cqi_all_components(s, CQI_OF_ROW);
     const uint64_t all = of_row + cqi_all_components(s, CQI_OF_VERTEX), faces = s->num_aside_faces;
     uint64_t bytes = CQ_METADATA_BYTES(s->metadata_bytes) + CQ_MATERIAL_BYTES(s->num_materials, faces);
-    if (s->num_rows) {
-        bytes += CQI_ROUND(3 * (uint64_t)s->num_faces * sizeof(cq_index)) + CQI_ROUND(sizeof(cqi_seams));
-        bytes +=
-            CQI_ROUND((uint64_t)s->num_rows * sizeof(cq_index)) + CQI_ROUND(s->num_rows * of_row * sizeof(cq_value));
-    }
-    bytes += CQI_ROUND(3 * faces * sizeof(cq_index)) + of_face * CQI_ROUND(faces * sizeof(cq_value));
-    return bytes + CQI_ROUND(s->num_aside_rows * all * sizeof(cq_value));
+    if (s->num_rows) bytes += CQI_WEDGE_BYTES(uint64_t, s->num_faces, s->num_rows, of_row);
+    return bytes + CQI_ASIDE_BYTES(uint64_t, faces, s->num_aside_rows, all, of_face);
 }
 
 static size_t cqi_sum_of_sizes(uint64_t a, uint64_t b)
@@ -4082,7 +4092,7 @@ static void cqi_look_beyond(const cq_decoder *d, cqi_fan *f, const cq_value *val
 {
     const cqi_ring *const r = &d->ring;
     const cq_value *const a = values + 3 * (size_t)d->mesh.origin[r->spoke[0]];
-    const int before = p ? p - 1 : r->size - 1, after = q + 1 < r->size ? q + 1 : 0;
+    const int before = cqi_previous_of(p, r->size), after = cqi_next_of(q, r->size);
     const cqi_vector none = { 0, 0, 0 };
     cqi_vector sum = none;
     uint32_t known = 0;
@@ -4215,9 +4225,9 @@ static void cqi_list_rivals(cqi_fan *f)
     if (f->boundary || n < 4) return;
     for (k = 0; k < n; k++)
         if (f->known >> k & 1)
-            cqi_add_rival(f, cqi_parallelogram(at[k], at[k + 1 < n ? k + 1 : 0], f->outer[k]));
+            cqi_add_rival(f, cqi_parallelogram(at[k], at[cqi_next_of(k, n)], f->outer[k]));
     for (k = 0; k < n; k++)
-        cqi_add_rival(f, cqi_parallelogram(at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0], at[k]));
+        cqi_add_rival(f, cqi_parallelogram(at[cqi_previous_of(k, n)], at[cqi_next_of(k, n)], at[k]));
     for (k = 0; k < n - 2; k++)
         for (j = k + 2; j < n - (k == 0); j++) cqi_add_rival(f, cqi_shift(cqi_plus(at[k], at[j]), 1));
 }
@@ -4251,9 +4261,9 @@ static void cqi_list_planes(cqi_fan *f, cqi_vector place)
     int k;
     if (f->boundary || n < 3) return;
     for (k = 0; k < n; k++)
-        if (f->known >> k & 1) cqi_add_plane(f, place, at[k], at[k + 1 < n ? k + 1 : 0], f->outer[k]);
+        if (f->known >> k & 1) cqi_add_plane(f, place, at[k], at[cqi_next_of(k, n)], f->outer[k]);
     for (k = 0; k < n && n > 3; k++)
-        cqi_add_plane(f, place, at[k], at[k ? k - 1 : n - 1], at[k + 1 < n ? k + 1 : 0]);
+        cqi_add_plane(f, place, at[k], at[cqi_previous_of(k, n)], at[cqi_next_of(k, n)]);
 }
 
 /* Distance along the surface: the larger of those in x and y. */
@@ -4671,13 +4681,13 @@ static void cqi_list_fan_of_b(cq_decoder *d, int p, int q)
     cqi_fan *f = &d->now.fan;
     int k, n = 1;
     f->vertex[0] = d->mesh.origin[r->spoke[0]];
-    f->beyond[0] = r->vertex[p ? p - 1 : r->size - 1];
+    f->beyond[0] = r->vertex[cqi_previous_of(p, r->size)];
     for (k = p; k <= q; k++) {
         f->vertex[n] = r->vertex[k];
         f->beyond[n] = r->front[k];
         n += k != r->boundary;
     }
-    f->beyond[n - 1] = r->vertex[q + 1 < r->size ? q + 1 : 0];
+    f->beyond[n - 1] = r->vertex[cqi_next_of(q, r->size)];
     for (k = 0; k < n; k++)
         if (f->boundary || cq_is_virtual(&d->mesh, f->beyond[k])) f->beyond[k] = CQ_NONE;
 }
@@ -4823,7 +4833,7 @@ static cqi_vector64 cqi_normal_of_fan(const cqi_fan *f)
     cqi_vector64 n = { 0, 0, 0 };
     int k;
     for (k = 0; k < f->size; k++)
-        if (f->faces >> k & 1) cqi_add_normal(&n, f->at[k + 1 < f->size ? k + 1 : 0], f->at[k]);
+        if (f->faces >> k & 1) cqi_add_normal(&n, f->at[cqi_next_of(k, f->size)], f->at[k]);
     return n;
 }
 
@@ -4885,16 +4895,15 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
     const cq_channel *channel = &d->shape.channel[k];
     const uint32_t stride = channel->components;
     cq_value *const values = d->channel[k], *const to = values + stride * (size_t)row;
-    const int32_t half = (int32_t)(((uint32_t)1 << (channel->bits - 1)) - 1);
-    cqi_pair_of_normal expected, wanted = { 0, 0 }, p;
+    const int32_t half = cqi_octahedral_half(channel->bits);
+    cqi_pair_of_normal expected, wanted = { 0, 0 };
     const int set = turned ? CQI_ROW_ROUNDING : n > 1 ? CQI_ROW_PAIR : CQI_ROW_PAIR_AT_SEAM;
     int fold, half_bits, odd = 0;
     if (!cqi_pair_of(direction, half, &expected))
         expected = n ? cqi_pair_at(values, stride, around[0], half, 0) : wanted;
     fold = (int32_t)(cqi_abs(expected.x) + cqi_abs(expected.y)) > half;
     if (fold) expected = cqi_folded(expected, half);
-    p = expected;
-    half_bits = turned ? 0 : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, p));
+    half_bits = turned ? 0 : cqi_half_bits(cqi_spread_of_pairs(values, stride, around, n, half, fold, expected));
     if (CQI_ENCODING(d)) {
         wanted.x = cqi_plan_bits(d, k, 0, wedge) - half;
         wanted.y = cqi_plan_bits(d, k, 1, wedge) - half;
@@ -4905,8 +4914,8 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
         }
     }
     if (fold) odd = !cqi_code_bit(d, CQI_FOLDS_BACK, !odd);
-    wanted.x = p.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - p.x);
-    wanted.y = p.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - p.y);
+    wanted.x = expected.x + cqi_code_row_residual(d, set, half_bits, 26, wanted.x - expected.x);
+    wanted.y = expected.y + cqi_code_row_residual(d, set, half_bits, 26, wanted.y - expected.y);
     if (cqi_abs(wanted.x) >> 25 || cqi_abs(wanted.y) >> 25) return 0;
     if (fold && !odd) wanted = cqi_folded(wanted, half);
     if (!cqi_value_fits(channel, wanted.x + half) || !cqi_value_fits(channel, wanted.y + half)) return 0;
@@ -4997,7 +5006,7 @@ static cqi_growth cqi_growth_of_fan(const cq_decoder *d, uint32_t k, cq_index ow
     int i;
     size_t c;
     for (i = 0; i < f->size && texcoords >= 0; i++) {
-        const int next = i + 1 < f->size ? i + 1 : 0;
+        const int next = cqi_next_of(i, f->size);
         const cq_value *const values = d->channel[texcoords];
         int32_t of_a[2], of_b[2];
         if (!(f->faces >> i & 1)) continue;
@@ -5329,7 +5338,7 @@ static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int j
         int32_t o;
         if (f->beyond[n] == CQ_NONE) continue;
         o = cqi_rough(&d->shape.channel[k], cqi_value_near(d, k, c, f->beyond[n], joints)) - a;
-        outer += cqi_floor_shift(2 * o - x[n] - x[n + 1 < f->size ? n + 1 : 0], 2);
+        outer += cqi_floor_shift(2 * o - x[n] - x[cqi_next_of(n, f->size)], 2);
         beyond++;
     }
     feature[0] = beyond ? 2 * (outer / beyond) : 0;
@@ -6069,7 +6078,7 @@ static int cqi_is_kept(const cq_decoder *d, cq_index row)
     const cqi_ring *r = &d->ring;
     int k = d->seams->q;
     do {
-        k = k + 1 < r->size ? k + 1 : 0;
+        k = cqi_next_of(k, r->size);
         if (cqi_row_at(d, r->spoke[k]) == row) return 1;
     } while (k != d->seams->p);
     return 0;
@@ -9903,8 +9912,8 @@ static int cqi_turns_a_face(const cqi_fan_of_input *f)
 /* The loss 16^shift x as a logarithm, in 1/CQI_OCTAVE octave. */
 static uint32_t cqi_loss(uint64_t x, int shift)
 {
-    int n = x >> 32 ? 32 + cqi_bit_length((uint32_t)(x >> 32)) : cqi_bit_length((uint32_t)x);
-    uint32_t fraction = (uint32_t)(n > 8 ? x >> (n - 9) : x << (9 - n)) & 255;
+    const int n = cqi_bit_length_wide(x);
+    const uint32_t fraction = (uint32_t)(n > 8 ? x >> (n - 9) : x << (9 - n)) & 255;
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
@@ -11070,17 +11079,6 @@ static cq_index cqi_num_keys(const cqi_preparer *p, int by)
     return by == CQI_BY_FAN ? (cq_index)(3 * p->num_faces) : (cq_index)p->in->shape.num_vertices;
 }
 
-/* Turns counts of keys into the place where each key begins. */
-static void cqi_sum_counts(cq_index *count, cq_index n)
-{
-    cq_index k, sum = 0;
-    for (k = 0; k < n; k++) {
-        const cq_index here = count[k];
-        count[k] = sum;
-        sum = (cq_index)(sum + here);
-    }
-}
-
 /* Sorts a list of halfedges by the larger or the smaller end of their edges, stably. */
 static void cqi_sort_by_end(const cqi_preparer *p, int by, int larger, const cq_index *from, cq_index *to, cq_index n)
 {
@@ -11285,21 +11283,17 @@ static cqi_vector cqi_corner_offset(const cqi_preparer *p, cq_index from, cq_ind
 static cqi_vector cqi_face_normal(const cqi_preparer *p, cq_index h)
 {
     const cqi_vector none = { 0, 0, 0 };
-    cqi_vector a, b, n;
-    int64_t x, y, z, length;
-    uint64_t all;
-    int shift = 0;
+    cqi_vector64 w;
+    cqi_vector n;
+    int64_t length;
+    int shift;
     if (!p->positions) return none;
-    a = cqi_corner_offset(p, h, cq_next(h));
-    b = cqi_corner_offset(p, h, cq_prev(h));
-    x = (int64_t)a.y * b.z - (int64_t)a.z * b.y;
-    y = (int64_t)a.z * b.x - (int64_t)a.x * b.z;
-    z = (int64_t)a.x * b.y - (int64_t)a.y * b.x;
-    all = (uint64_t)(x < 0 ? -x : x) | (uint64_t)(y < 0 ? -y : y) | (uint64_t)(z < 0 ? -z : z);
-    while (all >> shift >> 16) shift++;
-    n.x = (int32_t)cqi_floor_shift_wide(x, shift);
-    n.y = (int32_t)cqi_floor_shift_wide(y, shift);
-    n.z = (int32_t)cqi_floor_shift_wide(z, shift);
+    w = cqi_wide_cross(cqi_corner_offset(p, h, cq_next(h)), cqi_corner_offset(p, h, cq_prev(h)));
+    shift = cqi_bit_length_wide(((uint64_t)(w.x < 0 ? -w.x : w.x) | (uint64_t)(w.y < 0 ? -w.y : w.y) |
+                                 (uint64_t)(w.z < 0 ? -w.z : w.z)) >> 16);
+    n.x = (int32_t)cqi_floor_shift_wide(w.x, shift);
+    n.y = (int32_t)cqi_floor_shift_wide(w.y, shift);
+    n.z = (int32_t)cqi_floor_shift_wide(w.z, shift);
     length = (int64_t)cqi_square_root((uint64_t)cqi_wide_dot(n, n)) + 1;
     n.x = (int32_t)(n.x * ((int64_t)1 << 14) / length);
     n.y = (int32_t)(n.y * ((int64_t)1 << 14) / length);
@@ -11915,7 +11909,7 @@ static int cqi_find_corners(const cqi_labels *l, cqi_polygon *p)
         const cq_index v = at[k] = cqi_place(l, p, k);
         for (j = 0; j < k; j++)
             if (v == at[j]) return 0;
-        p->joined[k] = (uint8_t)(1 << (k + 1 < p->size ? k + 1 : 0) | 1 << (k ? k - 1 : p->size - 1));
+        p->joined[k] = (uint8_t)(1 << cqi_next_of(k, p->size) | 1 << cqi_previous_of(k, p->size));
         if (cqi_is_odd(l, v)) continue;
         if (p->corners == 4) return 0;
         any_virtual |= cq_is_virtual(l->mesh, v);
@@ -11991,8 +11985,8 @@ static int cqi_find_dissolved(cqi_polygon *p, int diagonal)
     return 0;
 }
 
-static int cqi_next_place(const cqi_polygon *p, int k) { return k + 1 < p->size ? k + 1 : 0; }
-static int cqi_previous_place(const cqi_polygon *p, int k) { return k ? k - 1 : p->size - 1; }
+static int cqi_next_place(const cqi_polygon *p, int k) { return cqi_next_of(k, p->size); }
+static int cqi_previous_place(const cqi_polygon *p, int k) { return cqi_previous_of(k, p->size); }
 
 /* Flips edge e back if a second flip can have made it: it runs from a corner B to an odd vertex, and has on one side
  * the odd vertex of a side at B, on the other side the corner C next to B. Returns the diagonal that must then be
@@ -12675,7 +12669,7 @@ static uint64_t cqi_square_off(const cqi_labels *l, cq_index v, cq_index a, cq_i
     nearest = cqi_nearest_point(cqi_shift(cqi_offset(l->positions, v, a), shift),
                                 cqi_shift(cqi_offset(l->positions, v, b), shift));
     for (k = 0; k < n; k++) {
-        const int next = k + 1 < n ? k + 1 : 0;
+        const int next = cqi_next_of(k, n);
         const uint64_t square = real[k] && real[next] ? cqi_square_off_plane(at[k], at[next], nearest) : 0;
         if (square > most) most = square;
     }
@@ -13300,35 +13294,27 @@ static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_lo
 /* One pass of a radix sort of components by their sizes, large ones first. */
 static void cqi_sort_by_size(const cqi_plan *p, const cqi_seed *from, cqi_seed *to, int shift)
 {
-    cq_index end[256], k, sum = 0;
-    int byte;
+    cq_index end[256], k;
     memset(end, 0, sizeof end);
-    for (k = 0; k < p->num_seeds; k++) end[p->note[from[k].notes].kept >> shift & 255]++;
-    for (byte = 255; byte >= 0; byte--) {
-        const cq_index count = end[byte];
-        end[byte] = sum;
-        sum = (cq_index)(sum + count);
-    }
-    for (k = 0; k < p->num_seeds; k++) to[end[p->note[from[k].notes].kept >> shift & 255]++] = from[k];
+    for (k = 0; k < p->num_seeds; k++) end[255 - (p->note[from[k].notes].kept >> shift & 255)]++;
+    cqi_sum_counts(end, 256);
+    for (k = 0; k < p->num_seeds; k++) to[end[255 - (p->note[from[k].notes].kept >> shift & 255)]++] = from[k];
 }
 
 /* Sorts the components: those with more levels come first, and of these the larger ones. `sorted` is scratch. */
 static void cqi_sort_components(cqi_plan *p, cqi_seed *sorted)
 {
-    cq_index end[CQ_MAX_LEVELS + 1], k, sum = 0;
+    cq_index end[CQ_MAX_LEVELS + 1], k;
     int level;
     for (level = 0; level < CQ_INDEX_BITS; level += 16) {
         cqi_sort_by_size(p, p->seed, sorted, level);
         cqi_sort_by_size(p, sorted, p->seed, level + 8);
     }
     memset(end, 0, sizeof end);
-    for (k = 0; k < p->num_seeds; k++) end[p->note[p->seed[k].notes - 1].level]++;
-    for (level = CQ_MAX_LEVELS; level >= 0; level--) {
-        const cq_index count = end[level];
-        end[level] = sum;
-        sum = (cq_index)(sum + count);
-    }
-    for (k = 0; k < p->num_seeds; k++) sorted[end[p->note[p->seed[k].notes - 1].level]++] = p->seed[k];
+    for (k = 0; k < p->num_seeds; k++) end[CQ_MAX_LEVELS - p->note[p->seed[k].notes - 1].level]++;
+    cqi_sum_counts(end, CQ_MAX_LEVELS + 1);
+    for (k = 0; k < p->num_seeds; k++)
+        sorted[end[CQ_MAX_LEVELS - p->note[p->seed[k].notes - 1].level]++] = p->seed[k];
     if (p->num_seeds) memcpy(p->seed, sorted, p->num_seeds * sizeof *sorted);
 }
 
