@@ -925,7 +925,7 @@ typedef struct cqi_fan {
     cq_index beyond[CQ_MAX_VALENCE + 1];         /* CQ_NONE: a virtual one, or unknown */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* offsets of the vertices, */
     cqi_vector outer[CQ_MAX_VALENCE + 1];        /* and of those beyond */
-    int32_t scratch[CQ_MAX_VALENCE + 1];         /* a number for each vertex, for whichever function runs */
+    int32_t scratch[2][CQ_MAX_VALENCE + 1];      /* numbers for each vertex, for whichever function runs */
     cqi_vector rival[CQI_RIVALS];                /* predictions that compete */
 } cqi_fan;
 
@@ -1009,8 +1009,8 @@ enum {
 /* Questions that are asked while they pay. */
 enum {
     CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
-    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it] it is that of neighbours */
-    CQI_FLAT = CQI_SAME + CQI_SAMES * 3 * 8,  /* [agreement][distance] its height is where planes agree */
+    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it][distance] it is that of neighbours */
+    CQI_FLAT = CQI_SAME + CQI_SAMES * 3 * 16, /* [agreement][distance] its height is where planes agree */
     CQI_QUESTIONS = CQI_FLAT + 8 * 8
 };
 
@@ -1043,7 +1043,7 @@ typedef struct cqi_quick_model {
 /* Sets of models for residuals of rows, classes of what is expected, and lengths. */
 enum {
     CQI_ROW_PAIR, CQI_ROW_PAIR_AT_SEAM, CQI_ROW_FITTED, CQI_ROW_AT_SEAM, CQI_ROW_TURN, CQI_ROW_TURN_BY_FACES,
-    CQI_ROW_ROUNDING, CQI_ROW_SETS
+    CQI_ROW_TEXTURE, CQI_ROW_TEXTURE_AT_SEAM, CQI_ROW_ROUNDING, CQI_ROW_SETS
 };
 #define CQI_ROW_CLASSES 20
 #define CQI_ROW_LENGTHS 16
@@ -1081,6 +1081,7 @@ typedef struct cqi_material {
 #define CQI_FAN_CLASSES 8
 typedef struct cqi_model {
     int32_t worth_rivals, worth_flat, worth_same[2];         /* gain of all questions of a kind about one vertex */
+    int32_t mirror;                                          /* of textures, see cqi_fit_similarity */
     int32_t trust[2];                                        /* how much nearer tangents are to what faces say than to
                                                                 those around, of which there is one, or more */
     int32_t skin[2];                                         /* how far weights are from the mean of the fan: in the
@@ -2962,85 +2963,85 @@ static void cqi_charge_channel(cq_decoder *d, uint32_t channel)
 #ifndef CQ_TRAINING
 /* priors begin */
 static const uint8_t cqi_prior_bit[CQI_OF_CONQUEST] = {
-    116, 82, 14, 169, 37, 139, 195, 173, 166, 169, 174, 179, 128, 142, 112, 2, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 62, 102, 108, 80, 51, 31, 34, 128, 169, 96, 132,
-    90, 75, 110, 48, 128, 160, 83, 92, 51, 42, 52, 21, 128, 137, 90, 70, 51, 41, 43, 34, 128, 136,
-    90, 68, 22, 56, 48, 26, 128, 118, 45, 56, 36, 26, 24, 15, 128, 128, 164, 71, 118, 141, 147, 147,
-    128, 0, 77, 97, 123, 126, 112, 134, 128, 128, 128, 25, 20, 40, 101, 182, 215, 231, 221, 176, 128, 128,
-    128, 114, 56, 85, 144, 207, 234, 236, 220, 208, 128, 128, 128, 255, 105, 117, 163, 218, 241, 245, 242, 215,
-    128, 128, 128, 128, 255, 168, 189, 229, 245, 245, 247, 243, 110, 103, 113, 104, 121, 111, 104, 96, 89, 93,
-    31, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 139, 153, 113, 125, 186, 233, 249,
-    248, 149, 144, 150, 149, 126, 154, 138, 128, 113, 104, 98, 89, 84, 77, 77, 77, 64, 58, 15, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 140, 96, 160, 193, 199, 176, 166, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 163, 58, 63, 186, 186, 175, 108, 128, 128, 128, 128, 128, 128, 128, 128,
-    186, 92, 40, 96, 159, 114, 144, 119, 0, 128, 128, 128, 128, 128, 128, 128, 188, 114, 47, 42, 123, 146,
-    142, 99, 0, 128, 128, 128, 128, 128, 128, 128, 102, 72, 30, 96, 161, 57, 126, 128, 94, 0, 128, 128,
-    128, 128, 128, 128, 110, 79, 33, 76, 138, 122, 111, 109, 97, 0, 128, 128, 128, 128, 128, 128, 65, 45,
-    27, 95, 85, 89, 109, 128, 156, 91, 0, 128, 128, 128, 128, 128, 97, 64, 19, 31, 53, 97, 150, 150,
-    132, 88, 0, 128, 128, 128, 128, 128, 62, 38, 18, 49, 52, 126, 137, 145, 156, 126, 83, 0, 128, 128,
-    128, 128, 95, 71, 24, 24, 58, 80, 120, 115, 143, 121, 90, 0, 128, 128, 128, 128, 72, 50, 18, 25,
-    38, 81, 126, 118, 158, 139, 123, 103, 60, 41, 36, 128, 114, 89, 29, 21, 28, 76, 83, 128, 142, 131,
-    119, 100, 52, 40, 39, 128, 114, 108, 100, 91, 83, 79, 77, 81, 75, 62, 25, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 123, 91, 150, 176, 194, 169, 152, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 167, 79, 65, 167, 179, 113, 140, 128, 128, 128, 128, 128, 128, 128, 128, 171, 80, 58,
-    143, 195, 152, 122, 106, 0, 128, 128, 128, 128, 128, 128, 128, 184, 123, 48, 60, 168, 194, 79, 108, 0,
-    128, 128, 128, 128, 128, 128, 128, 105, 61, 41, 131, 183, 86, 139, 151, 111, 0, 128, 128, 128, 128, 128,
-    128, 110, 71, 30, 56, 148, 123, 88, 108, 97, 0, 128, 128, 128, 128, 128, 128, 60, 40, 22, 105, 113,
-    127, 124, 152, 148, 95, 0, 128, 128, 128, 128, 128, 102, 61, 20, 43, 117, 64, 122, 101, 129, 91, 0,
-    128, 128, 128, 128, 128, 61, 37, 15, 43, 66, 137, 141, 106, 157, 120, 85, 0, 128, 128, 128, 128, 93,
-    72, 22, 24, 63, 64, 109, 128, 150, 120, 87, 0, 128, 128, 128, 128, 74, 51, 20, 35, 30, 81, 128,
-    112, 155, 140, 123, 103, 59, 43, 45, 128, 114, 91, 30, 26, 24, 52, 103, 128, 144, 129, 119, 102, 52,
-    43, 35, 128, 92, 84, 81, 81, 83, 85, 85, 84, 63, 68, 56, 114, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 86, 32, 86, 143, 108, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 122, 34, 10, 87, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 114, 40, 25, 19, 73, 128,
-    128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 138, 76, 45, 29, 6, 125, 128, 128, 0, 128, 128, 128,
-    128, 128, 128, 128, 61, 58, 40, 21, 61, 106, 128, 128, 133, 0, 128, 128, 128, 128, 128, 128, 77, 64,
-    36, 31, 27, 55, 127, 127, 129, 0, 128, 128, 128, 128, 128, 128, 44, 54, 37, 31, 84, 115, 98, 115,
-    187, 126, 0, 128, 128, 128, 128, 128, 60, 74, 51, 33, 53, 94, 83, 122, 177, 116, 0, 128, 128, 128,
-    128, 128, 37, 70, 46, 39, 76, 57, 104, 124, 204, 170, 111, 0, 128, 128, 128, 128, 50, 87, 63, 43,
-    59, 62, 105, 141, 196, 160, 102, 0, 128, 128, 128, 128, 43, 91, 56, 36, 44, 39, 90, 132, 207, 181,
-    152, 117, 61, 61, 77, 128, 63, 112, 82, 42, 38, 37, 65, 123, 193, 168, 141, 112, 60, 69, 85, 128,
-    95, 89, 79, 85, 67, 56, 105, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 113, 16,
-    75, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 120, 72, 14, 31, 128, 128, 128, 128, 0,
-    128, 128, 128, 128, 128, 128, 128, 147, 97, 61, 11, 47, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
-    128, 70, 87, 34, 11, 96, 128, 128, 128, 143, 0, 128, 128, 128, 128, 128, 128, 109, 120, 44, 53, 32,
-    79, 128, 128, 134, 0, 128, 128, 128, 128, 128, 128, 70, 89, 51, 62, 45, 116, 128, 128, 177, 129, 0,
-    128, 128, 128, 128, 128, 80, 105, 44, 48, 84, 87, 128, 128, 181, 130, 0, 128, 128, 128, 128, 128, 49,
-    67, 43, 19, 123, 127, 128, 128, 198, 182, 155, 0, 128, 128, 128, 128, 72, 101, 25, 32, 107, 128, 128,
-    128, 187, 165, 146, 0, 128, 128, 128, 128, 42, 65, 5, 96, 128, 128, 128, 128, 200, 180, 161, 151, 64,
-    47, 17, 128, 68, 88, 6, 105, 128, 128, 128, 128, 188, 182, 163, 166, 43, 44, 77, 128, 169, 147, 127,
-    90, 149, 133, 120, 105, 142, 132, 123, 116,
+    116, 82, 14, 169, 37, 138, 196, 173, 166, 169, 174, 179, 128, 142, 112, 2, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 255, 128, 128, 128, 128, 128, 128, 128, 62, 102, 108, 80, 51, 31, 34, 128, 169, 97, 132,
+    90, 75, 110, 48, 128, 160, 84, 92, 52, 42, 52, 21, 128, 137, 90, 70, 51, 42, 43, 34, 128, 136,
+    90, 68, 22, 56, 48, 26, 128, 118, 45, 56, 36, 26, 24, 15, 128, 128, 164, 70, 118, 140, 147, 147,
+    128, 0, 77, 98, 123, 127, 112, 134, 128, 128, 128, 25, 20, 40, 101, 182, 215, 231, 221, 176, 128, 128,
+    128, 114, 56, 85, 144, 207, 233, 235, 220, 208, 128, 128, 128, 255, 105, 117, 162, 218, 241, 245, 242, 216,
+    128, 128, 128, 128, 255, 168, 189, 229, 245, 245, 247, 243, 110, 103, 114, 104, 121, 111, 105, 96, 88, 94,
+    31, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 139, 153, 113, 126, 186, 232, 249,
+    248, 149, 144, 150, 149, 126, 154, 138, 128, 113, 104, 97, 89, 83, 77, 77, 77, 63, 60, 14, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 145, 95, 166, 185, 202, 177, 163, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 163, 56, 63, 186, 186, 175, 108, 128, 128, 128, 128, 128, 128, 128, 128,
+    185, 95, 40, 97, 159, 114, 144, 119, 0, 128, 128, 128, 128, 128, 128, 128, 188, 115, 47, 42, 123, 146,
+    142, 99, 0, 128, 128, 128, 128, 128, 128, 128, 102, 74, 29, 95, 159, 57, 127, 128, 93, 0, 128, 128,
+    128, 128, 128, 128, 109, 80, 33, 76, 138, 121, 110, 106, 98, 0, 128, 128, 128, 128, 128, 128, 66, 46,
+    26, 94, 85, 91, 109, 128, 157, 91, 0, 128, 128, 128, 128, 128, 97, 64, 18, 32, 55, 95, 150, 150,
+    132, 88, 0, 128, 128, 128, 128, 128, 62, 38, 18, 49, 52, 128, 137, 145, 156, 126, 82, 0, 128, 128,
+    128, 128, 95, 71, 24, 24, 58, 81, 120, 115, 143, 121, 89, 0, 128, 128, 128, 128, 73, 51, 18, 25,
+    38, 82, 132, 122, 157, 139, 122, 102, 60, 43, 38, 128, 114, 89, 29, 21, 28, 76, 83, 128, 142, 130,
+    119, 100, 51, 41, 39, 128, 115, 108, 99, 90, 82, 79, 77, 81, 76, 63, 29, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 132, 92, 151, 176, 194, 169, 156, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 171, 81, 67, 163, 179, 113, 140, 128, 128, 128, 128, 128, 128, 128, 128, 170, 82, 59,
+    144, 188, 152, 122, 106, 0, 128, 128, 128, 128, 128, 128, 128, 182, 126, 49, 60, 168, 194, 79, 108, 0,
+    128, 128, 128, 128, 128, 128, 128, 106, 61, 42, 132, 182, 91, 134, 151, 109, 0, 128, 128, 128, 128, 128,
+    128, 111, 71, 30, 56, 149, 123, 88, 108, 98, 0, 128, 128, 128, 128, 128, 128, 60, 41, 23, 106, 110,
+    128, 124, 152, 148, 95, 0, 128, 128, 128, 128, 128, 102, 61, 20, 43, 118, 64, 122, 101, 128, 91, 0,
+    128, 128, 128, 128, 128, 61, 37, 15, 43, 65, 137, 141, 106, 157, 120, 85, 0, 128, 128, 128, 128, 93,
+    72, 22, 24, 61, 58, 113, 128, 150, 120, 86, 0, 128, 128, 128, 128, 74, 52, 20, 35, 30, 80, 126,
+    112, 155, 140, 122, 102, 59, 44, 42, 128, 115, 91, 30, 26, 23, 53, 103, 128, 143, 129, 119, 103, 52,
+    43, 32, 128, 91, 83, 81, 81, 83, 85, 85, 84, 63, 69, 59, 116, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 87, 35, 86, 143, 108, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 124, 35, 10, 87, 127, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 112, 38, 26, 19, 73, 128,
+    128, 128, 0, 128, 128, 128, 128, 128, 128, 128, 140, 77, 44, 29, 7, 125, 128, 128, 0, 128, 128, 128,
+    128, 128, 128, 128, 61, 58, 40, 21, 56, 109, 128, 128, 132, 0, 128, 128, 128, 128, 128, 128, 77, 64,
+    35, 30, 29, 54, 127, 127, 129, 0, 128, 128, 128, 128, 128, 128, 43, 53, 37, 27, 67, 114, 95, 128,
+    188, 126, 0, 128, 128, 128, 128, 128, 59, 72, 49, 30, 37, 58, 116, 120, 177, 117, 0, 128, 128, 128,
+    128, 128, 36, 68, 44, 29, 55, 91, 101, 128, 204, 170, 111, 0, 128, 128, 128, 128, 49, 86, 62, 40,
+    47, 41, 136, 149, 197, 160, 102, 0, 128, 128, 128, 128, 44, 92, 56, 36, 48, 37, 86, 128, 206, 181,
+    153, 116, 61, 60, 71, 128, 64, 112, 83, 44, 41, 32, 74, 119, 192, 168, 140, 111, 58, 68, 83, 128,
+    94, 92, 80, 84, 77, 54, 110, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 118, 21,
+    80, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 153, 68, 16, 32, 128, 128, 128, 128, 0,
+    128, 128, 128, 128, 128, 128, 128, 158, 98, 55, 10, 55, 128, 128, 128, 0, 128, 128, 128, 128, 128, 128,
+    128, 79, 82, 39, 13, 98, 128, 128, 128, 122, 0, 128, 128, 128, 128, 128, 128, 110, 108, 39, 48, 25,
+    123, 128, 128, 121, 0, 128, 128, 128, 128, 128, 128, 63, 71, 27, 56, 93, 121, 128, 128, 171, 113, 0,
+    128, 128, 128, 128, 128, 79, 103, 36, 50, 82, 108, 128, 128, 183, 123, 0, 128, 128, 128, 128, 128, 54,
+    61, 22, 64, 127, 128, 128, 128, 192, 176, 131, 0, 128, 128, 128, 128, 76, 97, 21, 60, 105, 128, 128,
+    128, 166, 141, 105, 0, 128, 128, 128, 128, 57, 67, 7, 101, 128, 128, 128, 128, 183, 161, 135, 114, 71,
+    77, 32, 128, 93, 94, 6, 105, 128, 128, 128, 128, 163, 162, 124, 107, 51, 75, 117, 128, 168, 147, 127,
+    91, 149, 134, 120, 106, 141, 132, 123, 116,
 };
 #ifndef CQ_NO_REGULAR
 static const uint8_t cqi_prior_regular[CQI_PRIORS - CQI_OF_CONQUEST] = {
-    128, 30, 16, 123, 49, 128, 15, 20, 100, 32, 128, 18, 2, 12, 4, 155, 27, 17, 110, 46, 128, 9,
-    5, 52, 23, 128, 28, 14, 82, 38, 128, 180, 120, 236, 240, 128, 65, 37, 184, 173, 128, 166, 67, 229,
-    239, 128, 254, 242, 254, 255, 128, 131, 59, 182, 146, 128, 23, 11, 67, 62, 128, 113, 26, 142, 120, 128,
-    252, 216, 251, 254, 128, 240, 154, 225, 243, 106, 58, 21, 140, 89, 128, 15, 8, 55, 38, 61, 32, 17,
-    107, 93, 128, 238, 166, 248, 253, 128, 195, 103, 204, 222, 185, 146, 60, 175, 194, 210, 192, 58, 17, 128,
-    39, 147, 8, 1, 128, 250, 235, 142, 8, 128, 247, 236, 142, 60, 128, 180, 201, 53, 4, 128, 96, 122,
-    31, 0, 128, 14, 33, 2, 0, 128, 216, 192, 88, 36, 128, 244, 254, 255, 245, 169, 98, 93, 104, 83,
-    90, 119, 90, 78, 72, 154, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
-    27, 11, 144, 198, 154, 133, 162, 128, 128, 128, 128, 128, 128, 128, 128, 128, 48, 22, 107, 165, 147, 150,
-    168, 128, 128, 128, 128, 128, 128, 128, 128, 128, 75, 54, 68, 115, 127, 121, 146, 128, 128, 128, 128, 128,
-    128, 128, 128, 128, 118, 95, 69, 95, 137, 126, 132, 128, 128, 128, 128, 128, 128, 128, 128, 128, 156, 133,
-    91, 94, 139, 127, 129, 128, 128, 128, 128, 128, 128, 128, 128, 185, 162, 122, 122, 121, 105, 129, 67, 0,
-    128, 128, 128, 128, 128, 128, 128, 198, 188, 163, 140, 123, 96, 137, 112, 0, 128, 128, 128, 128, 128, 128,
-    128, 173, 188, 162, 122, 86, 149, 187, 134, 122, 0, 128, 128, 128, 128, 128, 128, 197, 199, 177, 116, 80,
-    156, 185, 136, 112, 0, 128, 128, 128, 128, 128, 128, 160, 176, 125, 85, 153, 192, 132, 1, 141, 115, 0,
-    128, 128, 128, 128, 128, 178, 188, 141, 102, 150, 177, 135, 2, 125, 125, 0, 128, 128, 128, 128, 128, 144,
-    180, 160, 155, 142, 82, 11, 50, 169, 157, 131, 72, 13, 20, 128, 128, 92, 83, 89, 82, 84, 178, 60,
-    14, 43, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 39, 14, 86,
-    102, 119, 104, 112, 128, 128, 128, 128, 128, 128, 128, 128, 128, 61, 27, 53, 129, 151, 158, 163, 128, 128,
-    128, 128, 128, 128, 128, 128, 128, 98, 49, 37, 108, 193, 179, 37, 128, 128, 128, 128, 128, 128, 128, 128,
-    128, 133, 68, 31, 116, 170, 153, 69, 128, 128, 128, 128, 128, 128, 128, 128, 128, 153, 80, 42, 124, 138,
-    137, 117, 128, 128, 128, 128, 128, 128, 128, 128, 164, 116, 60, 130, 133, 138, 122, 136, 0, 128, 128, 128,
-    128, 128, 128, 128, 180, 146, 95, 98, 108, 113, 140, 166, 0, 128, 128, 128, 128, 128, 128, 128, 137, 118,
-    98, 112, 122, 135, 147, 104, 121, 0, 128, 128, 128, 128, 128, 128, 152, 140, 98, 92, 92, 140, 192, 152,
-    108, 0, 128, 128, 128, 128, 128, 128, 109, 115, 94, 118, 199, 224, 142, 20, 139, 111, 0, 128, 128, 128,
-    128, 128, 126, 147, 128, 125, 199, 226, 140, 20, 129, 114, 0, 128, 128, 128, 128, 128, 99, 185, 186, 199,
-    133, 90, 25, 9, 192, 153, 146, 77, 4, 85, 128, 128,
+    128, 30, 16, 124, 49, 128, 15, 20, 100, 32, 128, 18, 1, 12, 4, 155, 27, 17, 110, 46, 128, 9,
+    5, 52, 23, 128, 27, 14, 82, 38, 128, 180, 120, 236, 240, 128, 63, 37, 184, 173, 128, 166, 66, 229,
+    239, 128, 254, 242, 254, 255, 128, 131, 59, 181, 145, 128, 23, 11, 67, 62, 128, 113, 26, 142, 119, 128,
+    252, 215, 251, 254, 128, 241, 153, 225, 243, 104, 58, 21, 139, 89, 128, 14, 8, 55, 38, 61, 32, 17,
+    106, 93, 128, 238, 167, 248, 253, 128, 196, 103, 204, 222, 184, 146, 60, 174, 194, 210, 192, 58, 17, 128,
+    39, 149, 8, 1, 128, 250, 236, 142, 8, 128, 247, 236, 142, 59, 128, 181, 202, 53, 3, 128, 96, 122,
+    31, 0, 128, 14, 33, 2, 0, 128, 216, 192, 88, 35, 128, 244, 254, 255, 246, 168, 98, 97, 105, 84,
+    93, 119, 89, 74, 72, 154, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128,
+    29, 12, 147, 184, 154, 130, 163, 128, 128, 128, 128, 128, 128, 128, 128, 128, 49, 23, 110, 159, 141, 150,
+    165, 128, 128, 128, 128, 128, 128, 128, 128, 128, 75, 57, 72, 108, 127, 124, 139, 128, 128, 128, 128, 128,
+    128, 128, 128, 128, 117, 96, 72, 89, 136, 124, 137, 128, 128, 128, 128, 128, 128, 128, 128, 128, 151, 131,
+    90, 90, 137, 124, 132, 128, 128, 128, 128, 128, 128, 128, 128, 182, 162, 123, 121, 121, 103, 128, 71, 0,
+    128, 128, 128, 128, 128, 128, 128, 198, 187, 162, 140, 122, 94, 134, 114, 0, 128, 128, 128, 128, 128, 128,
+    128, 172, 188, 161, 123, 85, 148, 186, 136, 123, 0, 128, 128, 128, 128, 128, 128, 197, 199, 177, 116, 80,
+    158, 183, 137, 111, 0, 128, 128, 128, 128, 128, 128, 160, 175, 125, 85, 153, 194, 134, 1, 141, 115, 0,
+    128, 128, 128, 128, 128, 178, 188, 141, 103, 150, 178, 137, 2, 125, 124, 0, 128, 128, 128, 128, 128, 143,
+    180, 161, 155, 141, 84, 11, 50, 168, 157, 130, 71, 12, 21, 128, 128, 92, 84, 89, 82, 80, 179, 55,
+    14, 28, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 128, 36, 15, 85,
+    102, 119, 104, 112, 128, 128, 128, 128, 128, 128, 128, 128, 128, 55, 26, 50, 131, 152, 161, 163, 128, 128,
+    128, 128, 128, 128, 128, 128, 128, 99, 50, 37, 104, 201, 179, 37, 128, 128, 128, 128, 128, 128, 128, 128,
+    128, 131, 68, 32, 115, 173, 150, 69, 128, 128, 128, 128, 128, 128, 128, 128, 128, 149, 79, 40, 123, 138,
+    130, 125, 128, 128, 128, 128, 128, 128, 128, 128, 164, 115, 60, 127, 135, 134, 123, 137, 0, 128, 128, 128,
+    128, 128, 128, 128, 181, 145, 95, 98, 105, 113, 143, 165, 0, 128, 128, 128, 128, 128, 128, 128, 136, 116,
+    96, 109, 120, 144, 144, 103, 121, 0, 128, 128, 128, 128, 128, 128, 153, 139, 97, 90, 89, 148, 191, 153,
+    106, 0, 128, 128, 128, 128, 128, 128, 108, 115, 93, 119, 201, 224, 142, 19, 138, 110, 0, 128, 128, 128,
+    128, 128, 125, 147, 128, 124, 201, 225, 138, 15, 128, 113, 0, 128, 128, 128, 128, 128, 98, 185, 187, 199,
+    132, 84, 20, 10, 192, 152, 144, 76, 4, 86, 128, 128,
 };
 #endif
 static const int8_t cqi_prior_bare[CQI_WEIGHTS] = {
@@ -3086,54 +3087,60 @@ static const int8_t cqi_prior_located[CQI_WEIGHTS] = {
     16, 22, 23, 11, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -14, 7, 16, 18, 16, -3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, -29, 0, 9, 16, 12, 10, -8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, -31, -5, 4, 7, 8, 7, 5, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 3, -9, -7, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, -31, -6, 4, 7, 8, 7, 4, -7, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, -33, -12, -3, 1, 1, 3, 2, -9, -7, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, -35, -22, -8, -5, -4, -2, 0, -3, -7, -3, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -45, -31, -13, -10, -12, -10, -10, -7, -8, -5, -6,
-    -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -14, -2, 9, 12, 11, 8, 2, 1, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -45, -30, -13, -10, -12, -10, -10, -7, -8, -5, -5,
+    -2, -2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -24, -13, -2, 9, 12, 11, 7, 2, 1, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     -25, -14, -5, 3, 5, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -15, -6, 1, 3, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 24, -24, -12,
-    -2, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0, 0, 0, 0, 0, 0, 0, -23, -10, 3, 8, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -25, -15, -6, 0, 2, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 25, -23, -12,
+    -2, 5, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 0, -23, -10, 3, 7, 3, 1, 1, 1, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -22, -9, 3, 7,
     1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 29, -21, -11, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -17, 0, 15, 19, 16, 10,
-    7, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    6, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 53, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     0, -1, 0, -3, -6, -13, -18, -17, -3, 3, 2, 2, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0,
     0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -6, -17, -21, -3, 2, 0,
     0, -1, -2, -2, -2, 0,
 };
 static const uint8_t cqi_prior_yes[CQI_QUESTIONS] = {
-    53, 69, 32, 10, 4, 0, 78, 78, 119, 92, 51, 29, 15, 5, 78, 78, 144, 114, 76, 45, 22, 4,
-    78, 78, 197, 159, 126, 94, 59, 7, 78, 78, 236, 200, 189, 169, 117, 45, 78, 78, 253, 243, 235, 211,
-    108, 82, 78, 78, 255, 251, 253, 213, 159, 85, 78, 78, 255, 255, 253, 186, 25, 78, 78, 78, 78, 17,
-    63, 81, 159, 125, 115, 94, 78, 15, 55, 84, 203, 150, 170, 139, 78, 23, 72, 147, 208, 204, 232, 232,
-    78, 24, 72, 72, 78, 78, 78, 78, 78, 22, 60, 133, 103, 97, 78, 78, 78, 31, 118, 182, 183, 89,
-    114, 78, 78, 9, 24, 46, 78, 78, 78, 78, 78, 11, 31, 47, 78, 78, 78, 78, 78, 7, 54, 32,
-    78, 78, 78, 78, 78, 80, 55, 60, 32, 7, 78, 78, 108, 93, 68, 58, 41, 38, 78, 78, 143, 117,
-    83, 44, 37, 38, 78, 78, 178, 135, 97, 74, 92, 83, 78, 78, 226, 165, 115, 139, 166, 152, 78, 78,
-    240, 204, 191, 204, 203, 157, 78, 78, 251, 255, 252, 249, 241, 199, 78, 78, 253, 234, 241, 225, 209, 248,
-    78, 78,
+    59, 68, 31, 10, 4, 0, 78, 78, 120, 94, 51, 28, 16, 5, 78, 78, 144, 114, 78, 46, 23, 5,
+    78, 78, 197, 160, 128, 96, 63, 7, 78, 78, 236, 200, 189, 168, 119, 43, 78, 78, 252, 244, 235, 210,
+    114, 80, 78, 78, 255, 250, 253, 214, 161, 84, 78, 78, 255, 255, 253, 183, 27, 78, 78, 78, 26, 13,
+    5, 0, 157, 75, 5, 0, 194, 107, 17, 9, 248, 166, 57, 9, 24, 13, 5, 0, 154, 75, 7, 0,
+    226, 110, 20, 0, 251, 211, 54, 58, 34, 8, 4, 3, 104, 32, 13, 2, 180, 94, 77, 35, 217, 168,
+    164, 55, 79, 22, 9, 0, 168, 92, 15, 1, 88, 74, 65, 71, 78, 78, 78, 78, 76, 19, 6, 1,
+    148, 70, 30, 0, 153, 139, 50, 18, 78, 96, 110, 78, 69, 13, 6, 4, 148, 69, 58, 13, 213, 167,
+    108, 71, 197, 78, 93, 78, 43, 22, 3, 0, 101, 81, 9, 0, 74, 61, 62, 78, 78, 78, 78, 78,
+    48, 25, 2, 0, 110, 55, 5, 0, 78, 69, 49, 71, 78, 78, 78, 78, 25, 8, 4, 1, 111, 60,
+    30, 16, 62, 64, 66, 57, 78, 78, 78, 78, 70, 74, 55, 61, 33, 7, 78, 78, 107, 88, 68, 59,
+    39, 37, 78, 78, 144, 117, 82, 43, 36, 39, 78, 78, 180, 135, 97, 75, 92, 81, 78, 78, 226, 166,
+    115, 142, 170, 150, 78, 78, 242, 203, 193, 206, 203, 156, 78, 78, 253, 255, 252, 251, 242, 204, 78, 78,
+    253, 235, 243, 229, 213, 251, 78, 78,
 };
 static const int8_t cqi_prior_gain[CQI_QUESTIONS] = {
-    -48, -43, -22, -12, -11, -12, 0, 0, -67, -36, -12, 0, 1, -5, 0, 0, -44, -7, 22, 34, 28, -7,
-    0, 0, -18, 20, 74, 104, 83, 0, 0, 0, 14, 109, 127, 127, 127, 79, 0, 0, 59, 127, 127, 127,
-    127, 127, 0, 0, 105, 127, 127, 127, 127, 7, 0, 0, 79, 127, 127, 127, 7, 0, 0, 0, 0, -4,
-    79, 113, 127, 127, 123, 36, 0, -1, 75, 114, 127, 127, 127, 87, 0, -10, 38, 119, 127, 127, 127, 127,
-    0, 9, 57, 37, 0, 0, 0, 0, 0, 11, 58, 45, 24, 3, 0, 0, 0, -1, 105, 127, 32, 10,
-    5, 0, 0, -3, 12, -4, 0, 0, 0, 0, 0, 5, 18, 0, 0, 0, 0, 0, 0, -10, 70, -3,
-    0, 0, 0, 0, -56, -37, -28, -6, -8, -7, 0, 0, -70, -55, -36, -18, -3, 18, 0, 0, -55, -46,
-    -20, -5, 10, 29, 0, 0, -62, -51, -15, 27, 98, 101, 0, 0, -33, -43, 14, 116, 127, 127, 0, 0,
-    -9, 28, 127, 127, 127, 127, 0, 0, 40, 127, 127, 127, 127, 127, 0, 0, -8, 50, 92, 100, 91, 127,
-    0, 0,
+    -47, -40, -19, -9, -8, -10, 0, 0, -65, -34, -5, 3, 3, -4, 0, 0, -40, -3, 32, 40, 22, -4,
+    0, 0, -18, 27, 83, 110, 94, -3, 0, 0, 1, 102, 127, 127, 127, 72, 0, 0, 53, 127, 127, 127,
+    127, 127, 0, 0, 117, 127, 127, 127, 127, 26, 0, 0, 97, 127, 127, 127, 17, 0, 0, 0, 1, 2,
+    -7, -10, 105, 105, -3, -9, 127, 127, 20, 6, 127, 127, 109, 4, 2, 3, -6, -8, 105, 100, 0, -9,
+    127, 127, 21, -9, 127, 127, 97, 77, -1, -7, -8, -5, 55, 26, 11, -5, 115, 127, 127, 52, 127, 127,
+    127, 95, 48, 13, 0, -8, 125, 95, 11, -10, 17, -2, 96, -3, 0, 0, 0, 0, 41, 12, -1, -10,
+    117, 83, 40, -8, 68, 95, 33, -18, 0, 12, 119, 0, 27, 1, -3, -4, 124, 96, 99, 12, 127, 127,
+    127, 32, 112, 0, 58, 0, 21, 16, -6, -8, 127, 87, -3, -10, -2, -9, -8, 0, 0, 0, 0, 0,
+    33, 28, -6, -10, 127, 72, -1, -8, 0, -4, 2, -3, 0, 0, 0, 0, 3, -3, -4, -8, 127, 82,
+    37, 17, -8, -2, 32, -10, 0, 0, 0, 0, -58, -34, -26, -4, -9, -8, 0, 0, -69, -52, -33, -16,
+    -8, 8, 0, 0, -56, -47, -21, -11, -2, 19, 0, 0, -58, -50, -14, 17, 68, 78, 0, 0, -29, -35,
+    5, 88, 127, 127, 0, 0, -6, 19, 124, 127, 127, 127, 0, 0, 51, 127, 127, 127, 127, 127, 0, 0,
+    -8, 120, 127, 127, 127, 127, 0, 0,
 };
 static const int8_t cqi_prior_linear[2 * CQI_FAN_CLASSES * CQI_FEATURES] = {
-    0, 17, 0, 2, 2, -4, -3, 1, -22, -12, 8, -15, -15, 15, -22, -12, 22, -20, -9, 30, -18, -13,
-    37, -16, 0, 31, 0, -34, -32, -75, -28, 26, 2, -25, 39, 17, -23, 18, -16, -20, 26, -16, -17, 33,
+    0, 17, 0, 2, 3, -2, -3, 1, -22, -12, 8, -15, -14, 15, -22, -12, 22, -20, -9, 29, -18, -13,
+    37, -15, 0, 31, 0, -34, -31, -77, -28, 26, 2, -25, 39, 17, -23, 18, -16, -20, 26, -16, -17, 33,
     -16, -13, 43, -13,
 };
 /* priors end */
@@ -3151,6 +3158,7 @@ static void cqi_model_init(cqi_model *m, const cq_shape *s)
     for (k = 0; k < CQI_WEIGHTS; k++) m->weight[k] = (int16_t)(prior[k] * (CQI_NAT / 16));
     for (k = 0; k < 2 * CQI_FAN_CLASSES * CQI_FEATURES; k++) m->linear[k] = (int16_t)(cqi_prior_linear[k] * 128);
     m->worth_rivals = m->worth_flat = m->worth_same[0] = m->worth_same[1] = 16 * 16;
+    m->mirror = 1;
     m->skin[0] = m->skin[1] = m->trust[0] = m->trust[1] = 0;
     for (k = 0; k < CQI_QUESTIONS; k++) {
         m->yes[k] = (cq_bit_model)(256u * cqi_prior_yes[k] + 128u);
@@ -4367,7 +4375,7 @@ static int cqi_learn_question(cqi_model *m, int index, int yes, int saved)
     const uint32_t p = m->yes[index];
     const int asked = m->gain[index] >= 0;
     const int gain = yes ? (int)cqi_clamp(saved, -1024, 1024) - cqi_cost(p) : -cqi_cost(65536 - p);
-    m->gain[index] = (int16_t)(m->gain[index] + cqi_floor_shift((int32_t)16 * gain - m->gain[index], 7));
+    m->gain[index] = (int16_t)(m->gain[index] + cqi_floor_shift((int32_t)16 * gain - m->gain[index], 5));
     cqi_adapt_bit(&m->yes[index], 5, yes);
     return asked ? gain : 0;
 }
@@ -4387,7 +4395,7 @@ static int cqi_residual_cost(int32_t x, int shift)
  * equally common ones the nearest to the prediction; later just the nearest. */
 static int32_t cqi_choose_common(const cqi_fan *f, uint32_t left, int first, int32_t predicted)
 {
-    const int32_t *const x = f->scratch;
+    const int32_t *const x = f->scratch[0];
     int32_t off = 0, common = 0;
     int k, j, most = 0;
     for (k = 0; k < f->size; k++) {
@@ -4408,27 +4416,34 @@ static int cqi_take_equal(const cqi_fan *f, int32_t common, uint32_t *left)
 {
     int k, many = 0;
     for (k = 0; k < f->size; k++) {
-        if (f->scratch[k] != common) continue;
+        if (f->scratch[0][k] != common) continue;
         *left &= ~((uint32_t)1 << k);
         many++;
     }
     return many;
 }
 
-/* Coordinates of B, in the order of the tables for residuals; x and y where predictions agree need no question. */
-enum { CQI_AT_X, CQI_AT_Y, CQI_AT_Z, CQI_AT_AGREED };
+/* Classes of the distance from the prediction to a coordinate of neighbours: how many half bits it has more than what
+ * is expected of a residual, -3 and less, -2 .. 0, 1 .. 3, and more. */
+static int cqi_class_of_same(uint32_t apart, const cqi_fan *f, int shift)
+{
+    const int more = cqi_half_bits(apart) - 2 * shift - f->halves;
+    return more < -2 ? 0 : more < 1 ? 1 : more < 4 ? 2 : 3;
+}
 
-/* Asks whether a coordinate of B is one of its neighbours': the commonest one, then those nearest to the prediction. */
-static int cqi_code_same(cq_decoder *d, int place, int32_t predicted, int32_t *value)
+/* Asks whether component c of B is one of its neighbours': the commonest one, then those nearest to the prediction. */
+static int cqi_code_same(cq_decoder *d, int c, int32_t predicted, int32_t *value)
 {
     cqi_fan *const f = &d->now.fan;
     uint32_t left = ((uint32_t)1 << f->size) - 1;
     int k;
-    for (k = 0; k < f->size; k++) f->scratch[k] = cqi_component(f->at[k], place);
+    for (k = 0; k < f->size; k++) f->scratch[0][k] = cqi_component(f->at[k], c);
     while (f->asked < f->same && left) {
         const int32_t common = cqi_choose_common(f, left, !f->asked, predicted);
         const int32_t same = cqi_floor_shift(common, d->ring.shift);
-        const int question = CQI_SAME + 8 * (3 * f->asked + place) + cqi_at_most(cqi_take_equal(f, common, &left), 7);
+        const int many = cqi_at_most(cqi_take_equal(f, common, &left), 4) - 1;
+        const int far = cqi_class_of_same(cqi_abs(common - predicted), f, d->ring.shift);
+        const int question = CQI_SAME + 16 * (3 * f->asked + c) + 4 * many + far;
         f->common[f->asked] = common;
         f->question[f->asked++] = question;
         if (!cqi_code_question(d, question, *value == same)) continue;
@@ -4452,18 +4467,18 @@ static void cqi_learn_same(cq_decoder *d, int32_t predicted, int32_t value)
     }
 }
 
-/* A coordinate of B: that of a neighbour, or a residual. half_bits: the expected size of that; f->halves: its actual
- * size, in half bits. */
-static void cqi_code_coordinate(cq_decoder *d, int place, int half_bits, int32_t predicted, int32_t *value)
+/* Component c of B: that of a neighbour, or a residual of which half_bits / 2 bits are expected. agreed: it is x or y,
+ * where predictions agree. f->halves becomes the actual size of the residual, in half bits. */
+static void cqi_code_coordinate(cq_decoder *d, int c, int agreed, int half_bits, int32_t predicted, int32_t *value)
 {
     cqi_fan *const f = &d->now.fan;
     const int shift = d->ring.shift;
     f->halves = half_bits < 0 ? 0 : half_bits;
     f->asked = 0;
-    if (!f->same || shift < 0 || place == CQI_AT_AGREED || !cqi_code_same(d, place, predicted, value)) {
+    if (!f->same || shift < 0 || !cqi_code_same(d, c, predicted, value)) {
         const int32_t near = cqi_clamp(predicted, -CQI_FAR, CQI_FAR), p = cqi_unscaled(near, shift);
         const int fraction = shift >= 2 ? cqi_floor_shift(near + (1 << (shift - 1)), shift - 2) & 3 : -1;
-        const int kind = CQI_FIRST + place * CQI_RESIDUAL_MODELS;
+        const int kind = agreed ? CQI_AGREED : CQI_FIRST + c * CQI_RESIDUAL_MODELS;
         const int32_t x = cqi_code_expected(d, kind, f->halves, 26, fraction, *value - p);
         f->halves = cqi_half_bits(cqi_negated((uint32_t)x, x < 0));
         *value = p + x;
@@ -4510,13 +4525,13 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
     int halves;
     if (hit) {
         const int half_bits = cqi_half_bits((uint32_t)f->along.radius) - 2 * d->ring.shift;
-        cqi_code_coordinate(d, CQI_AT_AGREED, half_bits, f->along.agreed.x, &value->x);
+        cqi_code_coordinate(d, 0, 1, half_bits, f->along.agreed.x, &value->x);
         halves = f->halves;
-        cqi_code_coordinate(d, CQI_AT_AGREED, (half_bits + halves + 1) / 2, f->along.agreed.y, &value->y);
+        cqi_code_coordinate(d, 1, 1, (half_bits + halves + 1) / 2, f->along.agreed.y, &value->y);
     } else {
-        cqi_code_coordinate(d, CQI_AT_X, f->expected[0], f->linear.x, &value->x);
+        cqi_code_coordinate(d, 0, 0, f->expected[0], f->linear.x, &value->x);
         halves = f->halves;
-        cqi_code_coordinate(d, CQI_AT_Y, f->expected[1], f->linear.y, &value->y);
+        cqi_code_coordinate(d, 1, 0, f->expected[1], f->linear.y, &value->y);
     }
     return halves > f->halves ? halves : f->halves;
 }
@@ -4554,7 +4569,7 @@ static void cqi_code_above(cq_decoder *d, int half_bits, int32_t predicted, cqi_
         predicted = c->agreed.x;
         half_bits = cqi_half_bits((uint32_t)c->radius) - 2 * d->ring.shift;
     }
-    cqi_code_coordinate(d, CQI_AT_Z, half_bits, predicted, value);
+    cqi_code_coordinate(d, 2, 0, half_bits, predicted, value);
     place->z = z.x = cqi_scaled(*value, &d->ring);
     cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
@@ -4653,25 +4668,72 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
  * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its
  * rows, is kept in d->now.fan. */
 
-/* Sets f->outer to the places of the neighbours along the surface, with 8 bits, and f->mean to the mean of these. */
+/* The sum of the areas of the fan's faces, as a vector at right angles to them, with 14 bits; offsets are shifted to 12
+ * before. If it is 0, any vector will do. */
+static cqi_vector cqi_area_of_fan(const cqi_fan *f, int shift)
+{
+    cqi_vector sum = { 0, 0, 0 };
+    int k;
+    for (k = 0; k < f->size; k++) {
+        const cqi_vector at = cqi_shift(f->at[k], shift), next = cqi_shift(f->at[cqi_next_of(k, f->size)], shift);
+        if (f->faces >> k & 1) sum = cqi_plus(sum, cqi_cross(next, at));
+    }
+    sum = cqi_shift(sum, cqi_bit_length((cqi_abs(sum.x) | cqi_abs(sum.y) | cqi_abs(sum.z)) >> 14));
+    if (!(sum.x | sum.y | sum.z)) sum.z = 1;
+    return sum;
+}
+
+/* A vector at right angles to n, of about the same length: without n's smallest component. */
+static cqi_vector cqi_across(cqi_vector n)
+{
+    const uint32_t x = cqi_abs(n.x), y = cqi_abs(n.y), z = cqi_abs(n.z);
+    cqi_vector a = { 0, 0, 0 };
+    if (x <= y && x <= z) {
+        a.y = n.z;
+        a.z = -n.y;
+    } else if (y <= z) {
+        a.z = n.x;
+        a.x = -n.z;
+    } else {
+        a.x = n.y;
+        a.y = -n.x;
+    }
+    return a;
+}
+
+/* Sets f->outer to the places of the neighbours in the plane of the fan, with CQI_FLAT_BITS bits, and f->mean to the
+ * mean of these. Axes have 15 bits; before they are shifted, places have 29. */
+#define CQI_FLAT_BITS 10
 static void cqi_flatten_fan(cqi_fan *f)
 {
+    cqi_vector n, u, v;
     uint32_t all = 0;
-    int64_t sum_x = 0, sum_y = 0;
+    int32_t length, sum_x = 0, sum_y = 0;
     int k, shift;
-    for (k = 0; k < f->size; k++) {
-        f->outer[k] = cqi_in_cycle(f->at[k], f->above);
+    for (k = 0; k < f->size; k++) all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y) | cqi_abs(f->at[k].z);
+    shift = cqi_bit_length(all >> 12);
+    n = cqi_area_of_fan(f, shift);
+    u = cqi_across(n);
+    v = cqi_cross(n, u);
+    length = (int32_t)cqi_square_root((uint64_t)cqi_wide_dot(n, n));
+    v.x /= length;
+    v.y /= length;
+    v.z /= length;
+    for (k = 0, all = 0; k < f->size; k++) {
+        const cqi_vector at = cqi_shift(f->at[k], shift);
+        f->outer[k].x = (int32_t)cqi_wide_dot(at, u);
+        f->outer[k].y = (int32_t)cqi_wide_dot(at, v);
         f->outer[k].z = 0;
         all |= cqi_abs(f->outer[k].x) | cqi_abs(f->outer[k].y);
     }
-    shift = cqi_bit_length(all >> 8);
+    shift = cqi_bit_length(all >> CQI_FLAT_BITS);
     for (k = 0; k < f->size; k++) {
         f->outer[k] = cqi_shift(f->outer[k], shift);
         sum_x += f->outer[k].x;
         sum_y += f->outer[k].y;
     }
-    f->mean.x = (int32_t)(sum_x / f->size);
-    f->mean.y = (int32_t)(sum_y / f->size);
+    f->mean.x = sum_x / f->size;
+    f->mean.y = sum_y / f->size;
 }
 
 /* Lists B's neighbours and the vertices beyond. */
@@ -4706,10 +4768,10 @@ static void cqi_locate_fan_of_b(cq_decoder *d, int p, int q)
     cqi_flatten_fan(f);
 }
 
-/* -- Texture coordinates and other numbers, by an affine fit --
+/* -- Numbers by an affine fit --
  *
- * Texture coordinates are mostly close to an affine function of the position. It is fitted to B's neighbours by least
- * squares, in the two coordinates along the surface. */
+ * Colours and other numbers are often close to an affine function of the position. It is fitted to B's neighbours by
+ * least squares, in the two coordinates along the surface. */
 
 static int64_t cqi_minor(int32_t a, int32_t b, int32_t c, int32_t d) { return (int64_t)a * b - (int64_t)c * d; }
 
@@ -4723,7 +4785,7 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
  * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
  * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
- * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and the sums with them
+ * Offsets from the mean are shifted to 9 bits; sums of up to 25 products have 23, determinants 46; values 23 and the sums with them
  * 37, numerators 61, of which 30 are looked at.
  *
  * The determinant is never 0. Let s be the sum of all squares; if it is 0, the determinant is 1. Else what is added makes
@@ -4735,7 +4797,8 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
     int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge, along_x, along_y;
     int k, bits;
     for (k = 0; k < f->size; k++) {
-        const int32_t dx = f->outer[k].x - f->mean.x, dy = f->outer[k].y - f->mean.y;
+        const int32_t dx = cqi_floor_shift(f->outer[k].x - f->mean.x, 2);
+        const int32_t dy = cqi_floor_shift(f->outer[k].y - f->mean.y, 2);
         const int32_t u = cqi_floor_shift(x[k] - mean, 2);
         xx += dx * dx;
         yy += dy * dy;
@@ -4755,11 +4818,116 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
     det = ((int64_t)xx * yy - (int64_t)xy * xy) >> bits;
     if (!det) return 0; /* unreachable: see above */
     for (k = 0, *off = 0; k < f->size; k++) {
-        int64_t fit = cqi_minor(along_x, f->outer[k].x - f->mean.x, -along_y, f->outer[k].y - f->mean.y) / det;
+        int64_t fit = cqi_minor(along_x, cqi_floor_shift(f->outer[k].x - f->mean.x, 2), -along_y,
+                                cqi_floor_shift(f->outer[k].y - f->mean.y, 2)) / det;
         fit -= cqi_floor_shift(x[k] - mean, 2);
         *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * (int64_t)limit)));
     }
-    return 4 * (int32_t)cqi_clamp_wide(cqi_minor(-along_x, f->mean.x, along_y, f->mean.y) / det, 2 * (int64_t)limit);
+    det = cqi_minor(-along_x, cqi_floor_shift(f->mean.x, 2), along_y, cqi_floor_shift(f->mean.y, 2)) / det;
+    return 4 * (int32_t)cqi_clamp_wide(det, 2 * (int64_t)limit);
+}
+
+/* -- Texture coordinates, by a similarity --
+ *
+ * What lays a surface flat for its texture turns and scales what is small, and perhaps mirrors it, but keeps its angles
+ * as well as it can. So the map from the plane of the fan to the texture is sought among the similarities: with places
+ * and texture coordinates as complex numbers, a product by one number, after turning y over where the texture is
+ * mirrored. It is fitted to those around by least squares, weighted by the inverse of their distances. */
+typedef struct cqi_similarity {
+    int32_t x, y, u, v;   /* weighted means of the places and of the texture coordinates, of up to 10 and 20 bits */
+    int64_t re, im;       /* the number, in 1/256 */
+    int32_t mirror;       /* -1: y is turned over before; else 1 */
+    int32_t most;         /* the largest difference of a texture coordinate from its mean */
+} cqi_similarity;
+
+/* Sets f->outer[k].z to the weights of the first n places, at most 4096, and finds the weighted means. */
+static void cqi_weigh_places(cqi_fan *f, int n, cqi_similarity *s)
+{
+    const int32_t *const u = f->scratch[0], *const v = f->scratch[1];
+    int64_t sum_u = 0, sum_v = 0;
+    int32_t sum_x = 0, sum_y = 0, sum = 0;
+    int k;
+    for (k = 0; k < n; k++) {
+        cqi_vector *const at = &f->outer[k];
+        at->z = (4 << CQI_FLAT_BITS) / (1 + (int32_t)cqi_square_root((uint32_t)(at->x * at->x + at->y * at->y)));
+        sum += at->z;
+        sum_x += at->z * at->x;
+        sum_y += at->z * at->y;
+        sum_u += (int64_t)at->z * u[k];
+        sum_v += (int64_t)at->z * v[k];
+    }
+    s->x = sum_x / sum;
+    s->y = sum_y / sum;
+    s->u = (int32_t)(sum_u / sum);
+    s->v = (int32_t)(sum_v / sum);
+}
+
+/* Are there more places on one side of the diagonal than on the other? Positive if u and v turn as x and y do, negative if
+ * the texture is mirrored. */
+static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
+{
+    int bits = cqi_excess(xu, xv, yu, 30);
+    const int more = cqi_excess(yv, 0, 0, 30);
+    bits = more > bits ? more : bits;
+    xu = cqi_floor_shift_wide(xu, bits);
+    xv = cqi_floor_shift_wide(xv, bits);
+    return xu * cqi_floor_shift_wide(yv, bits) - xv * cqi_floor_shift_wide(yu, bits);
+}
+
+/* Fits the similarity to the first n places. From two, nobody can tell whether the texture is mirrored: then it is as
+ * in *mirror, which else becomes what is found.
+ *
+ * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40; the number has at most 38,
+ * as its square times that of the places is no more than that of the texture coordinates (Cauchy, Schwarz). */
+static void cqi_fit_similarity(cqi_fan *f, int n, int32_t *mirror, cqi_similarity *s)
+{
+    const int64_t most = (int64_t)1 << 38;
+    int64_t xu = 0, xv = 0, yu = 0, yv = 0, squares = 0, turning;
+    int k;
+    cqi_weigh_places(f, n, s);
+    s->most = 0;
+    for (k = 0; k < n; k++) {
+        const int32_t x = f->outer[k].x - s->x, y = f->outer[k].y - s->y;
+        const int32_t u = f->scratch[0][k] - s->u, v = f->scratch[1][k] - s->v;
+        const int64_t weighted_x = f->outer[k].z * x, weighted_y = f->outer[k].z * y;
+        xu += weighted_x * u;
+        xv += weighted_x * v;
+        yu += weighted_y * u;
+        yv += weighted_y * v;
+        squares += weighted_x * x + weighted_y * y;
+        if ((int32_t)cqi_abs(u) > s->most) s->most = (int32_t)cqi_abs(u);
+        if ((int32_t)cqi_abs(v) > s->most) s->most = (int32_t)cqi_abs(v);
+    }
+    turning = cqi_turning(xu, xv, yu, yv);
+    if (n > 2 && turning) *mirror = turning < 0 ? -1 : 1;
+    s->mirror = *mirror;
+    squares += !squares;
+    s->re = cqi_clamp_wide((xu + s->mirror * yv) * 256 / squares, most);
+    s->im = cqi_clamp_wide((xv - s->mirror * yu) * 256 / squares, most);
+}
+
+/* Where the similarity takes a place: both texture coordinates minus their means, clamped. */
+static void cqi_map_place(const cqi_similarity *s, int32_t x, int32_t y, int64_t most, int32_t *to)
+{
+    x -= s->x;
+    y = s->mirror * (y - s->y);
+    to[0] = (int32_t)cqi_clamp_wide((s->re * x - s->im * y) / 256, most);
+    to[1] = (int32_t)cqi_clamp_wide((s->im * x + s->re * y) / 256, most);
+}
+
+/* The sum of the similarity's distances from the first n texture coordinates; from two, how far these are apart. */
+static uint32_t cqi_misses(const cqi_fan *f, int n, const cqi_similarity *s)
+{
+    const int32_t *const u = f->scratch[0], *const v = f->scratch[1];
+    uint32_t sum = 0;
+    int32_t to[2];
+    int k;
+    if (n < 3) return cqi_abs(u[n - 1]) + cqi_abs(v[n - 1]);
+    for (k = 0; k < n; k++) {
+        cqi_map_place(s, f->outer[k].x, f->outer[k].y, (int64_t)1 << 22, to);
+        sum += cqi_abs(to[0] + s->u - u[k]) + cqi_abs(to[1] + s->v - v[k]);
+    }
+    return sum;
 }
 
 /* -- Normals --
@@ -5310,14 +5478,14 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Sets f->scratch to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also the
+/* Sets f->scratch[0] to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also the
  * mean of these, and the sum of their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
     const cq_channel *channel = &d->shape.channel[k];
     const int32_t a = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[0], joints));
-    int32_t *const x = f->scratch, sum = 0;
+    int32_t *const x = f->scratch[0], sum = 0;
     int n;
     for (n = 0; n < f->size; n++) sum += x[n] = cqi_rough(channel, cqi_value_near(d, k, c, f->vertex[n], joints)) - a;
     *mean = sum / f->size;
@@ -5331,7 +5499,7 @@ static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int j
                                     int32_t *feature)
 {
     const cqi_fan *f = &d->now.fan;
-    const int32_t *const x = f->scratch;
+    const int32_t *const x = f->scratch[0];
     int32_t outer = 0;
     int n, beyond = 0;
     for (n = 0; n < f->size; n++) {
@@ -5378,7 +5546,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     }
     p = cqi_compare_fan(d, k, c, joints, &mean, &spread);
     off = spread;
-    if (d->located >= 0) feature[0] = cqi_fit(&d->now.fan, d->now.fan.scratch, mean, &off);
+    if (d->located >= 0) feature[0] = cqi_fit(&d->now.fan, d->now.fan.scratch[0], mean, &off);
     else cqi_find_plain_features(d, k, c, joints, p, mean, feature);
     p += mean;
     for (n = 0; n < features; n++) p += cqi_product(feature[n], weight[n], CQI_LINEAR_BITS);
@@ -5391,6 +5559,61 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     if (!cqi_value_fits(channel, x)) return 0;
     *to = (cq_value)x;
     if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, x);
+    return 1;
+}
+
+/* Is this a channel of texture coordinates that a similarity predicts? */
+static int cqi_is_texture(const cq_decoder *d, uint32_t k)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    return d->located >= 0 && channel->kind == CQ_TEXCOORD && channel->merge == CQ_AVERAGE && channel->components == 2;
+}
+
+/* Sets f->scratch to the texture coordinates of the fan's first n vertices minus those of the first one, which come to
+ * `first`; shifted to 20 bits. Returns by how many. */
+static int cqi_compare_textures(cq_decoder *d, uint32_t k, int n, int32_t *first)
+{
+    cqi_fan *f = &d->now.fan;
+    const cq_channel *channel = &d->shape.channel[k];
+    uint32_t all = 0;
+    int c, j, up;
+    for (c = 0; c < 2; c++) {
+        const cq_value *const values = d->channel[k] + c;
+        first[c] = cqi_rough(channel, values[2 * (size_t)f->vertex[0]]);
+        for (j = 0; j < n; j++) {
+            f->scratch[c][j] = cqi_rough(channel, values[2 * (size_t)f->vertex[j]]) - first[c];
+            all |= cqi_abs(f->scratch[c][j]);
+        }
+    }
+    up = 20 - cqi_bit_length(all);
+    for (c = 0; c < 2; c++)
+        for (j = 0; j < n; j++) f->scratch[c][j] = cqi_unscaled(f->scratch[c][j], -up);
+    return up;
+}
+
+/* Texture coordinates of B, or of a row, by the first n vertices of its fan. */
+static CQI_APART int cqi_code_texture(cq_decoder *d, uint32_t k, int n, int set, cq_index input, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    cqi_similarity s;
+    int32_t first[2], p[2], x = 0;
+    uint32_t misses;
+    int c, half_bits;
+    const int up = cqi_compare_textures(d, k, n, first);
+    cqi_fit_similarity(&d->now.fan, n, &d->model.mirror, &s);
+    misses = cqi_misses(&d->now.fan, n, &s) / (uint32_t)(2 * n);
+    half_bits = (up < 0 ? cqi_half_bits(misses) - 2 * up : cqi_half_bits(misses >> up)) + (cqi_is_exact(channel) ? 16 : 0);
+    cqi_map_place(&s, 0, 0, 2 * (int64_t)s.most, p);
+    p[0] += s.u;
+    p[1] += s.v;
+    for (c = 0; c < 2; c++) {
+        const int32_t expected = cqi_unrough(channel, first[c] + cqi_unscaled(p[c], up));
+        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, (uint32_t)c, input), expected);
+        x = cqi_code_row_residual(d, set, half_bits, cqi_most_bits(channel), x);
+        x = cqi_number(channel, cqi_sum(expected, x));
+        if (!cqi_value_fits(channel, x)) return 0;
+        to[c] = (cq_value)x;
+    }
     return 1;
 }
 
@@ -5463,6 +5686,7 @@ static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index inp
     cq_value *to = d->channel[k] + (size_t)own * channel->components;
     uint32_t c;
     if (cqi_has_pairs(d, k)) return cqi_code_expected_pair(d, k, own, f->vertex, f->size, input);
+    if (cqi_is_texture(d, k)) return cqi_code_texture(d, k, f->size, CQI_ROW_TEXTURE, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
         const int ok = joint ? cqi_code_joint(d, k, c, input, to + c)
@@ -6341,6 +6565,21 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
+/* Flattens the fan of a row that only new faces have, and keeps what is known: the rows that came before it, each once.
+ * Returns how many. */
+static int cqi_keep_known(cqi_fan *f, cq_index row)
+{
+    int k, j, known = 0;
+    cqi_flatten_fan(f);
+    for (k = 0; k < f->size; k++) {
+        for (j = 0; j < known && f->vertex[j] != f->vertex[k]; j++) {}
+        if (j < known || f->vertex[k] >= row) continue;
+        f->vertex[known] = f->vertex[k];
+        f->outer[known++] = f->outer[k];
+    }
+    return known;
+}
+
 /* Channel k of a row that only one or both of the new faces have: equal to that of the row before in the same face, or
  * to that of the row beside; or near one of these. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
@@ -6366,6 +6605,10 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
         const int other = beside == CQ_NONE || (channel->kind == CQ_TANGENT && in_face != CQ_NONE);
         const cq_index *around = other ? &in_face : &made->beside;
         return cqi_code_expected_pair(d, k, row, around, *around != CQ_NONE, wedge);
+    }
+    if (cqi_is_texture(d, k)) {
+        const int known = cqi_keep_known(&d->now.fan, row);
+        if (known > 1) return cqi_code_texture(d, k, known, CQI_ROW_TEXTURE_AT_SEAM, wedge, to);
     }
     swap = beside == CQ_NONE || (channel->kind == CQ_NORMAL && in_face != CQ_NONE);
     for (c = 0; c < channel->components && ok; c++) {
