@@ -1,9 +1,11 @@
 /* Time to picture: when bytes of a network of some rate have become a picture, by several codecs. Writes a table,
- * results.tsv and a plot: node first-picture.js MESHES FOLDER. SPDX-License-Identifier: MIT
+ * results.tsv and plots: node first-picture.js MESHES FOLDER TEXTURED SKINNED, the last two models of any format that assimp
+ * reads. SPDX-License-Identifier: MIT
  *
  * Bytes arrive at the rate, in packets, without latency. Decoders run in this program, on one thread, and are compiled
- * before; the time of the processor that they take is measured. Ours does what a page does: it takes the packets that have arrived meanwhile, decodes
- * for a few milliseconds, gives a state, and goes on. Positions have 14 bits. */
+ * before; the time of the processor that they take is measured, until all that vertices have is there. Ours does what a
+ * page does: it takes the packets that have arrived meanwhile, decodes for a few milliseconds, gives a state, and goes
+ * on. Positions have 14 bits, the rest what conquest.js gives it. */
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -13,7 +15,7 @@ import { Decoder, encode, openCodec } from "conquest-mesh";
 import { parseOff } from "./off.js";
 import { meshoptDecode, meshoptEncode, openDraco } from "./codecs.js";
 
-const [meshes, folder] = process.argv.slice(2),
+const [meshes, folder, textured, skinned] = process.argv.slice(2),
     BITS = 14,
     PACKET = 1400,
     BUDGET = 4;
@@ -47,74 +49,30 @@ function makeTerrain(size) {
     return { index: Uint32Array.from(index), positions: Float32Array.from(positions) };
 }
 
-function addNormals({ index, positions, ...rest }) {
-    const normals = new Float32Array(positions.length),
-        at = v => positions.subarray(3 * v, 3 * v + 3);
-    for (let f = 0; f < index.length; f += 3) {
-        const [a, b, c] = [0, 1, 2].map(k => at(index[f + k])),
-            u = b.map((x, k) => x - a[k]),
-            w = c.map((x, k) => x - a[k]);
-        const n = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
-        for (let k = 0; k < 3; k++)
-            n.forEach((x, i) => {
-                normals[3 * index[f + k] + i] += x;
-            });
+/** A model's parts as one mesh, with all that its vertices have; `steps` of assimp. */
+function readModel(file, ...steps) {
+    const path = join(folder, "model.json"),
+        influences = [],
+        index = [];
+    execFileSync("assimp", ["export", file, path, "-fassjson", "-tri", "-jiv", ...steps], { stdio: "ignore" });
+    const { meshes: parts } = JSON.parse(readFileSync(path, "utf8"));
+    const gather = array => Float32Array.from(parts.flatMap(array)),
+        names = [...new Set(parts.flatMap(part => (part.bones ?? []).map(bone => bone.name)))];
+    for (const { vertices, faces, bones = [] } of parts) {
+        const first = influences.length;
+        faces.flat().forEach(v => index.push(first + v));
+        for (let v = 0; v < vertices.length; v += 3) influences.push([]);
+        for (const { name, weights = [] } of bones)
+            weights.forEach(([v, weight]) => influences[first + v].push({ joint: names.indexOf(name), weight }));
     }
-    for (let v = 0; v < normals.length; v += 3) {
-        const length = Math.hypot(...normals.subarray(v, v + 3));
-        normals.set(length ? normals.subarray(v, v + 3).map(x => x / length) : [0, 0, 1], v);
-    }
-    return { index, positions, normals, ...rest };
-}
-
-/** Texture coordinates around the longest axis, with a seam behind: vertices there have two rows. */
-function wrap(mesh) {
-    const { index, positions, normals } = addNormals(mesh),
-        centre = [0, 1, 2].map(
-            k => positions.filter((_, i) => i % 3 === k).reduce((a, x) => a + x, 0) / (positions.length / 3),
-        );
-    const rows = { index: [], positions: [], normals: [], texcoords: [] },
-        seen = new Map();
-    const around = v =>
-        Math.atan2(positions[3 * v] - centre[0], positions[3 * v + 2] - centre[2]) / (2 * Math.PI) + 0.5;
-    for (let f = 0; f < index.length; f += 3) {
-        const corners = [0, 1, 2].map(k => index[f + k]),
-            u = corners.map(around),
-            crosses = Math.max(...u) - Math.min(...u) > 0.5;
-        corners.forEach((v, k) => {
-            const over = crosses && u[k] < 0.5,
-                key = `${v} ${over}`;
-            if (!seen.has(key)) {
-                seen.set(key, rows.positions.length / 3);
-                rows.positions.push(...positions.subarray(3 * v, 3 * v + 3));
-                rows.normals.push(...normals.subarray(3 * v, 3 * v + 3));
-                rows.texcoords.push(u[k] + (over ? 1 : 0), positions[3 * v + 1]);
-            }
-            rows.index.push(seen.get(key));
-        });
-    }
+    const four = key => influences.flatMap(list => [0, 1, 2, 3].map(k => list[k]?.[key] ?? 0));
     return {
-        index: Uint32Array.from(rows.index),
-        positions: Float32Array.from(rows.positions),
-        normals: Float32Array.from(rows.normals),
-        texcoords: Float32Array.from(rows.texcoords),
+        index: Uint32Array.from(index),
+        positions: gather(part => part.vertices),
+        normals: gather(part => part.normals),
+        texcoords: gather(part => part.texturecoords[0]),
+        ...(names.length && { joints: Uint8Array.from(four("joint")), weights: Float32Array.from(four("weight")) }),
     };
-}
-
-/** Bones along the y axis, each vertex between two of them. */
-function addSkin(mesh) {
-    const y = mesh.positions.filter((_, i) => i % 3 === 1),
-        low = y.reduce((a, b) => Math.min(a, b)),
-        extent = y.reduce((a, b) => Math.max(a, b)) - low;
-    const joints = new Uint8Array(4 * y.length),
-        weights = new Float32Array(4 * y.length);
-    y.forEach((value, v) => {
-        const at = ((value - low) / extent) * 19,
-            bone = Math.min(Math.floor(at), 18);
-        joints.set([bone, bone + 1], 4 * v);
-        weights.set([1 - (at - bone), at - bone], 4 * v);
-    });
-    return { ...mesh, joints, weights };
 }
 
 /** Meshes side by side, each of size 1. Not several of one: files have such once, as instances. */
@@ -139,8 +97,8 @@ const MESHES = {
     "scan: bunny00": () => readOff("bunny00"),
     "CAD: fandisk": () => readOff("fandisk"),
     terrain: () => makeTerrain(200),
-    "textured: ChineseDragon": () => wrap(readOff("ChineseDragon-10kv")),
-    "skin: armadillo": () => addSkin(addNormals(readOff("armadillo"))),
+    "textured: HTC Vive controller": () => readModel(textured, "-ptv"), // parts where they stand
+    "skin: BCN_Epileptic": () => readModel(skinned, "-lbw"), // four bones for a vertex
     "16 parts": () => assemble(PARTS.split(" ").map(readOff)),
 };
 
@@ -206,18 +164,24 @@ const files = (bytes, levels) => ({
     },
 });
 
-const single = async (bytes, work) => files(bytes, [{ arrived: bytes, work: await time(work), error: 0 }]);
+/** A file of all that a mesh has, and its decoder. */
+async function single(mesh, bytes, decode) {
+    const decoded = await decode(),
+        lost = Object.keys(mesh).filter(key => !decoded[key]?.length);
+    if (lost.length) throw new Error(`a decoder gives no ${lost.join(", ")}`);
+    return files(bytes, [{ arrived: bytes, work: await time(decode), error: 0 }]);
+}
 
 async function byDraco(mesh, level) {
     const bytes = draco.encode({ ...mesh, bits: BITS }, level);
-    return single(bytes.length, () => draco.decode(bytes));
+    return single(mesh, bytes.length, () => draco.decode(bytes));
 }
 
 /** The time of zstd's own decoder is not counted. */
 async function byMeshopt(mesh) {
     const encoded = await meshoptEncode({ ...mesh, bits: BITS });
     const packed = execFileSync("zstd", ["-19", "-q", "-c"], { input: encoded.bytes, maxBuffer: 1 << 28 });
-    return single(packed.length, () => meshoptDecode(encoded));
+    return single(mesh, packed.length, () => meshoptDecode(encoded));
 }
 
 /** A quarter, a half and all of the triangles as files of their own, the coarsest first. */

@@ -1,7 +1,8 @@
 /* codecs.js - the mesh by other codecs, in a browser or in node. SPDX-License-Identifier: MIT
  *
  * A mesh is { index: Uint32Array, positions: Float32Array, bits }, its positions on a grid of so many bits. It may have
- * normals, texcoords and weights, Float32Array, and joints, Uint8Array, too; decoders give back index and positions. */
+ * normals, texcoords and weights, Float32Array, and joints, Uint8Array, too. Decoders give back all of them: Draco's as
+ * they were, meshoptimizer's, but for the positions, in the bytes that a GPU takes. */
 import { MeshoptDecoder } from "meshoptimizer/decoder";
 import { MeshoptEncoder } from "meshoptimizer/encoder";
 
@@ -15,13 +16,14 @@ export async function openDraco({ createEncoderModule, createDecoderModule }, op
     };
 }
 
-/** Attributes beside positions: numbers for each, and bits, as conquest.js has them. */
+/** Attributes beside positions: numbers for each, and bits of floats, as conquest.js has them. */
 const OTHERS = {
     normals: [3, 10, "NORMAL"],
     texcoords: [2, 12, "TEX_COORD"],
     weights: [4, 12, "GENERIC"],
-    joints: [4, 8, "GENERIC"],
+    joints: [4, 0, "GENERIC"],
 };
+const KINDS = [["positions", "POSITION"], ["normals", "NORMAL"], ["texcoords", "TEX_COORD"]];
 
 /** Draco's compression level 0 .. 10 is 10 - speed. */
 function dracoEncode(module, { index, positions, bits, ...others }, level) {
@@ -32,9 +34,9 @@ function dracoEncode(module, { index, positions, bits, ...others }, level) {
     builder.AddFacesToMesh(mesh, index.length / 3, index);
     builder.AddFloatAttributeToMesh(mesh, module.POSITION, positions.length / 3, 3, positions);
     for (const [name, [width, quantised, kind]] of Object.entries(OTHERS).filter(([name]) => others[name])) {
-        const add = name === "joints" ? "AddUInt8Attribute" : "AddFloatAttribute";
+        const add = quantised ? "AddFloatAttribute" : "AddUInt8Attribute";
         builder[add](mesh, module[kind], positions.length / 3, width, others[name]);
-        encoder.SetAttributeQuantization(module[kind], quantised);
+        if (quantised) encoder.SetAttributeQuantization(module[kind], quantised);
     }
     encoder.SetSpeedOptions(10 - level, 10 - level);
     encoder.SetAttributeQuantization(module.POSITION, bits);
@@ -54,28 +56,37 @@ function dracoDecode(module, bytes) {
     const status = decoder.DecodeBufferToMesh(buffer, mesh);
     if (!status.ok()) throw new Error(`Draco: ${status.error_msg()}`);
     const read = (Type, count, get) => {
-        const at = module._malloc(4 * count);
-        get(4 * count, at);
+        const bytes = count * Type.BYTES_PER_ELEMENT,
+            at = module._malloc(bytes);
+        get(bytes, at);
         const array = new Type(module.HEAPU8.buffer, at, count).slice();
         module._free(at);
         return array;
     };
-    const attribute = decoder.GetAttribute(mesh, decoder.GetAttributeId(mesh, module.POSITION));
-    const index = read(Uint32Array, 3 * mesh.num_faces(), (size, at) =>
-        decoder.GetTrianglesUInt32Array(mesh, size, at),
-    );
-    const positions = read(Float32Array, 3 * mesh.num_points(), (size, at) =>
-        decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, module.DT_FLOAT32, size, at),
-    );
+    const result = {
+        index: read(Uint32Array, 3 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at)),
+    };
+    for (let k = 0; k < mesh.num_attributes(); k++) {
+        const attribute = decoder.GetAttribute(mesh, k),
+            type = attribute.data_type(),
+            isFloat = type === module.DT_FLOAT32,
+            kind = KINDS.find(([, key]) => module[key] === attribute.attribute_type());
+        result[kind?.[0] ?? (isFloat ? "weights" : "joints")] = read(
+            isFloat ? Float32Array : Uint8Array,
+            mesh.num_points() * attribute.num_components(),
+            (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, at),
+        );
+    }
     [mesh, buffer, decoder].forEach(object => module.destroy(object));
-    return { index, positions };
+    return result;
 }
 
-const HEADER = 4;
+/** Bytes of each vertex in meshoptimizer's buffers. */
+const STRIDES = { positions: 8, normals: 4, texcoords: 4, weights: 4, joints: 4 };
 
 /**
  * Vertices in an order for the cache, positions in 16 bits: what gltfpack writes, without a container; not yet
- * compressed.
+ * compressed. What is beside the bytes a container would tell.
  */
 export async function meshoptEncode({ index, positions, bits, ...others }) {
     await MeshoptEncoder.ready;
@@ -89,23 +100,14 @@ export async function meshoptEncode({ index, positions, bits, ...others }) {
         for (let k = 0; to < count && k < 3; k++)
             values[4 * to + k] = Math.round((positions[3 * v + k] - low[k]) / step);
     });
-    const vertices = MeshoptEncoder.encodeVertexBuffer(new Uint8Array(values.buffer), count, 8);
-    const triangles = MeshoptEncoder.encodeIndexBuffer(new Uint8Array(order.buffer), order.length, 4);
-    const more = Object.entries(OTHERS)
-        .filter(([name]) => others[name])
-        .map(([name, [width]]) => meshoptAttribute(name, others[name], width, remap, count));
-    const rest = more.reduce((sum, part) => sum + part.length, 0);
-    const bytes = new Uint8Array(4 * HEADER + vertices.length + triangles.length + rest),
-        head = new DataView(bytes.buffer);
-    [count, index.length, vertices.length, triangles.length].forEach((n, k) => head.setUint32(4 * k, n, true));
-    bytes.set(vertices, 4 * HEADER);
-    bytes.set(triangles, 4 * HEADER + vertices.length);
-    let at = 4 * HEADER + vertices.length + triangles.length;
-    for (const part of more) {
-        bytes.set(part, at);
-        at += part.length;
-    }
-    return { bytes, step, low };
+    const names = Object.keys(OTHERS).filter(name => others[name]);
+    const parts = [
+        MeshoptEncoder.encodeIndexBuffer(new Uint8Array(order.buffer), order.length, 4),
+        MeshoptEncoder.encodeVertexBuffer(new Uint8Array(values.buffer), count, STRIDES.positions),
+        ...names.map(name => meshoptAttribute(name, others[name], OTHERS[name][0], remap, count)),
+    ];
+    const head = Uint32Array.of(count, order.length, ...parts.map(part => part.length));
+    return { bytes: new Uint8Array(await new Blob([head, ...parts]).arrayBuffer()), names, step, low };
 }
 
 /** Normals in 4 bytes, texture coordinates in 16 bits, weights and joints in 8. */
@@ -132,28 +134,25 @@ function meshoptAttribute(name, array, width, remap, count) {
     );
 }
 
-export async function meshoptDecode({ bytes, step, low }) {
+export async function meshoptDecode({ bytes, names, step, low }) {
     await MeshoptDecoder.ready;
-    const head = new DataView(bytes.buffer, bytes.byteOffset),
-        [count, corners, size, more] = [0, 1, 2, 3].map(k => head.getUint32(4 * k, true));
-    const values = new Uint16Array(4 * count),
-        index = new Uint32Array(corners),
-        positions = new Float32Array(3 * count);
-    MeshoptDecoder.decodeVertexBuffer(
-        new Uint8Array(values.buffer),
-        count,
-        8,
-        bytes.subarray(4 * HEADER, 4 * HEADER + size),
-    );
-    MeshoptDecoder.decodeIndexBuffer(
-        new Uint8Array(index.buffer),
-        corners,
-        4,
-        bytes.subarray(4 * HEADER + size, 4 * HEADER + size + more),
-    );
+    const words = names.length + 4,
+        head = new DataView(bytes.buffer, bytes.byteOffset),
+        [count, corners, ...sizes] = Array.from({ length: words }, (_, k) => head.getUint32(4 * k, true));
+    let at = 4 * words;
+    const next = () => bytes.subarray(at, (at += sizes.shift()));
+    const result = { index: new Uint32Array(corners) };
+    MeshoptDecoder.decodeIndexBuffer(new Uint8Array(result.index.buffer), corners, 4, next());
+    for (const name of ["positions", ...names]) {
+        result[name] = new Uint8Array(STRIDES[name] * count);
+        const filter = name === "normals" ? "OCTAHEDRAL" : undefined;
+        MeshoptDecoder.decodeVertexBuffer(result[name], count, STRIDES[name], next(), filter);
+    }
+    const values = new Uint16Array(result.positions.buffer);
+    result.positions = new Float32Array(3 * count);
     for (let v = 0; v < count; v++)
-        for (let k = 0; k < 3; k++) positions[3 * v + k] = low[k] + step * values[4 * v + k];
-    return { index, positions };
+        for (let k = 0; k < 3; k++) result.positions[3 * v + k] = low[k] + step * values[4 * v + k];
+    return result;
 }
 
 const through = async (bytes, stream) =>
