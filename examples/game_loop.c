@@ -84,7 +84,6 @@ static cq_result frame(cq_bytes *in, struct buffer *faces, struct buffer *vertic
 {
     static double upload_seconds;
     cq_index since = dec.mesh.num_vertices;
-    cq_mesh_watch(&dec.mesh, SHIFT, dirty);
     cq_result result = refine(in, begin + FRAME - MARGIN - 1.5 * upload_seconds);
     double decoded = seconds();
     cq_mesh_changes(&dec.mesh, since, SHIFT, dirty);
@@ -136,6 +135,7 @@ static cq_result play(cq_bytes *in)
     if (!dirty || !make_buffer(&faces, dec.mesh.origin, dec.shape.num_faces, 3 * sizeof(cq_index)) ||
         !make_buffer(&vertices, dec.channel[0], dec.shape.num_vertices, vertex_bytes))
         return CQ_ERROR_MEMORY;
+    cq_watch_faces(&dec, SHIFT, dirty);
     for (; result == CQ_OK && frames < MAX_FRAMES; frames++) {
         double begin = seconds();
         result = frame(in, &faces, &vertices, begin);

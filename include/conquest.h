@@ -119,7 +119,7 @@
 #define cq_mesh_split CQI_SYMBOL(cq_mesh_split)
 #define cq_mesh_triangles CQI_SYMBOL(cq_mesh_triangles)
 #define cq_mesh_changes CQI_SYMBOL(cq_mesh_changes)
-#define cq_mesh_watch CQI_SYMBOL(cq_mesh_watch)
+#define cq_watch_faces CQI_SYMBOL(cq_watch_faces)
 #define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
 #define cq_read_rows CQI_SYMBOL(cq_read_rows)
 #define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
@@ -427,6 +427,14 @@ CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index coun
  * index[3 * *first] on. Without materials, material 0 has all faces. m < shape.num_materials, or 0. */
 CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_index *count);
 
+/* Has a decoder mark flips when they happen, for callers that upload in each frame: cq_mesh_changes with the same faces
+ * and shift then marks only what has changed since the caller last cleared the bytes. Call it once after
+ * cq_decoder_init; flips of before are not marked.
+ *
+ * faces    uint8_t[blocks] as for cq_mesh_changes; in use until this is called with others, or NULL, or the decoder is
+ *          done or initialised again. */
+CQ_API void cq_watch_faces(cq_decoder *d, int shift, uint8_t *faces);
+
 /* Marks the rows that have moved since there were `since_vertices` vertices and `since_rows` rows, as cq_mesh_changes
  * marks faces: uint8_t[blocks], blocks of 2^shift rows. New rows are not marked; without wedges, none are.
  * Time O(new vertices). */
@@ -612,7 +620,7 @@ typedef struct cq_mesh {
                                                          1: its flips only changed faces of these; */
     cq_index flipped_before;                          /* and flipped_to of the regular level before; 0: none */
     uint8_t *watched;                                 /* blocks of faces where flips are marked; NULL: not watched; */
-    int watched_shift;                                /* see cq_mesh_watch */
+    int watched_shift;                                /* see cq_watch_faces */
 } cq_mesh;
 
 /* A number of bytes. Where a size_t has 16 bits, it may be more than that can hold. */
@@ -676,7 +684,7 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  * each vertex buffer, and those of each channel CQ_PER_FACE from the number of faces that there were then.
  *
  * Regular levels also flip edges between older vertices. While one is under way, all that it has changed since it began
- * is marked, unless cq_mesh_watch was called with these `faces`.
+ * is marked, unless cq_watch_faces was called with these `faces`.
  *
  * faces    uint8_t[blocks], blocks = (faces of the full mesh + 2^shift - 1) >> shift. The index buffer is divided into
  *          blocks of 2^shift faces, as a split touches about eight faces anywhere in it. The byte of a block becomes 1
@@ -686,14 +694,6 @@ CQ_API size_t cq_mesh_triangles(const cq_mesh *mesh, cq_index *triangles);
  *
  * Time O(new vertices), a few faces for each. */
 CQ_API void cq_mesh_changes(const cq_mesh *mesh, cq_index since, int shift, uint8_t *faces);
-
-/* Has a decoder mark flips when they happen, for callers that upload in each frame: cq_mesh_changes with the same faces
- * and shift then marks only what has changed since the caller last cleared the bytes. Call it when the mesh has
- * vertices, or before each cq_decode.
- *
- * faces    uint8_t[blocks] as for cq_mesh_changes; in use until this is called with others, or NULL, or the decoder is
- *          done. */
-CQ_API void cq_mesh_watch(cq_mesh *mesh, int shift, uint8_t *faces);
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
  *
@@ -1479,7 +1479,6 @@ static void cqi_mesh_carve(cq_mesh *m, const cq_shape *s, cqi_arena *arena)
     m->free_vertex = m->free_face = m->free_virtual_face = CQ_NONE;
     m->flipped_from = m->flipped_to = m->flipped_before = 0;
     m->is_partial = 0;
-    cq_mesh_watch(m, 0, NULL);
 }
 
 /* -- Mesh: building ------------------------------------------------------------------------------------------------
@@ -1692,6 +1691,7 @@ static cq_result cqi_build_open(cq_mesh *m, cq_shape *s, const cq_index *indices
     arena.left = size;
     if (!memory || !cqi_aligned(memory) || size < cq_mesh_bytes(s)) return CQ_ERROR_MEMORY;
     cqi_mesh_carve(m, s, &arena);
+    m->watched = NULL;
     r = cqi_match_twins(m, indices, s, place);
     if (r == CQ_OK) r = cqi_find_boundary(m, s, place);
     if (r == CQ_OK) cqi_count_loops(m, s);
@@ -2135,13 +2135,6 @@ void cq_mesh_changes(const cq_mesh *m, cq_index since, int shift, uint8_t *faces
     CQ_ASSERT(faces);
     cq_index v = faces == m->watched ? since : cqi_changed_from(m, since);
     for (; v < m->num_vertices; v++) cqi_mark_changes(m, v, shift, faces);
-}
-
-void cq_mesh_watch(cq_mesh *m, int shift, uint8_t *faces)
-{
-    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
-    m->watched = faces;
-    m->watched_shift = shift;
 }
 
 /* -- Range coder ---------------------------------------------------------------------------------------------------
@@ -9699,6 +9692,13 @@ cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size)
     d->memory = (uint8_t *)memory;
     d->memory_size = memory_size;
     return CQ_OK;
+}
+
+void cq_watch_faces(cq_decoder *d, int shift, uint8_t *faces)
+{
+    CQ_ASSERT(shift >= 0 && shift < CQ_INDEX_BITS);
+    d->mesh.watched = faces;
+    d->mesh.watched_shift = shift;
 }
 
 static int cqi_fits_value(const cq_channel *c) { return c->bits <= CQ_MAX_BITS || cqi_is_exact(c); }

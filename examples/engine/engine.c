@@ -182,7 +182,6 @@ static void refine(struct scene *s, double begin)
     double decoded;
     s->frame_steps = 0;
     s->frame_bytes = 0;
-    cq_mesh_watch(&s->dec.mesh, SHIFT, s->dirty);
     while (goes_on(s) && s->frame_steps < s->options->steps && !shot_is_due(s)) {
         if (s->frame_steps % STEPS_A_LOOK == STEPS_A_LOOK - 1 && seconds() > end) break;
         s->result = step(s);
@@ -324,7 +323,9 @@ static cq_result begin(struct scene *s)
     s->tint = glGetUniformLocation(program, "tint");
     s->grid = glGetUniformLocation(program, "grid");
     glUniform3f(s->grid, 1.0f / (float)(1ul << shape.channel[0].bits), FOCUS * WINDOW_HEIGHT / WINDOW_WIDTH, FOCUS);
-    return cq_decoder_init(&s->dec, memory, size);
+    result = cq_decoder_init(&s->dec, memory, size);
+    if (result == CQ_OK) cq_watch_faces(&s->dec, SHIFT, s->dirty);
+    return result;
 }
 
 /* -- The loop ------------------------------------------------------------------------------------------------------ */

@@ -187,6 +187,7 @@ EXPORT("begin") int32_t begin(uint32_t size)
     if (shape->num_materials) memset(at, 0, own);   /* slots that are free are no triangles, whoever draws them */
     cq_decoder_init(&decoder, at, own);         /* reads the header again: the shape is empty until then */
     carve(at + own, own_index, groups);
+    cq_watch_faces(&decoder, SHIFT, state.face_blocks);
     return state.result = CQ_OK;
 }
 
@@ -205,7 +206,6 @@ static void begin_marks(void)
 static int32_t run(cq_bytes *from, uint32_t budget)
 {
     begin_marks();
-    cq_mesh_watch(&decoder.mesh, SHIFT, state.face_blocks);
     state.result = cq_decode(&decoder, from, budget);
     state.ready = count_rows();
     return state.result;

@@ -69,6 +69,9 @@ TEST(rows_faces_and_materials_are_those_that_are_there) {
     TRIPS("shift", cq_moved_rows(&d, 0, 0, CQ_INDEX_BITS, moved));
     TRIPS("shift", cq_moved_rows(&d, 0, 0, -1, moved));
     TRIPS("rows", cq_moved_rows(&d, 0, 0, 0, NULL));
+    PASSES(cq_watch_faces(&d, CQ_INDEX_BITS - 1, moved));
+    PASSES(cq_watch_faces(&d, 0, NULL));
+    TRIPS("shift", cq_watch_faces(&d, CQ_INDEX_BITS, moved));
 }
 
 /* -- Mesh ---------------------------------------------------------------------------------------------------------- */
@@ -130,9 +133,6 @@ TEST(changes_are_of_blocks_and_of_a_mesh_without_gaps) {
     TRIPS("shift", cq_mesh_changes(&mesh, 0, -1, blocks));
     TRIPS("shift", cq_mesh_changes(&mesh, 0, CQ_INDEX_BITS, blocks));
     TRIPS("faces", cq_mesh_changes(&mesh, 0, 0, NULL));
-    PASSES(cq_mesh_watch(&mesh, CQ_INDEX_BITS - 1, blocks));
-    PASSES(cq_mesh_watch(&mesh, 0, NULL));
-    TRIPS("shift", cq_mesh_watch(&mesh, CQ_INDEX_BITS, blocks));
     PASSES(cq_mesh_collapse(&mesh, spoke(0, 1), &first, &last));
     TRIPS("free_vertex", cq_mesh_changes(&mesh, 0, 0, blocks));
 }
