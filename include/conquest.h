@@ -1048,11 +1048,22 @@ enum {
 #define CQI_ROW_CLASSES 20
 #define CQI_ROW_LENGTHS 16
 
+/* Models of whether a channel of a new row is equal to that of another row. */
+enum {
+    CQI_EQUAL_SPLIT = 0,                      /* [are those equal that they are split from] B's other new row */
+    CQI_EQUAL_IN_FACE = 2,                    /* [is the one beside] the last row before it in its face */
+    CQI_EQUAL_BESIDE = 4,                     /* [is there one in its face] the row beside */
+    CQI_EQUAL_KNOWN = 6,                      /* in the base: the first known row around, */
+    CQI_EQUAL_BEFORE,                         /* or the row before */
+    CQI_EQUAL_NEARBY,                         /* [how many were asked about] another row of its vertex */
+    CQI_EQUALS = CQI_EQUAL_NEARBY + 4
+};
+
 /* Which rows the corners have: models, and a split or a corner of the base whose rows are being read. */
 #define CQI_MAX_NEW_ROWS (2 + CQI_CORNERS)
 typedef struct cqi_seams {
     cq_bit_model model[CQI_SEAM_CONTEXTS][CQI_SEAM_MODELS];
-    cq_bit_model equal[CQ_MAX_CHANNELS][8];  /* a channel of a new row is equal to that of another row */
+    cq_bit_model equal[CQ_MAX_CHANNELS][CQI_EQUALS]; /* a channel of a new row is that of another one */
     cqi_quick_model length[CQI_ROW_SETS][CQI_ROW_CLASSES][CQI_ROW_LENGTHS]; /* residuals of rows, see
                                                                                cqi_code_row_residual */
     cq_index num_rows;                        /* also those that are not yet in the mesh */
@@ -6558,6 +6569,73 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
+/* Rows whose value of a channel a new row may have, each value once. */
+enum { CQI_NEARBY = 6 };
+typedef struct cqi_nearby {
+    cq_index row[CQI_NEARBY];
+    int num_rows;
+} cqi_nearby;
+
+static void cqi_add_nearby(const cq_decoder *d, uint32_t k, cq_index candidate, cqi_nearby *n)
+{
+    int j = 0;
+    if (candidate == CQ_NONE || n->num_rows == CQI_NEARBY) return;
+    while (j < n->num_rows && !cqi_rows_are_equal(d, k, candidate, n->row[j])) j++;
+    if (j == n->num_rows) n->row[n->num_rows++] = candidate;
+}
+
+/* Adds rows of the vertex of a corner: all of A or B, but of p or q those of four faces on each side of the spoke. Only
+ * those before `row` have values. */
+static void cqi_list_nearby(const cq_decoder *d, uint32_t k, int corner, cq_index row, cqi_nearby *n)
+{
+    const cqi_ring *r = &d->ring;
+    const cqi_seams *s = d->seams;
+    const cq_mesh *m = &d->mesh;
+    cq_index h = r->spoke[corner == CQI_AT_P ? s->p : s->q], back = m->twin[h];
+    int j;
+    if (corner % 3 == CQI_LEFT_A) {
+        for (j = s->p; j != s->q; j = cqi_previous_of(j, r->size)) cqi_add_nearby(d, k, cqi_row_at(d, r->spoke[j]), n);
+    } else if (corner % 3 == CQI_LEFT_B) {
+        for (j = s->p + 1; j <= s->q; j++) cqi_add_nearby(d, k, s->run[j] < row ? s->run[j] : CQ_NONE, n);
+    } else {
+        for (j = 0, h = cq_next(h); j < 4; j++, h = cq_clockwise(m, h), back = cq_counterclockwise(m, back)) {
+            cqi_add_nearby(d, k, cqi_row_at(d, h), n);
+            cqi_add_nearby(d, k, cqi_row_at(d, back), n);
+        }
+    }
+}
+
+/* Is channel k of a row that only new faces have equal to that of the last row before it in its face, of the row beside,
+ * or of others of its vertex? */
+static int cqi_code_equal_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index in_face)
+{
+    const cq_index beside = made->beside;
+    cqi_nearby nearby = { { 0 }, 0 };
+    int j, asked;
+    if (in_face != CQ_NONE) {
+        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
+        if (cqi_code_equal(d, k, CQI_EQUAL_IN_FACE + as_beside, row, in_face)) return 1;
+    }
+    if (beside != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_BESIDE + (in_face != CQ_NONE), row, beside)) return 1;
+    cqi_add_nearby(d, k, in_face, &nearby);
+    cqi_add_nearby(d, k, beside, &nearby);
+    asked = nearby.num_rows;
+    cqi_list_nearby(d, k, made->corner, row, &nearby);
+    for (j = asked; j < nearby.num_rows; j++)
+        if (cqi_code_equal(d, k, CQI_EQUAL_NEARBY + cqi_at_most(j - asked, 3), row, nearby.row[j])) return 1;
+    return 0;
+}
+
+/* The last row before `row` that the corners of its new face have, or CQ_NONE. */
+static cq_index cqi_row_in_face(const cqi_seams *s, int corner, cq_index row)
+{
+    cq_index last = CQ_NONE;
+    int j;
+    for (j = corner / 3 * 3; j < corner / 3 * 3 + 3; j++)
+        if (s->row[j] < row && (last == CQ_NONE || s->row[j] > last)) last = s->row[j];
+    return last;
+}
+
 /* Flattens the fan of a row that only new faces have, and keeps what is known: the rows that came before it, each once.
  * Returns how many. */
 static int cqi_keep_known(cqi_fan *f, cq_index row)
@@ -6573,27 +6651,17 @@ static int cqi_keep_known(cqi_fan *f, cq_index row)
     return known;
 }
 
-/* Channel k of a row that only one or both of the new faces have: equal to that of the row before in the same face, or
- * to that of the row beside; or near one of these. */
+/* Channel k of a row that only one or both of the new faces have: equal to that of another row; or by these faces; or
+ * near the row before in its face, or the row beside. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
     const cq_channel *channel = &d->shape.channel[k];
     cq_value *to = d->channel[k] + (size_t)row * channel->components;
-    const cq_index beside = made->beside;
-    cq_index in_face = CQ_NONE;
-    const int face = made->corner / 3 * 3;
-    int j, ok = 1, swap;
+    const cq_index beside = made->beside, in_face = cqi_row_in_face(s, made->corner, row);
+    int ok = 1, swap;
     uint32_t c;
-    for (j = face; j < face + 3; j++) {
-        const cq_index x = s->row[j];
-        if (x < row && (in_face == CQ_NONE || x > in_face)) in_face = x;
-    }
-    if (in_face != CQ_NONE) {
-        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
-        if (cqi_code_equal(d, k, 2 + as_beside, row, in_face)) return 1;
-    }
-    if (beside != CQ_NONE && cqi_code_equal(d, k, 4 + (in_face != CQ_NONE), row, beside)) return 1;
+    if (cqi_code_equal_seam_row(d, k, row, made, in_face)) return 1;
     if (cqi_has_pairs(d, k)) {
         const int other = beside == CQ_NONE || (channel->kind == CQ_TANGENT && in_face != CQ_NONE);
         const cq_index *around = other ? &in_face : &made->beside;
@@ -6616,9 +6684,10 @@ static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_
 static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
-    if (row > d->num_rows &&
-        cqi_code_equal(d, k, cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside), row, (cq_index)(row - 1)))
-        return 1;
+    if (row > d->num_rows) {
+        const int were_equal = cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside);
+        if (cqi_code_equal(d, k, CQI_EQUAL_SPLIT + were_equal, row, (cq_index)(row - 1))) return 1;
+    }
     return cqi_code_by_fan(d, k, row, wedge);
 }
 
@@ -9100,7 +9169,7 @@ static void cqi_init_seams(cqi_seams *s)
     for (j = 0; j < CQI_SEAM_CONTEXTS; j++)
         for (k = 0; k < CQI_SEAM_MODELS; k++) s->model[j][k] = k < CQI_SECOND_CHOICE ? 59000u : CQ_BIT_MODEL_INIT;
     for (j = 0; j < CQ_MAX_CHANNELS; j++) {
-        for (k = 0; k < 8; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
+        for (k = 0; k < CQI_EQUALS; k++) s->equal[j][k] = CQ_BIT_MODEL_INIT;
     }
     memset(s->length, 0, sizeof s->length);
     for (j = 0; j < CQI_ROW_SETS * CQI_ROW_CLASSES * CQI_ROW_LENGTHS; j++)
@@ -9258,8 +9327,8 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
     cqi_base_row b;
     uint32_t c;
     cqi_look_around_row(d, row, &b);
-    if (b.num_known && cqi_code_equal(d, k, 6, row, b.known[0])) return 1;
-    if (row > d->seams->first && cqi_code_equal(d, k, 7, row, (cq_index)(row - 1))) return 1;
+    if (b.num_known && cqi_code_equal(d, k, CQI_EQUAL_KNOWN, row, b.known[0])) return 1;
+    if (row > d->seams->first && cqi_code_equal(d, k, CQI_EQUAL_BEFORE, row, (cq_index)(row - 1))) return 1;
     if (channel->kind == CQ_NORMAL && cqi_has_pairs(d, k))
         return cqi_code_pair_near(d, k, row, b.normal, b.known, b.num_known, 0, wedge);
     for (c = 0; c < channel->components; c++) {
