@@ -194,6 +194,7 @@ def check():
                                      "the other %d FLAT[0 .. %d]."),
                        ("CQI_LESS", "half(3 · spread x) - 2 · h - %d"),
                        ("CQI_LESS_ABOVE", "half(extent) - 2 · h - %d"), ("CQI_LINEAR_STEP", "along[c][k] + %d · sign"),
+                       ("CQI_FLAT_BITS", "all x and y are shifted: >> bits(n >> %d)"), ("CQI_ROW_SETS", "there are %d sets"),
                        ("far", "clamp(Bx - Mx, -%d, %d)"), ("CQ_MAX_CHANNELS", "0 .. %d"),
                        ("CQI_NAT", "units of 1/%d nat")]:
         value = enum.get(name)

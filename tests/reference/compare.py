@@ -4,7 +4,7 @@
 CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c). Both decoders must print the same:
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
-    meshes     of ref_data, with positions (also of 24 bits), without, with odd channels: whole, stopped at some
+    meshes     of ref_data, with positions (also of 24 bits), without, with odd channels, textures: whole, stopped at some
                numbers of vertices, and cut at some places; those of build/meshes with up to 1000 vertices (--all:
                20 000)
     corrupt    400 streams (--all: 14 000) with bits flipped, counts changed, payloads made up, with and without
@@ -33,6 +33,7 @@ FAILED = ROOT / "build" / "reference"
 LIMIT = 100000         # vertices, triangles or edges of a made-up header
 WAYS = ("positions", "connectivity")
 WIDE = "bits 24"         # rings that 8.3 scales down
+TEXTURES = "0,0,3,14", "3,0,2,12", "3,0,2,32"  # 9.16
 
 options = None
 
@@ -74,9 +75,11 @@ class Tally:
 # -- Meshes ------------------------------------------------------------------------------------------------------------
 
 def encode(path, how):
-    """The stream of a mesh: `positions`, options of cqm without the first `--`, or the seed of channels."""
-    if isinstance(how, int):
-        done = run([options.folder / "channels", str(how)], path.read_bytes())
+    """The stream of a mesh: `positions`, options of cqm without the first `--`, or the seed of channels, or a tuple of
+    that and channels."""
+    if isinstance(how, (int, tuple)):
+        arguments = how if isinstance(how, tuple) else (how,)
+        done = run([options.folder / "channels", *map(str, arguments)], path.read_bytes())
         return done.stdout if done.returncode == 0 else None
     out = FAILED / f"{os.getpid()}.tmp"
     FAILED.mkdir(parents=True, exist_ok=True)
@@ -124,14 +127,14 @@ def many_patches():
 
 def compare_power_of_two():
     """A fit (9.13) with the numerator -2^30, which has one bit less than 2^30."""
-    lines = ["v 10 2 7", "v 0 11 9", "v 10 5 9", "v 11 10 8", "v 0 7 3", "vt 1792659 1", "vt 3215121 3",
-             "vt 16777215 16777215", "vt 0 0", "vt 13294855 2"]
+    lines = ["v 10 2 7 0.749405906 1 0", "v 0 11 9 0.275960462 0 0", "v 10 5 9 1 0 0", "v 11 10 8 0 0 0",
+             "v 0 7 3 0.240800395 0 0"]
     for a, b in (1, 2), (2, 3), (3, 1):
-        lines += [f"f {a}/{a} {b}/{b} 4/4", f"f {b}/{b} {a}/{a} 5/5"]
+        lines += [f"f {a} {b} 4", f"f {b} {a} 5"]
     FAILED.mkdir(parents=True, exist_ok=True)
     path = FAILED / "power_of_two.obj"
     path.write_text("\n".join(lines) + "\n")
-    data = encode(path, "grid 0,0,0,1 --bits texcoords=24")
+    data = encode(path, "grid 0,0,0,1 --bits colors=24")
     found, plain = [], decoder.Attributes.gradient
     decoder.Attributes.gradient = staticmethod(lambda *sums: found.append(plain(*sums)) or found[-1])
     tally = Tally()
@@ -330,12 +333,13 @@ def main():
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
         seams = tuple(1000 + channels + k for k in range(8))
-        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1) + seams]
+        textures = (channels,) + TEXTURES, (seams[0],) + TEXTURES
+        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1) + seams + textures]
     for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 4),
                       ("torus_3x3.off", 5), ("torus_3x3.off", 1004), ("octahedron.off", WIDE)):
         jobs.append((compare_cuts, ROOT / "ref_data" / name, how))
     streams = [encode(path, how) for path in small if path.stat().st_size < 6500
-               for how in WAYS + (2, 3, 1002, 1003, 1004)]
+               for how in WAYS + (2, 3, 1002, 1003, 1004, (1005,) + TEXTURES)]
     per_job = 25
     for k in range((14000 if options.all else 400) // per_job):
         jobs.append((compare_corrupt, streams, f"{options.seed}-{k}", per_job))

@@ -10,6 +10,7 @@ The mesh is not the one of conquest.h: a dictionary tells for each directed edge
 found from it. Virtual vertices have the numbers V, V + 1, ..."""
 
 import argparse
+import functools
 import math
 import pathlib
 import re
@@ -759,7 +760,7 @@ class Pairs:
 class Questions:
     """9.6. `worth` is that of HIT, SAME, LEFT, and FLAT."""
 
-    HIT, SAME, LEFT, FLAT = 0, 64, 88, 136
+    HIT, SAME, LEFT, FLAT = 0, 64, 112, 208
 
     def __init__(self):
         self.yes = [256 * n + 128 for n in TABLES.yes]
@@ -780,7 +781,7 @@ class Questions:
         """Returns the gain."""
         result = clamp(saved, -1024, 1024) - self.cost(self.yes[i]) if answer else -self.cost(65536 - self.yes[i])
         gain = result if self.gain[i] >= 0 else 0
-        self.gain[i] += 16 * result - self.gain[i] >> 7
+        self.gain[i] += 16 * result - self.gain[i] >> 5
         self.yes[i] = adapted(self.yes[i], answer, 5)
         return gain
 
@@ -959,7 +960,9 @@ class Place:
         questions = self.decoder.questions
         asked = []
         for i, (common, many) in enumerate(self.common([a[c] for a in self.at], predicted)):
-            asked.append((Questions.SAME + 24 * i + 8 * c + min(many, 7), common))
+            more = half(abs(common - predicted)) - 2 * self.h - max(e, 0)
+            far = sum(more >= least for least in (-2, 1, 4))
+            asked.append((Questions.SAME + 48 * i + 16 * c + 4 * (min(many, 4) - 1) + far, common))
             if questions.ask(self.decoder.coder, asked[-1][0]):
                 value, size = common >> self.h, max(e, 0)
                 break
@@ -980,8 +983,8 @@ class Place:
         h, hit = self.h, self.hit
         if hit.answer:
             e = half(hit.radius) - 2 * h
-            x, size_x = self.coordinate("AGREED", e, hit.agreed[0])
-            y, size_y = self.coordinate("AGREED", quotient(e + size_x + 1, 2), hit.agreed[1])
+            x, size_x = self.component(0, "AGREED", e, hit.agreed[0])
+            y, size_y = self.component(1, "AGREED", quotient(e + size_x + 1, 2), hit.agreed[1])
         else:
             x, size_x = self.component(0, "FIRST", self.expected[0], self.linear[0])
             y, size_y = self.component(1, "SECOND", self.expected[1], self.linear[1])
@@ -1060,11 +1063,39 @@ class Neighbours:
         """The two others of each triangle."""
         return [((k + 1) % self.size, k) for k in self.faces]
 
+    # 9.13
+    @functools.cached_property
+    def places(self):
+        at = self.fitting(self.at, 12)
+        normal = total(cross(at[i], at[j]) for i, j in self.triangles())
+        normal = self.fitting([normal], 14)[0]
+        if not any(normal):
+            normal = [0, 0, 1]
+        smallest = min(range(3), key=lambda k: abs(normal[k]))
+        a, b = (smallest + 1) % 3, (smallest + 2) % 3
+        u = [0, 0, 0]
+        u[a], u[b] = normal[b], -normal[a]
+        v = part(cross(normal, u), math.isqrt(dot(normal, normal)))
+        return self.fitting([[dot(x, u), dot(x, v)] for x in at], 10)
+
+    @staticmethod
+    def fitting(vectors, bits):
+        """Shifted by what their components have beyond so many bits."""
+        everything = 0
+        for component in sum(vectors, []):
+            everything |= abs(component)
+        return [shifted(vector, (everything >> bits).bit_length()) for vector in vectors]
+
+    def keep(self, kept):
+        """The places of some are those that they have among all."""
+        self.places = [self.places[k] for k in kept]
+        self.v, self.size = [self.v[k] for k in kept], len(kept)
+
 
 class Attributes:
-    """9.9 to 9.15. Values are lists of all channels that a vertex has, or a row; `own` is that which is decoded."""
+    """9.9 to 9.16. Values are lists of all channels that a vertex has, or a row; `own` is that which is decoded."""
 
-    SETS = PAIR, PAIR_AT_SEAM, FITTED, AT_SEAM, TURN, TURN_BY_FACES, ROUNDING = range(7)
+    SETS = PAIR, PAIR_AT_SEAM, FITTED, AT_SEAM, TURN, TURN_BY_FACES, TEXTURE, TEXTURE_AT_SEAM, ROUNDING = range(9)
 
     def __init__(self, decoder):
         self.decoder, self.coder, self.header = decoder, decoder.coder, decoder.header
@@ -1072,6 +1103,7 @@ class Attributes:
         self.weights = [[8192] if located else decoder.linear.along[5][:] for _ in self.header.channels]
         self.skin = [0, 0]
         self.trust = [0, 0]
+        self.mirror = 1
         self.lengths = [[[32768] * 16 for _ in range(20)] for _ in self.SETS]
         self.used = [[[0] * 16 for _ in range(20)] for _ in self.SETS]
 
@@ -1079,6 +1111,9 @@ class Attributes:
         """Channel k, by its neighbours."""
         if self.is_pair(channel):
             self.pair(k, channel, fan, values, own, fan.v)
+            return
+        if self.is_texture(channel):
+            self.texture(channel, fan, values, own, self.TEXTURE)
             return
         for c in range(channel.first, channel.first + channel.components):
             if channel.merge == Channel.AVERAGE:
@@ -1192,13 +1227,8 @@ class Attributes:
     # 9.13
     def fit(self, fan, t, m, spread):
         """That of B less m, and how far it is from all of the fan."""
-        at = [[position[axis] for axis in self.decoder.axes or (0, 1, 2)][:2] for position in fan.at]
-        everything = 0
-        for x, y in at:
-            everything |= abs(x) | abs(y)
-        at = [shifted(a, (everything >> 8).bit_length()) for a in at]
-        mx, my = (quotient(sum(a[c] for a in at), fan.size) for c in range(2))
-        d = [(x - mx, y - my, u - m >> 2) for (x, y), u in zip(at, t)]
+        mx, my = (quotient(sum(place[c] for place in fan.places), fan.size) for c in range(2))
+        d = [(x - mx >> 2, y - my >> 2, u - m >> 2) for (x, y), u in zip(fan.places, t)]
         xx, yy, xy = sum(x * x for x, _, _ in d), sum(y * y for _, y, _ in d), sum(x * y for x, y, _ in d)
         ux, uy = sum(u * x for x, _, u in d), sum(u * y for _, y, u in d)
         r = (xx + yy) // 64 + 1
@@ -1207,7 +1237,7 @@ class Attributes:
             return 0, spread
         limit = max(abs(u) for _, _, u in d)
         off = sum(4 * abs(clamp(quotient(hx * x + hy * y, det) - u, -4 * limit, 4 * limit)) for x, y, u in d)
-        return 4 * clamp(quotient(-(hx * mx + hy * my), det), -2 * limit, 2 * limit), off
+        return 4 * clamp(quotient(-(hx * (mx >> 2) + hy * (my >> 2)), det), -2 * limit, 2 * limit), off
 
     @staticmethod
     def gradient(xx, yy, xy, ux, uy):
@@ -1394,6 +1424,62 @@ class Attributes:
         if None in values:
             self.decoder.reject("corrupt")
         return values
+
+    # 9.16
+    def is_texture(self, channel):
+        return self.header.position is not None and channel.kind == 3 and channel.merge == Channel.AVERAGE
+
+    def texture(self, channel, fan, values, own, which):
+        of_fan = [[channel.rough(values[v][channel.first + c]) for c in range(2)] for v in fan.v]
+        t = [minus(x, of_fan[0]) for x in of_fan]
+        everything = 0
+        for u, v in t:
+            everything |= abs(u) | abs(v)
+        n = 20 - everything.bit_length()
+        t = [[rescaled(c, n) for c in x] for x in t]
+        similarity = Similarity(fan.places, t, self.mirror)
+        self.mirror = similarity.mirror
+        off = similarity.off() // (2 * fan.size)
+        e = (half(off >> n) if n >= 0 else half(off) - 2 * n) + (16 if channel.exact else 0)
+        moved = similarity.map((0, 0), 2 * similarity.most)
+        for c in range(2):
+            prediction = (of_fan[0][c] + rescaled(moved[c], -n)) * channel.unit()
+            own[channel.first + c] = self.decoder.value(
+                channel, prediction + self.residual(which, e, channel.most_bits))
+
+
+def rescaled(c, n):
+    return c << n if n >= 0 else c + (1 << -n - 1) >> -n
+
+
+class Similarity:
+    """9.16: takes places to texture coordinates t."""
+
+    def __init__(self, places, t, mirror):
+        self.places, self.t = places, t
+        weights = [4096 // (1 + math.isqrt(dot(place, place))) for place in places]
+        self.of_places, self.of_t = ([quotient(sum(w * x[c] for w, x in zip(weights, vectors)), sum(weights))
+                                      for c in range(2)] for vectors in (places, t))
+        d = [minus(place, self.of_places) for place in places]
+        e = [minus(x, self.of_t) for x in t]
+        self.most = max(abs(c) for x in e for c in x)
+        (xu, xv), (yu, yv) = ([sum(w * x[i] * u[j] for w, x, u in zip(weights, d, e)) for j in range(2)]
+                              for i in range(2))
+        q = sum(w * dot(x, x) for w, x in zip(weights, d)) or 1
+        shift = ((mag(xu) | mag(xv) | mag(yu) | mag(yv)) >> 30).bit_length()
+        turn = (xu >> shift) * (yv >> shift) - (xv >> shift) * (yu >> shift)
+        self.mirror = sign(turn) if len(places) > 2 and turn else mirror
+        self.re, self.im = quotient(256 * (xu + self.mirror * yv), q), quotient(256 * (xv - self.mirror * yu), q)
+
+    def map(self, place, limit):
+        x, y = place[0] - self.of_places[0], self.mirror * (place[1] - self.of_places[1])
+        result = quotient(self.re * x - self.im * y, 256), quotient(self.im * x + self.re * y, 256)
+        return [clamp(c, -limit, limit) + m for c, m in zip(result, self.of_t)]
+
+    def off(self):
+        if len(self.t) == 2:
+            return sum(map(abs, self.t[1]))
+        return sum(abs(a - b) for place, x in zip(self.places, self.t) for a, b in zip(self.map(place, 1 << 22), x))
 
 
 # -- 15. Rows ----------------------------------------------------------------------------------------------------------
@@ -1681,6 +1767,12 @@ class Rows:
             around = [r for r in order if r is not None][:1]
             self.attributes.pair(k, channel, self.fan_of_corners(row), self.values, self.values[row], around)
             return
+        if self.attributes.is_texture(channel):
+            fan = self.fan_of_corners(row)
+            fan.keep([n for n, r in enumerate(fan.v) if r < row and r not in fan.v[:n]])
+            if fan.size > 1:
+                self.attributes.texture(channel, fan, self.values, self.values[row], Attributes.TEXTURE_AT_SEAM)
+                return
         near, far = neighbour, companion
         if near is None or (channel.kind == 2 and far is not None):
             near, far = far, near
@@ -1836,7 +1928,6 @@ class Decoder:
         self.pairs = Pairs(self.header.position is not None)
         self.questions, self.linear = Questions(), Linear()
         self.attributes = Attributes(self)
-        self.axes = None       # 9.3
         self.code, self.active = 0, 0
         self.regular = False
 
@@ -2039,7 +2130,6 @@ class Decoder:
         mesh = self.mesh
         ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
         p, q = self.pairs.decode(self.coder, ring)
-        self.axes = None
         materials = self.materials.split(mesh, centre, (x[p], x[q])) if self.materials else []
         values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
         self.end_step()
@@ -2067,7 +2157,6 @@ class Decoder:
         if position:
             origin = self.position(ring.centre)
             place = Place(self, ring, fan, self.position)
-            self.axes = place.axes
             here = [self.value(position, number) for number in plus(origin, place.decode())]
             result[position.first:position.first + 3] = here
             at = [minus(self.position(v), here) for v in fan.v]

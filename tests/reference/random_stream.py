@@ -109,7 +109,7 @@ class Header(decoder.Header):
         self.channels, self.raw_channels = [], b""
         for _ in range(draw.choice((0, 0, 1, 1, 2, 4))):
             while True:
-                kind, merge = draw.choice((0, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
+                kind, merge = draw.choice((0, 0, 3, draw.randrange(9))), draw.choice((0, draw.randrange(3)))
                 bits = 32 if draw.random() < 0.3 else draw.randint(5, 24)
                 channel = decoder.Channel(kind + 16 * merge, draw.randint(1, 4), bits)
                 if channel.is_valid():
