@@ -1493,7 +1493,7 @@ class Rows:
         self.count, self.full = 0, False
         self.contexts = [{"ALL": [59000], "USUAL": [59000] * 24, "OTHER": [32768] * 6, "SAME_ROW": [32768] * 3,
                           "NEW_ROW": [32768] * 3} for _ in range(27)]
-        self.equal = [[32768] * 8 for _ in self.header.channels]
+        self.equal = [[32768] * 12 for _ in self.header.channels]
         self.attributes = decoder.attributes
         self.sizes, self.first_sizes = ([[0] * 4 for _ in self.header.channels] for _ in range(2))
 
@@ -1762,6 +1762,11 @@ class Rows:
                 return
         if neighbour is not None and self.is_equal(k, channel, 4 + (companion is not None), row, neighbour):
             return
+        asked = self.distinct(channel, [r for r in (companion, neighbour) if r is not None])
+        nearby = self.distinct(channel, asked + self.rows_nearby(row, corner))[:6]
+        for n, other in enumerate(nearby[len(asked):]):
+            if self.is_equal(k, channel, 8 + min(n, 3), row, other):
+                return
         if self.attributes.is_pair(channel):
             order = (companion, neighbour) if channel.kind == 10 else (neighbour, companion)
             around = [r for r in order if r is not None][:1]
@@ -1780,6 +1785,29 @@ class Rows:
             values = [self.values[r][at] for r in (near, far) if r is not None]
             self.values[row][at] = self.decoder.copy(channel, values) if channel.merge == Channel.COPY else \
                 self.near_value(channel, at, near, far)
+
+    def distinct(self, channel, rows):
+        return [r for n, r in enumerate(rows) if not any(self.same(channel, r, before) for before in rows[:n])]
+
+    def rows_nearby(self, row, corner):
+        """Other rows of the vertex of a corner, before the split."""
+        mesh, a, x, p, q = self.mesh, self.a, self.x, self.p, self.q
+        if corner in (0, 3):
+            rows = [self.row_in(a, a, x[n % len(x)]) for n in range(p + len(x), q, -1)]
+        elif corner in (1, 4):
+            rows = [self.run[k] for k in range(p + 1, q + 1) if self.run[k] is not None and self.run[k] < row]
+        else:
+            v = x[p if corner == 2 else q]
+            ahead, back, rows = self.third(a, v), a, []
+            for _ in range(4):
+                rows += [self.row_in(v, v, ahead), self.row_in(v, v, back)]
+                ahead, back = self.third(ahead, v), self.third(v, back)
+        return [r for r in rows if r is not None]
+
+    def third(self, i, j):
+        """The third vertex of the triangle left of an edge."""
+        triangle = self.mesh.left[i, j]
+        return triangle[triangle.index(j) - 2]
 
     def near_value(self, channel, at, near, far):
         expected = 0 if near is None else channel.number(self.values[near][at])
