@@ -1009,7 +1009,8 @@ enum {
 /* Questions that are asked while they pay. */
 enum {
     CQI_HIT = 0,                              /* [agreement][distance] B is near where predictions agree */
-    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it][distance] it is that of neighbours */
+    CQI_SAME = CQI_HIT + 8 * 8,               /* [which][component][how many have it][distance] it is that of
+                                                 neighbours */
     CQI_FLAT = CQI_SAME + CQI_SAMES * 3 * 16, /* [agreement][distance] its height is where planes agree */
     CQI_QUESTIONS = CQI_FLAT + 8 * 8
 };
@@ -4540,7 +4541,6 @@ static int cqi_code_along(cq_decoder *d, int hit, cqi_vector *value)
     return halves > f->halves ? halves : f->halves;
 }
 
-
 /* Predictions that compete and common components take time, and save bits only on some surfaces. They are used while
  * the running mean of what they gain per vertex is above CQI_WORTH_IT; else only at one vertex in CQI_PROBE, to update
  * that mean. */
@@ -4769,7 +4769,6 @@ static void cqi_locate_fan_of_b(cq_decoder *d, int p, int q)
     if (f->boundary) f->faces -= (uint32_t)1 << (d->ring.boundary - p);
     if (d->located < 0) return;
     for (k = 0; k < f->size; k++) f->at[k] = cqi_offset(d->channel[d->located], d->mesh.num_vertices, f->vertex[k]);
-    cqi_flatten_fan(f);
 }
 
 /* -- Numbers by an affine fit --
@@ -4789,8 +4788,8 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
  * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
  * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
- * Offsets from the mean are shifted to 9 bits; sums of up to 25 products have 23, determinants 46; values 23 and the sums with them
- * 37, numerators 61, of which 30 are looked at.
+ * Offsets from the mean are shifted to 9 bits; sums of up to 25 products have 23, determinants 46; values 23 and the
+ * sums with them 37, numerators 61, of which 30 are looked at.
  *
  * The determinant is never 0. Let s be the sum of all squares; if it is 0, the determinant is 1. Else what is added makes
  * it larger than s and than s^2 / 64. Numerators are below 2^25 s^(3/2): if they have more than 30 bits, all are divided by
@@ -4866,8 +4865,8 @@ static void cqi_weigh_places(cqi_fan *f, int n, cqi_similarity *s)
     s->v = (int32_t)(sum_v / sum);
 }
 
-/* Are there more places on one side of the diagonal than on the other? Positive if u and v turn as x and y do, negative if
- * the texture is mirrored. */
+/* The determinant of the four sums, shifted to 30 bits: positive if u and v turn as x and y do, negative if the texture
+ * is mirrored. */
 static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
 {
     int bits = cqi_excess(xu, xv, yu, 30);
@@ -4881,8 +4880,8 @@ static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
 /* Fits the similarity to the first n places. From two, nobody can tell whether the texture is mirrored: then it is as
  * in *mirror, which else becomes what is found.
  *
- * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40; the number has at most 38,
- * as its square times that of the places is no more than that of the texture coordinates (Cauchy, Schwarz). */
+ * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40; the number has at most
+ * 38, as its square times that of the places is no more than that of the texture coordinates (Cauchy, Schwarz). */
 static void cqi_fit_similarity(cqi_fan *f, int n, int32_t *mirror, cqi_similarity *s)
 {
     const int64_t most = (int64_t)1 << 38;
@@ -5482,8 +5481,8 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Sets f->scratch[0] to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also the
- * mean of these, and the sum of their distances from it. */
+/* Sets f->scratch[0] to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also
+ * the mean of these, and the sum of their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
@@ -5686,10 +5685,11 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const cqi_fan *f = &d->now.fan;
+    cqi_fan *f = &d->now.fan;
     cq_value *to = d->channel[k] + (size_t)own * channel->components;
     uint32_t c;
     if (cqi_has_pairs(d, k)) return cqi_code_expected_pair(d, k, own, f->vertex, f->size, input);
+    if (d->located >= 0 && channel->merge != CQ_COPY) cqi_flatten_fan(f);
     if (cqi_is_texture(d, k)) return cqi_code_texture(d, k, f->size, CQI_ROW_TEXTURE, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
@@ -6486,7 +6486,6 @@ static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
         if (d->located < 0) continue;
         f->at[k] = cqi_offset(d->channel[d->located], d->mesh.num_vertices, d->vertex[f->vertex[k]]);
     }
-    if (d->located >= 0) cqi_flatten_fan(f);
 }
 
 /* Lists the fan of a row that only new faces have: the other two corners of each of these. */
@@ -6605,8 +6604,8 @@ static void cqi_list_nearby(const cq_decoder *d, uint32_t k, int corner, cq_inde
     }
 }
 
-/* Is channel k of a row that only new faces have equal to that of the last row before it in its face, of the row beside,
- * or of others of its vertex? */
+/* Is channel k of a row that only new faces have equal to that of the last row before it in its face, of the row
+ * beside, or of others of its vertex? */
 static int cqi_code_equal_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index in_face)
 {
     const cq_index beside = made->beside;
