@@ -1,5 +1,5 @@
-/* Texture coordinates by similarities: those that are one of the positions cost almost nothing, mirrored or not; what has
- * none comes back, too. */
+/* Texture coordinates by similarities: those that are one of the positions cost almost nothing, mirrored or not; what
+ * has none comes back, too. */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
 #include "codec.h"
@@ -25,7 +25,8 @@ static double draw(void)
     return (double)(seed >> 8) / (1 << 24);
 }
 
-static void set_channel(uint32_t k, cq_kind kind, uint32_t components, uint32_t bits, cq_merge merge, const cq_value *values)
+static void set_channel(uint32_t k, cq_kind kind, uint32_t components, uint32_t bits, cq_merge merge,
+                        const cq_value *values)
 {
     cq_channel *c = &grid.input.shape.channel[k];
     c->kind = (uint8_t)kind;
@@ -35,7 +36,8 @@ static void set_channel(uint32_t k, cq_kind kind, uint32_t components, uint32_t 
     grid.input.values[k] = values;
 }
 
-/* A grid whose vertices are not quite at its corners: a plane that leans, part of a tube, all on a line or at a point. */
+/* A grid whose vertices are not quite at its corners: a plane that leans, part of a tube, all on a line or at
+ * a point. */
 static void make_grid(int form)
 {
     cq_input *in = &grid.input;
@@ -49,7 +51,8 @@ static void make_grid(int form)
         grid.along[2 * k + 1] = v;
         to[0] = (cq_value)(form == FLAT ? 0.8 * u : form == ROUND ? 4000 - 4000 * cos(turn) : form == LINE ? u : 9000);
         to[1] = (cq_value)(form == FLAT || form == ROUND ? v : form == LINE ? 2 * u : 9000);
-        to[2] = (cq_value)(form == FLAT ? 0.6 * u : form == ROUND ? 4000 + 4000 * sin(turn) : form == LINE ? 3 * u : 9000);
+        to[2] = (cq_value)(form == FLAT ? 0.6 * u : form == ROUND ? 4000 + 4000 * sin(turn)
+                                                  : form == LINE ? 3 * u : 9000);
     }
     for (y = 0; y < SIDE; y++)
         for (x = 0; x < SIDE; x++) {
@@ -193,7 +196,8 @@ TEST(copies_of_texture_coordinates_are_no_similarities)
     make_grid(ROUND);
     set_channel(1, CQ_TEXCOORD, 2, 14, CQ_COPY, grid.uv);
     for (k = 0; k < VERTICES; k++)
-        for (c = 0; c < 2; c++) grid.uv[2 * k + c] = (cq_value)((5003 * (k % COLUMNS / 9 + k / COLUMNS / 11) + 7919 * c) & 0x3fff);
+        for (c = 0; c < 2; c++)
+            grid.uv[2 * k + c] = (cq_value)((5003 * (k % COLUMNS / 9 + k / COLUMNS / 11) + 7919 * c) & 0x3fff);
     CHECK(cost() < 3);
 }
 
@@ -264,6 +268,26 @@ TEST(a_fan_tells_whether_its_texture_is_mirrored)
                 CHECK(abs(to[0] + s.u - 500) <= 40 && abs(to[1] + s.v + 700) <= 40);
                 CHECK(n < 3 || cqi_misses(&fan, n, &s) <= (uint32_t)(80 * n));
             }
+}
+
+/* Their mean is rounded, so that they may seem to turn. */
+TEST(two_neighbours_leave_it_as_it_was_before)
+{
+    int i, k;
+    seed = 1;
+    for (i = 0; i < 200; i++) {
+        int32_t mirror = 1 - 2 * (i % 2);
+        cqi_similarity s;
+        make_fan(2, 0);
+        for (k = 0; k < 2; k++) {
+            fan.outer[k].x = (int32_t)(2000 * draw()) - 1000;
+            fan.outer[k].y = (int32_t)(2000 * draw()) - 1000;
+            fan.scratch[0][k] = (int32_t)(200 * draw());
+            fan.scratch[1][k] = (int32_t)(200 * draw());
+        }
+        cqi_fit_similarity(&fan, 2, &mirror, &s);
+        CHECK_EQ(mirror, 1 - 2 * (i % 2));
+    }
 }
 
 TEST(places_at_one_point_give_the_mean_of_their_texture_coordinates)
@@ -341,6 +365,7 @@ int main(int argc, char **argv)
     RUN(copies_of_texture_coordinates_are_no_similarities);
     RUN(charts_that_meet_at_a_seam_are_similarities_too);
     RUN(a_fan_tells_whether_its_texture_is_mirrored);
+    RUN(two_neighbours_leave_it_as_it_was_before);
     RUN(places_at_one_point_give_the_mean_of_their_texture_coordinates);
     RUN(a_fan_without_an_area_has_a_plane);
     RUN(a_flat_fan_keeps_its_angles);
