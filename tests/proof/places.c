@@ -221,13 +221,15 @@ static int coordinate_holds(int32_t x)
 /* As an encoder knows it: 25 bits. A decoder's is 0. */
 static int32_t any_known(void) { return any_signed(25); }
 
-static int place_is_known(int place) { return place >= CQI_AT_X && place <= CQI_AT_AGREED; }
+/* x or y where predictions agree, or any component. */
+static int place_is_known(int c, int agreed) { return c >= 0 && c < (agreed ? 2 : 3) && (agreed == 0 || agreed == 1); }
 
 static int prediction_holds(int32_t x) { return within(x, 2 * MOST_LINEAR); }
 
-int stub_code_same(cq_decoder *of, int place, int32_t predicted, int32_t *value)
+int stub_code_same(cq_decoder *of, int c, int32_t predicted, int32_t *value)
 {
-    PROVE(of == &d && place >= CQI_AT_X && place < CQI_AT_AGREED && d.ring.shift >= 0 && prediction_holds(predicted));
+    PROVE(of == &d && c >= 0 && c < 3 && d.ring.shift >= 0 && prediction_holds(predicted));
+    PROVE(f->halves >= 0 && f->halves <= 78);
     f->asked = any_between(0, CQI_SAMES);
     if (nondet_int()) return 0;
     *value = any_signed(14);
@@ -243,15 +245,17 @@ void claim_coordinate(void)
 {
     int32_t value = any_known();
     const int32_t predicted = nondet_int();
-    const int half_bits = nondet_int();
+    const int half_bits = nondet_int(), c = any_between(0, 2), agreed = any_between(0, 1);
     any_scale();
-    ASSUME(prediction_holds(predicted) && is_expected(half_bits));
-    cqi_code_coordinate(&d, any_between(CQI_AT_X, CQI_AT_AGREED), half_bits, predicted, &value);
+    ASSUME(prediction_holds(predicted) && is_expected(half_bits) && place_is_known(c, agreed));
+    f->same = any_between(0, CQI_SAMES);
+    cqi_code_coordinate(&d, c, agreed, half_bits, predicted, &value);
     PROVE(coordinate_holds(value));
     PROVE(f->halves >= 0 && f->halves <= 78);
     REACHED();
 }
 
+enum { SAME_QUESTIONS = CQI_FLAT - CQI_SAME };
 static int questions_of, most_questions;
 int stub_code_question(cq_decoder *of, int index, int yes)
 {
@@ -269,7 +273,7 @@ void claim_common(void)
     int32_t common;
     int k, many;
     fan.size = any_between(2, SIZE);
-    for (k = 0; k < SIZE; k++) fan.scratch[k] = any_signed(14);
+    for (k = 0; k < SIZE; k++) fan.scratch[0][k] = any_signed(14);
     ASSUME(left && left >> fan.size == 0 && prediction_holds(predicted));
     common = cqi_choose_common(&fan, left, any_between(0, 1), predicted);
     many = cqi_take_equal(&fan, common, &left);
@@ -303,10 +307,11 @@ void claim_same(void)
     ASSUME(d.ring.shift >= 0 && prediction_holds(predicted));
     f->size = any_between(2, CQ_MAX_VALENCE + 1);
     f->same = any_between(0, CQI_SAMES);
+    f->halves = any_between(0, 78);
     questions_of = CQI_SAME;
-    most_questions = CQI_SAMES * 4 * 8;
+    most_questions = SAME_QUESTIONS;
     f->asked = 0;
-    same = cqi_code_same(&d, any_between(CQI_AT_X, CQI_AT_Z), predicted, &value);
+    same = cqi_code_same(&d, any_between(0, 2), predicted, &value);
     PROVE(f->asked >= 0 && f->asked <= f->same);
     for (k = 0; k < f->asked; k++) PROVE(fits(f->common[k], 14) && f->question[k] >= questions_of &&
                                          f->question[k] < questions_of + most_questions);
@@ -344,7 +349,7 @@ void claim_learn_same(void)
     ASSUME(prediction_holds(predicted) && coordinate_holds(value));
     f->asked = d.ring.shift < 0 ? 0 : any_between(0, CQI_SAMES);
     questions_of = CQI_SAME;
-    most_questions = CQI_SAMES * 4 * 8;
+    most_questions = SAME_QUESTIONS;
     for (k = 0; k < CQI_SAMES; k++) {
         f->common[k] = any_signed(14);
         f->question[k] = CQI_SAME + any_between(0, most_questions - 1);
@@ -366,11 +371,11 @@ void claim_learn_same(void)
 static cqi_vector any_place(void) { return any_near_zero(MOST_PLACE); }
 
 static int at_of;
-void stub_code_coordinate(cq_decoder *of, int place, int half_bits, int32_t predicted, int32_t *value)
+void stub_code_coordinate(cq_decoder *of, int c, int agreed, int half_bits, int32_t predicted, int32_t *value)
 {
-    PROVE(of == &d && place_is_known(place) && is_expected(half_bits) && prediction_holds(predicted));
+    PROVE(of == &d && place_is_known(c, agreed) && is_expected(half_bits) && prediction_holds(predicted));
     PROVE(fits(*value, 25));
-    at_of = place;
+    at_of = c;
     *value = nondet_int();
     ASSUME(coordinate_holds(*value));
     f->halves = any_between(0, 78);
@@ -452,7 +457,7 @@ void claim_above_place(void)
     f->flat_sides = any_between(0, 1);
     cqi_code_above(&d, half_bits, predicted, &place, &value);
     PROVE(coordinate_holds(value) && near_zero(place, MOST_PLACE));
-    PROVE(at_of == CQI_AT_Z);
+    PROVE(at_of == 2);
     REACHED();
 }
 

@@ -108,7 +108,7 @@ int32_t stub_compare_fan(cq_decoder *of, uint32_t k, uint32_t c, int joints, int
 
 int32_t stub_fit(const cqi_fan *of, const int32_t *x, int32_t mean, uint32_t *off)
 {
-    PROVE(of == f && x == f->scratch && within(mean, 1 << 24));
+    PROVE(of == f && x == f->scratch[0] && within(mean, 1 << 24));
     *off = nondet_u32();
     return any_between(-(1 << 26), 1 << 26);
 }
