@@ -606,7 +606,7 @@ TEST(leaves_are_drawn_one_by_one_the_largest_first) {
     decoding_begin(&d, c.bytes, c.size);
     CHECK_EQ(decoding_run(&d, c.bytes, 100, 100, CQ_NO_LIMIT), CQ_TRUNCATED);
     CHECK(d.decoder->mesh.num_faces > 0);
-    CHECK(c.size > 2500);
+    CHECK(c.size > 24 * 100); /* of which these were a small part */
     decoding_free(&d);
     uncode(&c);
     triangles_free(&t);
