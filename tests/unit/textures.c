@@ -91,7 +91,7 @@ static double cost(void)
     code(&c, &grid.input);
     CHECK_EQ(c.result, CQ_OK);
     if (c.result == CQ_OK) {
-        bits = (double)c.report->channels / 65536 / VERTICES;
+        bits = (double)c.report->channels / 65536 / (double)VERTICES;
         decoding_begin(&d, c.bytes, c.size);
         CHECK_EQ(decoding_run(&d, c.bytes, c.size, 100, 1000), CQ_DONE);
         CHECK(d.result == CQ_DONE && same_triangles(&grid.input, d.decoder));
