@@ -35,7 +35,7 @@ $(EXAMPLES): build/%: examples/%.c $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
-build/meshgen: tests/meshgen/meshgen.c
+build/meshgen: ref_data/meshgen.c
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
@@ -47,7 +47,7 @@ KEEP = mkdir -p build/printed && { { $(1); echo $$? >build/printed/$@.status; } 
     exit $$(cat build/printed/$@.status); }
 
 demo: build/cqm build/meshes ## encodes and decodes some meshes and prints a table
-	@$(call KEEP,tests/demo/demo.sh)
+	@$(call KEEP,tests/cli/demo.sh)
 
 meshes: build/meshes ## brings the 143 meshes of Debian's package libcgal-demo into build/meshes
 
@@ -167,7 +167,7 @@ build/$(1)/venv/complete: $(2)/requirements.txt
 	@touch $$@
 endef
 $(foreach name,python batch portability,$(eval $(call venv,$(name),tests/$(name))))
-$(foreach name,assets quality,$(eval $(call venv,$(name),tests/$(name))))
+$(foreach name,assets quality,$(eval $(call venv,$(name),tests/measure/$(name))))
 
 # -- Tests ---------------------------------------------------------------------------------------------------------
 

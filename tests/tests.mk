@@ -138,15 +138,15 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
 
 build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16 README.md $(wildcard tests/doors/*)
-	$(call log,tests/demo/examples.sh)
+	$(call log,tests/cli/examples.sh)
 
 build/log/channels.log: build/meshgen
-	$(call log,python3 tests/demo/channels.py build/tests/cqm build/meshgen build/channels)
+	$(call log,python3 tests/cli/channels.py build/tests/cqm build/meshgen build/channels)
 
 build/log/inputs.log build/log/seams.log: build/log/%.log:
-	$(call log,python3 tests/demo/$*.py build/tests/cqm build/$*)
+	$(call log,python3 tests/cli/$*.py build/tests/cqm build/$*)
 
-build/log/channels.log build/log/inputs.log build/log/seams.log: build/tests/cqm $(wildcard tests/demo/*.py)
+build/log/channels.log build/log/inputs.log build/log/seams.log: build/tests/cqm $(wildcard tests/cli/*.py)
 
 build/log/meshes.log: build/tests/cqm build/meshgen build/meshes
 	$(call log,tests/meshes/check.sh build/tests/cqm)
@@ -169,7 +169,7 @@ reference: deps $(REFERENCE) build/meshes ## compares both decoders on larger me
 	@python3 $(COMPARE) --all
 
 # tests/embedded: examples/microcontroller for each device, in qemu, against the host; budgets and exact figures.
-EMBEDDED = build/cqm build/meshgen $(HEADER) tests/memory/memory.c \
+EMBEDDED = build/cqm build/meshgen $(HEADER) tests/measure/memory/memory.c \
     README.md $(wildcard examples/microcontroller/* tests/embedded/* tests/doors/*)
 
 embedded: deps build/cqm build/meshgen ## decodes on devices in emulators, checks budgets of code, stack, RAM

@@ -339,7 +339,7 @@ test_compilers() {
 # Of the published formula.
 measure_memory() {
     for bits in 32 16; do
-        cc -std=c99 -Iinclude -DCQ_INDEX_BITS=$bits tests/memory/memory.c -o "$out/memory-$bits" || return 1
+        cc -std=c99 -Iinclude -DCQ_INDEX_BITS=$bits tests/measure/memory/memory.c -o "$out/memory-$bits" || return 1
         "$out/memory-$bits" >"$out/memory-$bits.txt" || return 1
         figure "sizeof.$bits-bit" "$(sed 's/.*cq_decoder \([0-9]*\).*/\1/' "$out/memory-$bits.txt")"
         figure "connectivity.$bits-bit" "$(sed 's/.*without \([0-9.]*\).*/\1/' "$out/memory-$bits.txt")"

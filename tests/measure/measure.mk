@@ -5,8 +5,8 @@ MESHES ?= ../shared/meshes
 LIST = tests/train/meshes.txt
 ENCODE_SOURCES = $(patsubst %,examples/cqm/%.c,encode labels words border positions file) $(MESH_FILE)
 ENCODE_HEADERS = $(CQM_HEADERS)
-MEASURE_SOURCES = tests/table1/measure.c $(ENCODE_SOURCES)
-SPEED_SOURCES = tests/speed/speed.c examples/cqm/decode.c examples/cqm/view.c examples/cqm/info.c $(ENCODE_SOURCES)
+MEASURE_SOURCES = tests/measure/rates/measure.c $(ENCODE_SOURCES)
+SPEED_SOURCES = tests/measure/speed/speed.c examples/cqm/decode.c examples/cqm/view.c examples/cqm/info.c $(ENCODE_SOURCES)
 
 .PHONY: table1 rates train check-train effects memory speed
 
@@ -37,15 +37,15 @@ build/speed: $(SPEED_SOURCES) $(ENCODE_HEADERS)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples/cqm $(SPEED_SOURCES) $(LDLIBS) -lm -o $@
 
-build/memory: tests/memory/memory.c $(HEADER)
+build/memory: tests/measure/memory/memory.c $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) $< $(LDLIBS) -o $@
 
-build/memory-16: tests/memory/memory.c $(HEADER)
+build/memory-16: tests/measure/memory/memory.c $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) -DCQ_INDEX_BITS=16 $< $(LDLIBS) -o $@
 
-build/table1 build/rates: build/%: tests/table1/%.c tests/table1/measure.h $(MEASURE_SOURCES) $(ENCODE_HEADERS)
+build/table1 build/rates: build/%: tests/measure/rates/%.c tests/measure/rates/measure.h $(MEASURE_SOURCES) $(ENCODE_HEADERS)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples/cqm $< $(MEASURE_SOURCES) $(LDLIBS) -lm -o $@
 
@@ -78,17 +78,17 @@ build/face_collapse: $(FACE_COLLAPSE)/face_collapse.cpp $(wildcard $(FACE_COLLAP
 
 # -- Bench ---------------------------------------------------------------------------------------------------------
 #
-# Codecs of tests/bench from packages, on the same meshes; results in build/bench. Times depend on the machine: no test.
+# Codecs of tests/measure/bench from packages, on the same meshes; results in build/bench. Times depend on the machine: no test.
 
 BENCH_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev libzstd-dev libopenctm-dev python3-matplotlib \
     $(if $(shell command -v npm),,npm)
-BENCH_OBJECTS = $(patsubst tests/bench/%.cpp,build/bench/%.o,$(wildcard tests/bench/*.cpp)) \
+BENCH_OBJECTS = $(patsubst tests/measure/bench/%.cpp,build/bench/%.o,$(wildcard tests/measure/bench/*.cpp)) \
     $(MESH_FILE:examples/%.c=build/bench/%.o)
 
 .PHONY: bench deps-bench
 bench: deps-bench build/meshes build/meshgen ## compares size, speed, memory with other codecs; QUICK=1: a minute
 	@$(MAKE) --no-print-directory -s build/bench/bench
-	@$(call KEEP,tests/bench/bench.sh)
+	@$(call KEEP,tests/measure/bench/bench.sh)
 
 deps-bench:
 	$(call install,$(BENCH_PACKAGES))
@@ -96,7 +96,7 @@ deps-bench:
 build/bench/bench: $(BENCH_OBJECTS)
 	$(CXX) $(LDFLAGS) $^ -ldraco -lmeshoptimizer -lzstd -lopenctm -lm -o $@
 
-build/bench/%.o: tests/bench/%.cpp $(wildcard tests/bench/*.hpp examples/*.h) $(HEADER)
+build/bench/%.o: tests/measure/bench/%.cpp $(wildcard tests/measure/bench/*.hpp examples/*.h) $(HEADER)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 
@@ -106,7 +106,7 @@ build/bench/mesh_file/%.o: examples/mesh_file/%.c $(MESH_FILE_HEADERS)
 
 # -- Bytes of many meshes ------------------------------------------------------------------------------------------
 #
-# tests/peers: ours and Draco's, by class of mesh; and of published files with seams, with all their attributes. All that
+# tests/measure/peers: ours and Draco's, by class of mesh; and of published files with seams, with all their attributes. All that
 # was measured goes to build/peers/results.tsv and assets.tsv.
 
 PEERS_PACKAGES = g++ libdraco-dev python3
@@ -115,7 +115,7 @@ PEERS_OBJECTS = build/peers/peers.o build/bench/draco.o build/bench/mesh.o $(MES
 .PHONY: peers deps-peers
 peers: deps-peers deps-assets build/meshes build/assets/venv/complete ## compares bytes with Draco's, by class; MESHES=DIR adds meshes
 	@$(MAKE) --no-print-directory -s build/peers/peers build/peers/assets
-	@$(call KEEP,(tests/peers/peers.sh $(MESHES); status=$$?; echo; tests/peers/assets.sh $(ASSETS) && exit $$status))
+	@$(call KEEP,(tests/measure/peers/peers.sh $(MESHES); status=$$?; echo; tests/measure/peers/assets.sh $(ASSETS) && exit $$status))
 
 deps-peers:
 	$(call install,$(PEERS_PACKAGES))
@@ -126,13 +126,13 @@ build/peers/peers: $(PEERS_OBJECTS)
 build/peers/assets: build/peers/assets.o $(MESH_FILE:examples/%.c=build/bench/%.o)
 	$(CXX) $(LDFLAGS) $^ -ldraco -lm -o $@
 
-build/peers/%.o: tests/peers/%.cpp tests/peers/files.hpp tests/bench/bench.hpp tests/bench/ours.hpp $(HEADER)
+build/peers/%.o: tests/measure/peers/%.cpp tests/measure/peers/files.hpp tests/measure/bench/bench.hpp tests/measure/bench/ours.hpp $(HEADER)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iinclude -Iexamples -O2 -c $< -o $@
 
 # -- Quality -------------------------------------------------------------------------------------------------------
 #
-# tests/quality: distance from the exact mesh against bytes, for each goal, Draco and meshoptimizer's simplifier, of
+# tests/measure/quality: distance from the exact mesh against bytes, for each goal, Draco and meshoptimizer's simplifier, of
 # meshes of the package and those in MESHES=DIR. Curves, contact sheets and targets go to build/quality.
 
 QUALITY_PACKAGES = g++ libdraco-dev libmeshoptimizer-dev python3-venv libegl1
@@ -142,20 +142,20 @@ QUALITY_MORE = $(filter-out $(addprefix %/,$(notdir $(QUALITY_MESHES))),$(wildca
 .PHONY: quality deps-quality
 quality: deps-quality build/meshes build/cqm ## draws rate-distortion curves and contact sheets; MESHES=DIR adds meshes
 	@$(MAKE) --no-print-directory -s build/quality/peers build/quality/lods build/quality/venv/complete
-	@build/quality/venv/bin/python tests/quality/surface_test.py
-	@$(call KEEP,build/quality/venv/bin/python tests/quality/regular.py build/cqm build/quality \
+	@build/quality/venv/bin/python tests/measure/quality/surface_test.py
+	@$(call KEEP,build/quality/venv/bin/python tests/measure/quality/regular.py build/cqm build/quality \
 	    $(sort $(wildcard build/meshes/*.off) $(QUALITY_MORE)) && \
-	build/quality/venv/bin/python tests/quality/quality.py build/cqm build/quality/peers build/quality/lods \
+	build/quality/venv/bin/python tests/measure/quality/quality.py build/cqm build/quality/peers build/quality/lods \
 	    build/quality $(QUALITY_MESHES) $(QUALITY_MORE))
 
 deps-quality:
 	$(call install,$(QUALITY_PACKAGES))
 
-build/quality/peers: tests/quality/peers.cpp $(MESH_FILE:examples/%.c=build/bench/%.o)
+build/quality/peers: tests/measure/quality/peers.cpp $(MESH_FILE:examples/%.c=build/bench/%.o)
 	@mkdir -p $(@D)
 	$(CXX) -std=c++17 -Wall -Wextra $(CPPFLAGS) -Iexamples -O2 $^ $(LDFLAGS) -ldraco -lmeshoptimizer -lm -o $@
 
-build/quality/lods: tests/quality/lods.c $(MESH_FILE:examples/%.c=build/bench/%.o) $(HEADER)
+build/quality/lods: tests/measure/quality/lods.c $(MESH_FILE:examples/%.c=build/bench/%.o) $(HEADER)
 	@mkdir -p $(@D)
 	$(COMPILE) -Iexamples $(filter-out $(HEADER),$^) $(LDLIBS) -lm -o $@
 
@@ -168,7 +168,7 @@ ASSETS = assimp-testmodels=/usr/share/assimp/models \
 
 .PHONY: assets deps-assets
 assets: deps-assets build/cqm build/assets/venv/complete ## encodes 1250 published files, compares with trimesh's reading
-	@$(call KEEP,build/assets/venv/bin/python -W ignore tests/assets/assets.py build/cqm build/assets/files $(ASSETS))
+	@$(call KEEP,build/assets/venv/bin/python -W ignore tests/measure/assets/assets.py build/cqm build/assets/files $(ASSETS))
 
 deps-assets:
 	$(call install,python3 python3-venv assimp-testmodels)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares the numbers that documents quote with what commands printed last.   SPDX-License-Identifier: MIT
 
-    quotes.py [--list] [--gate] [DOCUMENT ...]   README.md and SECURITY.md; --list also shows what was found and where;
+    quotes.py [--list] [--gate] [DOCUMENT ...]   those of DOCUMENTS; --list also shows what was found and where;
                                                  --gate compares only what `make test` prints, and lists the others
 
 A paragraph, list item or table row quotes the commands that it names as `make NAME`, but a sentence that names some quotes
@@ -22,6 +22,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+DOCUMENTS = ["README.md", "SECURITY.md", "tests/README.md", "tests/measure/README.md"]
 NUMBER = re.compile(r"(?<![\w.,/-])(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?)(?![\w]|-[a-z]|\.\d)")
 PRINTED = re.compile(r"\d+(?:\.\d+)?")
 GROUPED = re.compile(r"\d{1,3}(?:[ ,]\d{3})+")
@@ -227,7 +228,7 @@ class Check:
 def main():
     arguments = sys.argv[1:]
     check = Check("--list" in arguments, "--gate" in arguments)
-    for document in [a for a in arguments if not a.startswith("-")] or ["README.md", "SECURITY.md"]:
+    for document in [a for a in arguments if not a.startswith("-")] or DOCUMENTS:
         check.document(document)
     check.generated()
     for commands, numbers in sorted(check.not_compared.items()):

