@@ -290,7 +290,8 @@ typedef struct cq_shape {
 /* -- Rows and wedges -----------------------------------------------------------------------------------------------
  *
  * What a GPU calls a vertex is a row of its vertex buffers. Where a seam of normals or texture coordinates runs through
- * a surface, one vertex of the mesh has several rows. The faces around it that share one of them are a wedge:
+ * a surface, one vertex of the mesh has several rows. The faces around it that share one of them are a wedge (H. Hoppe,
+ * "Efficient Implementation of Progressive Meshes", 1998):
  *
  *           \  1  |  2  /            One mesh vertex with two rows. The faces around it have its number in
  *             \   |   /              mesh.origin, which is what is refined, and one of the rows in `index`, which is
@@ -726,8 +727,8 @@ typedef uint16_t cq_bit_model;       /* probability of a 1 in 1/65536, kept in 1
 CQ_API void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size);
 CQ_API void cq_range_decoder_init(cq_range_decoder *d, const uint8_t *data, size_t size);
 
-/* Codes one bit, 0 or anything else, with an adaptive model. Rate 1 .. 8: the probability moves by 2^-rate of the way
- * to the bit; both sides use the same rate for the same bit. */
+/* Codes one bit, 0 or anything else, with an adaptive model like those of I. Pavlov's LZMA. Rate 1 .. 8: the
+ * probability moves by 2^-rate of the way to the bit; both sides use the same rate for the same bit. */
 CQ_API void cq_encode_bit(cq_range_encoder *e, cq_bit_model *model, int rate, int bit);
 CQ_API int cq_decode_bit(cq_range_decoder *d, cq_bit_model *model, int rate);
 
@@ -1242,7 +1243,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
  *     conquest, pair, patches; rows      where a level splits, and how; seams
  *     regular levels                     insertions into edges, and flips
  *     steps; decoder; levels of detail   what a call of cq_decode does
- *     encoder                            collapses, their losses, and how far a level is from the exact surface;
+ *     encoder                            collapses, their errors, and how far a level is from the exact surface;
  *                                        preparation: triangles become a manifold;
  *                                        labels of regular levels;
  *                                        the passes of cq_encode
@@ -2651,8 +2652,8 @@ typedef struct cqi_plan {
     cqi_ring ring;
     const cq_value *positions;          /* that decide what is collapsed; or NULL */
     const cq_value *measured;           /* that the levels' errors are measured with; or NULL */
-    uint32_t most_loss;                 /* largest loss that a collapse of this level may have; CQI_ANY_LOSS: any */
-    uint32_t refused_loss;              /* smallest one that was refused at this level */
+    uint32_t most_quadric;              /* largest quadric error of a collapse of this level; CQI_ANY_QUADRIC: any */
+    uint32_t refused_quadric;           /* smallest one that was refused at this level */
     int tries;                          /* of this level so far, each with another first patch */
     const cq_value *const *input;       /* values as handed in */
     cqi_collapse *note;                 /* component after component, each from its finest level on */
@@ -3437,7 +3438,9 @@ static cq_index cqi_num_faces(const cq_decoder *d)
  *     turn    x is the start of the border halfedge before the gate: the face closes the fan of u
  *     close   x is the end of the one after the gate: the face closes the fan of w
  *     join    x is the end of any other border halfedge, whose number is coded: splits the loop, or merges two
- */
+ *
+ * Growing a border by one of a few operations comes from the Cut-Border Machine (S. Gumhold, W. Strasser, 1998) and
+ * Edgebreaker (J. Rossignac, 1999). */
 enum { CQI_GROW, CQI_TURN, CQI_CLOSE, CQI_JOIN };
 
 typedef struct cqi_base_op {
@@ -7339,8 +7342,9 @@ static cqi_vector cqi_place_ahead(const cq_decoder *d, int end)
     return cqi_plus(cqi_at(d, cq_target(m, on)), cqi_at(d, cq_target(m, two)));
 }
 
-/* What the coarse mesh says of the middle of the edge a -> b of a real face: offsets from it, times 4. Wings are the vertices beyond
- * the other edges of the two faces; straight on from a and b is the four-point rule. Tilts are of positions. */
+/* What the coarse mesh says of the middle of the edge a -> b of a real face, as the butterfly scheme does (N. Dyn, D.
+ * Levin, J. Gregory, 1990): offsets from it, times 4. Wings are the vertices beyond the other edges of the two faces;
+ * straight on from a and b is the four-point rule. Tilts are of positions. */
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -10087,32 +10091,32 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
     return (uint64_t)(x * x + y * y + z * z);
 }
 
-/* -- What a collapse loses: CQ_BALANCED --
+/* -- Quadric error of a collapse: CQ_BALANCED --
  *
  * Quadric error (Garland, Heckbert, "Surface Simplification Using Quadric Error Metrics", 1997) without memory
  * (Lindstrom, Turk, "Fast and Memory Efficient Polygonal Simplification", 1998): squared distances of A from the planes
  * of the triangles around B, times their areas; and from the lines of boundary edges, times their squared lengths. A
  * crease has planes on both sides, and so resists by itself. If a collapse turns a triangle over, or leaves less than
- * an eighth of its area as seen along its normal, its loss is infinite (CQI_ANY_LOSS).
+ * an eighth of its area as seen along its normal, the error is infinite (CQI_ANY_QUADRIC).
  *
- * A level refuses collapses that lose more than a limit, and of the others takes the one with the smallest valence. At
- * first the limit is half of the median loss of edges, or less. It grows from level to level about as the losses on a
- * smooth surface do: with a sixth fewer vertices, areas and distances from the planes are 1.2 times as large, and
- * losses 1.7 times. What stays refused are features. If the limit grew less, more patches would be isolated, whose
+ * A level refuses collapses with a larger error than a limit, and of the others takes the one with the smallest valence.
+ * At first the limit is half of the median error of edges, or less. It grows from level to level about as the errors on
+ * a smooth surface do: with a sixth fewer vertices, areas and distances from the planes are 1.2 times as large, and
+ * errors 1.7 times. What stays refused are features. If the limit grew less, more patches would be isolated, whose
  * flags cost bits. It also grows when a level removes too few vertices, and is lifted in the end.
  *
- * Losses are compared by their logarithms, in 1/256 octave.
+ * Quadric errors are compared by their logarithms, in 1/256 octave.
  *
  * Bounds: offsets from the centre of a fan have 12 bits, areas 25, volumes 38. Distances in sixteenths are below 2^18,
  * as cqi_norm is never less than half a length; so their products with volumes are below 2^56. Squares of areas at
  * boundary edges and seams are below 2^52, and the sum over a fan is below 2^58. */
-#define CQI_ANY_LOSS 0xffffffffu
+#define CQI_ANY_QUADRIC 0xffffffffu
 #define CQI_OFFSET_BITS 12
 #define CQI_OCTAVE 256
 
 /* Growth of the limit from one level to the next; and at least, if a level is tried again. */
-#define CQI_LEVEL_LOSS (4 * CQI_OCTAVE / 5)
-#define CQI_MORE_LOSS ((uint32_t)2 * CQI_OCTAVE)
+#define CQI_LEVEL_QUADRIC (4 * CQI_OCTAVE / 5)
+#define CQI_MORE_QUADRIC ((uint32_t)2 * CQI_OCTAVE)
 
 /* Vertices that a level with a limit must remove if it keeps this many: half of what a level without one can. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
@@ -10178,8 +10182,8 @@ static void cqi_measure_triangle(const cqi_plan *p, cqi_fan_of_input *f, int k)
     f->norm[k] = from || to ? -1 : cqi_norm(f->area[k]);
 }
 
-/* What triangle k loses if the centre moves to the first vertex; nothing if it has no area. */
-static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, int k)
+/* The quadric error of triangle k if the centre moves to the first vertex; 0 if it has no area. */
+static uint64_t cqi_triangle_quadric(const cqi_fan_of_input *f, int k)
 {
     const cqi_vector x = f->at[0];
     uint64_t sum = 0;
@@ -10194,9 +10198,9 @@ static uint64_t cqi_triangle_loss(const cqi_fan_of_input *f, int k)
     return sum;
 }
 
-/* What is lost if the centre moves to the first vertex; or a part of that which is `enough` already. The planes of the
+/* The quadric error if the centre moves to the first vertex; or a part of it that is `enough` already. The planes of the
  * two triangles there, which are removed, go through that vertex, and so does a boundary edge to it. */
-static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, uint64_t enough)
+static uint64_t cqi_fan_quadric(const cqi_plan *p, cqi_fan_of_input *f, uint64_t enough)
 {
     uint64_t sum = 0;
     int k;
@@ -10206,7 +10210,7 @@ static uint64_t cqi_fan_loss(const cqi_plan *p, cqi_fan_of_input *f, uint64_t en
     }
     for (k = 1; k + 1 < f->size && sum < enough; k++) {
         cqi_measure_triangle(p, f, k);
-        sum += cqi_triangle_loss(f, k);
+        sum += cqi_triangle_quadric(f, k);
     }
     return sum;
 }
@@ -10226,28 +10230,28 @@ static int cqi_turns_a_face(const cqi_fan_of_input *f)
     return 0;
 }
 
-/* The loss 16^shift x as a logarithm, in 1/CQI_OCTAVE octave. */
-static uint32_t cqi_loss(uint64_t x, int shift)
+/* The quadric error 16^shift x as a logarithm, in 1/CQI_OCTAVE octave. */
+static uint32_t cqi_log_quadric(uint64_t x, int shift)
 {
     const int n = cqi_bit_length_wide(x);
     const uint32_t fraction = (uint32_t)(n > 8 ? x >> (n - 9) : x << (9 - n)) & 255;
     return x ? (uint32_t)(n + 4 * shift) * CQI_OCTAVE + fraction : 0;
 }
 
-/* A sum x for which cqi_loss(x, shift) is above the limit. */
+/* A sum x for which cqi_log_quadric(x, shift) is above the limit. */
 static uint64_t cqi_sum_above(uint32_t limit, int shift)
 {
     const int octave = (int)(limit / CQI_OCTAVE) - 4 * shift;
     return octave < 0 ? 1 : octave < 64 ? (uint64_t)1 << octave : UINT64_MAX;
 }
 
-/* The loss of moving the centre B to the first vertex A. If it is above both limits, any number above them. */
-static uint32_t cqi_loss_of(const cqi_plan *p, cqi_fan_of_input *fan)
+/* The quadric error of moving the centre B to the first vertex A. If it is above both limits, any number above them. */
+static uint32_t cqi_quadric_of(const cqi_plan *p, cqi_fan_of_input *fan)
 {
-    const uint32_t limit = p->most_loss > p->refused_loss ? p->most_loss : p->refused_loss;
-    const uint32_t loss = cqi_loss(cqi_fan_loss(p, fan, cqi_sum_above(limit, fan->shift)), fan->shift);
-    if (loss > p->most_loss) return loss;
-    return cqi_turns_a_face(fan) ? CQI_ANY_LOSS : loss;
+    const uint32_t limit = p->most_quadric > p->refused_quadric ? p->most_quadric : p->refused_quadric;
+    const uint32_t quadric = cqi_log_quadric(cqi_fan_quadric(p, fan, cqi_sum_above(limit, fan->shift)), fan->shift);
+    if (quadric > p->most_quadric) return quadric;
+    return cqi_turns_a_face(fan) ? CQI_ANY_QUADRIC : quadric;
 }
 
 /* What cqi_collapsible says of a fan, whose second and last vertex are p and q. */
@@ -10258,29 +10262,29 @@ static int cqi_fan_is_collapsible(const cq_mesh *m, const cqi_fan_of_input *f, i
     return f->common == 2;
 }
 
-/* May h be collapsed, if valences and wedges allow that, and does it lose no more than this level allows? Notes the
- * smallest loss that is refused. */
+/* May h be collapsed, if valences and wedges allow that, and is its quadric error one that this level allows? Notes
+ * the smallest one that is refused. */
 static int cqi_allows(cqi_plan *p, cq_index h, int boundary)
 {
     cqi_fan_of_input fan;
-    uint32_t loss;
-    if (p->most_loss == CQI_ANY_LOSS) return cqi_collapsible(&p->mesh, h, CQ_MAX_VALENCE, boundary);
+    uint32_t quadric;
+    if (p->most_quadric == CQI_ANY_QUADRIC) return cqi_collapsible(&p->mesh, h, CQ_MAX_VALENCE, boundary);
     cqi_list_fan(p, &fan, p->mesh.twin[h]);
     if (!cqi_fan_is_collapsible(&p->mesh, &fan, boundary)) return 0;
-    loss = cqi_loss_of(p, &fan);
-    if (loss <= p->most_loss) return 1;
-    if (loss < p->refused_loss) p->refused_loss = loss;
+    quadric = cqi_quadric_of(p, &fan);
+    if (quadric <= p->most_quadric) return 1;
+    if (quadric < p->refused_quadric) p->refused_quadric = quadric;
     return 0;
 }
 
 /* Raises the limit for another try, after a level that removed too few vertices. */
-static void cqi_allow_more_loss(cqi_plan *p)
+static void cqi_allow_more_quadric(cqi_plan *p)
 {
-    uint32_t more = p->most_loss + CQI_MORE_LOSS;
-    p->most_loss = p->refused_loss > more ? p->refused_loss : more;
+    uint32_t more = p->most_quadric + CQI_MORE_QUADRIC;
+    p->most_quadric = p->refused_quadric > more ? p->refused_quadric : more;
 }
 
-/* The first limit: an octave below that of the median loss, of 256 edges or more that are spread over the vertices. */
+/* The first limit: an octave below that of the median quadric error, of 256 edges or more that are spread over the vertices. */
 static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
 {
     const cq_mesh *m = &p->mesh;
@@ -10288,16 +10292,16 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
     uint32_t count[128], all = 0, below = 0, octave = 0;
     cq_index v;
     memset(count, 0, sizeof count);
-    p->most_loss = CQI_ANY_LOSS - 1;
+    p->most_quadric = CQI_ANY_QUADRIC - 1;
     for (v = 0; v < num_vertices; v = (cq_index)(v + step)) {
         cq_index h = m->out[v], w = h == CQ_NONE ? h : cq_target(m, h);
         cqi_fan_of_input fan;
-        uint32_t loss;
+        uint32_t quadric;
         if (cq_is_virtual(m, w) || m->valence[v] > CQ_MAX_VALENCE || m->valence[w] > CQ_MAX_VALENCE) continue;
         cqi_list_fan(p, &fan, m->twin[h]);
-        loss = cqi_loss_of(p, &fan);
+        quadric = cqi_quadric_of(p, &fan);
         all++;
-        if (loss != CQI_ANY_LOSS) count[loss / CQI_OCTAVE]++;
+        if (quadric != CQI_ANY_QUADRIC) count[quadric / CQI_OCTAVE]++;
     }
     while (octave < 127 && 2 * (below += count[octave]) < all) octave++;
     return octave ? (octave - 1) * CQI_OCTAVE : 0;
@@ -11198,7 +11202,7 @@ static int cqi_simplify(cqi_plan *p, const cqi_seed *seed)
     }
     splits = (cq_index)(p->num_notes - notes);
     kept = (cq_index)(before - splits);
-    if (p->walk.full || splits < (p->most_loss == CQI_ANY_LOSS ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
+    if (p->walk.full || splits < (p->most_quadric == CQI_ANY_QUADRIC ? CQI_MIN_SPLITS(kept) : CQI_WORTH(kept))) {
         while (p->num_notes > notes) cqi_undo_collapse(p);
         return 0;
     }
@@ -13549,12 +13553,12 @@ static const cq_value *cqi_gather_positions(const cqi_plan *p, const cq_input *i
 static void cqi_set_goal(cqi_plan *p, const cq_input *in, cq_value *scratch)
 {
     const int channel = cqi_context_channel(&in->shape);
-    p->most_loss = CQI_ANY_LOSS;
+    p->most_quadric = CQI_ANY_QUADRIC;
     if (channel < 0) return;
     p->measured = cqi_gather_positions(p, in, channel, scratch);
     if (in->goal == CQ_LEAST_CONNECTIVITY) return;
     p->positions = p->measured;
-    p->most_loss = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
+    p->most_quadric = cqi_first_limit(p, (cq_index)in->shape.num_vertices);
 }
 
 /* -- Encoder: components -- */
@@ -13580,23 +13584,23 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
 
 /* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
  * size after them. */
-static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_loss)
+static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_quadric)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
     p->note[p->num_notes++].level = 0;
-    p->most_loss = most_loss;
+    p->most_quadric = most_quadric;
     p->tries = 0;
     p->level = p->num_regular + 1;
     while (p->level <= CQ_MAX_LEVELS) {
         const cq_index notes = p->num_notes;
-        p->refused_loss = CQI_ANY_LOSS;
+        p->refused_quadric = CQI_ANY_QUADRIC;
         if (cqi_simplify(p, seed)) {
             if (p->measured) cqi_measure_level(p, seed->notes, notes);
             p->level++;
             p->tries = 0;
-            if (p->most_loss != CQI_ANY_LOSS) p->most_loss += CQI_LEVEL_LOSS;
-        } else if (p->most_loss != CQI_ANY_LOSS) {
-            cqi_allow_more_loss(p);
+            if (p->most_quadric != CQI_ANY_QUADRIC) p->most_quadric += CQI_LEVEL_QUADRIC;
+        } else if (p->most_quadric != CQI_ANY_QUADRIC) {
+            cqi_allow_more_quadric(p);
         } else if (p->tries < 2) {
             p->tries++;
         } else {
@@ -13779,18 +13783,18 @@ static void cqi_take_regular(cqi_plan *p, cqi_known *known, const cq_input *in, 
 static void cqi_simplify_all(cqi_encoder *e, const cq_input *in)
 {
     cqi_plan *p = &e->plan;
-    uint32_t most_loss, k;
+    uint32_t most_quadric, k;
     cq_index live = (cq_index)in->shape.num_vertices;
     p->num_levels = p->num_regular;
     live = (cq_index)(live - p->num_notes);
     cqi_set_goal(p, in, (cq_value *)(void *)(p->follower + cqi_all_vertices(&in->shape))); /* the replay's memory */
-    most_loss = p->most_loss;
+    most_quadric = p->most_quadric;
     cqi_find_components(p, p->to_input);
     memset(p->mesh.mark, 0, p->mesh.num_vertices);
     cqi_take_virtual(&p->mesh);
     for (k = 0; k < p->num_seeds; k++) {
         const cq_index notes = p->num_notes;
-        cqi_simplify_component(p, &p->seed[k], most_loss);
+        cqi_simplify_component(p, &p->seed[k], most_quadric);
         live = (cq_index)(live - (p->num_notes - notes - 1));
         cqi_progress(in, in->shape.num_vertices - live);
     }

@@ -272,30 +272,30 @@ TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
     }
 }
 
-/* They grow with the loss, whatever the shift, by one octave where it doubles. */
-TEST(losses_are_compared_by_their_logarithms) {
+/* They grow with the error, whatever the shift, by one octave where it doubles. */
+TEST(quadric_errors_are_compared_by_their_logarithms) {
     const uint64_t largest = (uint64_t)1 << 62;
     uint64_t x;
     int shift;
-    CHECK_EQ(cqi_loss(0, 0), 0);
-    CHECK_EQ(cqi_loss(0, 12), 0);
-    CHECK_EQ(cqi_loss(1, 0), CQI_OCTAVE);
-    CHECK_EQ(cqi_loss(3, 0), 2 * CQI_OCTAVE + CQI_OCTAVE / 2);
-    CHECK_EQ(cqi_loss(largest, 12), (63 + 48) * CQI_OCTAVE);
+    CHECK_EQ(cqi_log_quadric(0, 0), 0);
+    CHECK_EQ(cqi_log_quadric(0, 12), 0);
+    CHECK_EQ(cqi_log_quadric(1, 0), CQI_OCTAVE);
+    CHECK_EQ(cqi_log_quadric(3, 0), 2 * CQI_OCTAVE + CQI_OCTAVE / 2);
+    CHECK_EQ(cqi_log_quadric(largest, 12), (63 + 48) * CQI_OCTAVE);
     for (x = 1; x < largest / 3; x += x / 3 + 1) {
-        CHECK(cqi_loss(x, 0) <= cqi_loss(x + x / 200 + 1, 0));
-        CHECK(cqi_loss(x, 0) < cqi_loss(x + x / 100 + 1, 0));
-        CHECK_EQ(cqi_loss(2 * x, 0), cqi_loss(x, 0) + CQI_OCTAVE);
-        for (shift = 0; shift < 12 && x >> 50 == 0; ++shift) CHECK_EQ(cqi_loss(16 * x, shift), cqi_loss(x, shift + 1));
+        CHECK(cqi_log_quadric(x, 0) <= cqi_log_quadric(x + x / 200 + 1, 0));
+        CHECK(cqi_log_quadric(x, 0) < cqi_log_quadric(x + x / 100 + 1, 0));
+        CHECK_EQ(cqi_log_quadric(2 * x, 0), cqi_log_quadric(x, 0) + CQI_OCTAVE);
+        for (shift = 0; shift < 12 && x >> 50 == 0; ++shift) CHECK_EQ(cqi_log_quadric(16 * x, shift), cqi_log_quadric(x, shift + 1));
     }
 }
 
 /* -- Losses, against the same in floating point -- */
 
-typedef struct loss_model {
+typedef struct quadric_model {
     double sum;              /* of areas times squared distances, and of squared lengths times squared distances */
     double least;            /* of the shares of its area that a triangle keeps */
-} loss_model;
+} quadric_model;
 
 static void model_cross(const double *a, const double *b, double *n) {
     int i;
@@ -305,7 +305,7 @@ static void model_cross(const double *a, const double *b, double *n) {
 static double model_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* What the triangle v, y, z loses where v goes to x. */
-static void model_triangle(loss_model *l, const double *v, const double *y, const double *z, const double *x,
+static void model_triangle(quadric_model *l, const double *v, const double *y, const double *z, const double *x,
                            int stays) {
     double e[3], f[3], before[3], after[3], move[3], size;
     int i;
@@ -319,7 +319,7 @@ static void model_triangle(loss_model *l, const double *v, const double *y, cons
     if (stays && model_dot(before, after) / size < l->least) l->least = model_dot(before, after) / size;
 }
 
-static void model_edge(loss_model *l, const double *v, const double *w, const double *x) {
+static void model_edge(quadric_model *l, const double *v, const double *w, const double *x) {
     double along[3], move[3], area[3];
     int i;
     for (i = 0; i < 3; ++i) along[i] = w[i] - v[i], move[i] = x[i] - v[i];
@@ -328,9 +328,9 @@ static void model_edge(loss_model *l, const double *v, const double *w, const do
 }
 
 /* The second end of h goes to the first. */
-static loss_model model_loss(const cq_mesh *m, const cq_value *positions, cq_index h) {
+static quadric_model model_quadric(const cq_mesh *m, const cq_value *positions, cq_index h) {
     const cq_index to = m->origin[h], from = cq_target(m, h);
-    loss_model l = {0, 1e9};
+    quadric_model l = {0, 1e9};
     double at[64][3];
     cq_index g;
     int i;
@@ -348,7 +348,7 @@ static loss_model model_loss(const cq_mesh *m, const cq_value *positions, cq_ind
 }
 
 /* A grid of points with noise, in units of 1 << shift. */
-static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, int shift, uint64_t seed) {
+static void quadric_positions(cq_value *positions, uint32_t side, int32_t noise, int shift, uint64_t seed) {
     uint32_t v, i;
     for (v = 0; v < side * side; ++v)
         for (i = 0; i < 3; ++i) {
@@ -358,14 +358,14 @@ static void loss_positions(cq_value *positions, uint32_t side, int32_t noise, in
         }
 }
 
-static uint32_t loss_of(const cqi_plan *p, cq_index h) {
+static uint32_t quadric_of(const cqi_plan *p, cq_index h) {
     cqi_fan_of_input fan;
     cqi_list_fan(p, &fan, p->mesh.twin[h]);
-    return cqi_loss_of(p, &fan);
+    return cqi_quadric_of(p, &fan);
 }
 
 /* Compares all edges; returns how many triangles were turned. */
-static int check_losses(const triangles *t, int32_t noise, int shift) {
+static int check_quadrics(const triangles *t, int32_t noise, int shift) {
     cq_value positions[3 * 64];
     built b;
     cqi_plan p;
@@ -375,21 +375,21 @@ static int check_losses(const triangles *t, int32_t noise, int shift) {
     memset(&p, 0, sizeof p);
     p.mesh = b.mesh;
     p.positions = positions;
-    p.most_loss = CQI_ANY_LOSS - 1;
-    loss_positions(positions, 6, noise, shift, (uint64_t)noise + (uint64_t)shift);
+    p.most_quadric = CQI_ANY_QUADRIC - 1;
+    quadric_positions(positions, 6, noise, shift, (uint64_t)noise + (uint64_t)shift);
     for (h = 0; h < 3 * t->num_faces; ++h) {
-        loss_model expected = model_loss(&b.mesh, positions, h);
-        uint32_t loss = loss_of(&p, h);
-        if (expected.least > 0.127) CHECK(loss != CQI_ANY_LOSS);
-        if (expected.least < 0.123) CHECK_EQ(loss, CQI_ANY_LOSS);
-        turned += loss == CQI_ANY_LOSS;
-        if (loss != CQI_ANY_LOSS && expected.sum > 1e6 * exp2(4 * shift))
-            CHECK(fabs((double)loss / CQI_OCTAVE - 1 - log2(expected.sum)) < 0.35);
-        p.most_loss = loss;                                /* with a limit it tells on which side of that it is */
-        CHECK_EQ(loss_of(&p, h), loss);
-        p.most_loss = loss < CQI_OCTAVE ? 0 : loss - 1;
-        CHECK(loss == 0 || loss_of(&p, h) > p.most_loss);
-        p.most_loss = CQI_ANY_LOSS - 1;
+        quadric_model expected = model_quadric(&b.mesh, positions, h);
+        uint32_t quadric = quadric_of(&p, h);
+        if (expected.least > 0.127) CHECK(quadric != CQI_ANY_QUADRIC);
+        if (expected.least < 0.123) CHECK_EQ(quadric, CQI_ANY_QUADRIC);
+        turned += quadric == CQI_ANY_QUADRIC;
+        if (quadric != CQI_ANY_QUADRIC && expected.sum > 1e6 * exp2(4 * shift))
+            CHECK(fabs((double)quadric / CQI_OCTAVE - 1 - log2(expected.sum)) < 0.35);
+        p.most_quadric = quadric;                             /* with a limit it tells on which side of that it is */
+        CHECK_EQ(quadric_of(&p, h), quadric);
+        p.most_quadric = quadric < CQI_OCTAVE ? 0 : quadric - 1;
+        CHECK(quadric == 0 || quadric_of(&p, h) > p.most_quadric);
+        p.most_quadric = CQI_ANY_QUADRIC - 1;
     }
     unbuild(&b);
     return turned;
@@ -412,7 +412,7 @@ TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_an
     int shift, turned = 0;
     for (noise = 0; noise < 400; noise += 19)
         for (shift = 0; shift < (CQ_INDEX_BITS == 16 ? 3 : 12); ++shift)
-            turned += check_losses(&open, noise, shift) + check_losses(&closed, noise, shift);
+            turned += check_quadrics(&open, noise, shift) + check_quadrics(&closed, noise, shift);
     CHECK(turned > 100);
     triangles_free(&closed);
     triangles_free(&open);
@@ -1108,7 +1108,7 @@ int main(int argc, char **argv) {
     RUN(the_goal_changes_what_is_collapsed_and_not_what_comes_back);
     RUN(connectivity_costs_less_with_positions);
     RUN(the_goal_balanced_keeps_planes_creases_and_boundaries);
-    RUN(losses_are_compared_by_their_logarithms);
+    RUN(quadric_errors_are_compared_by_their_logarithms);
     RUN(errors_have_the_nearest_code_that_is_not_less);
     RUN(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything);
     RUN(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed);
