@@ -6616,15 +6616,13 @@ static int cqi_code_equal_seam_row(cq_decoder *d, uint32_t k, cq_index row, cons
 {
     const cq_index beside = made->beside;
     cqi_nearby nearby = { { 0 }, 0 };
-    int j, asked;
-    if (in_face != CQ_NONE) {
-        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
-        if (cqi_code_equal(d, k, CQI_EQUAL_IN_FACE + as_beside, row, in_face)) return 1;
-    }
-    if (beside != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_BESIDE + (in_face != CQ_NONE), row, beside)) return 1;
+    int j, asked, as_beside;
     cqi_add_nearby(d, k, in_face, &nearby);
     cqi_add_nearby(d, k, beside, &nearby);
     asked = nearby.num_rows;
+    as_beside = beside != CQ_NONE && asked == 1;
+    if (in_face != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_IN_FACE + as_beside, row, in_face)) return 1;
+    if (beside != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_BESIDE + (in_face != CQ_NONE), row, beside)) return 1;
     cqi_list_nearby(d, k, made->corner, row, &nearby);
     for (j = asked; j < nearby.num_rows; j++)
         if (cqi_code_equal(d, k, CQI_EQUAL_NEARBY + cqi_at_most(j - asked, 3), row, nearby.row[j])) return 1;
