@@ -3752,6 +3752,15 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
+/* Stores what was expected plus a residual, unless it is out of range: then returns 0. */
+static int cqi_store_value(const cq_channel *c, int32_t expected, int32_t residual, cq_value *to)
+{
+    const int32_t x = cqi_number(c, cqi_sum(expected, residual));
+    if (!cqi_value_fits(c, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
 /* Component c of channel k of an input vertex or wedge, as the caller of the encoder has it; */
 static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
@@ -3811,9 +3820,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     cq_value *values = d->channel[k] + c;
     int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->to_input[v]), p);
-    x = cqi_number(channel, cqi_sum(p, cqi_code_base_residual(d, channel, x, size)));
-    values[(size_t)v * stride] = (cq_value)x;
-    return cqi_value_fits(channel, x);
+    return cqi_store_value(channel, p, cqi_code_base_residual(d, channel, x, size), values + (size_t)v * stride);
 }
 
 /* -- Values of faces: mostly equal to that of a face nearby --
@@ -4665,6 +4672,18 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
     low = ((uint32_t)1 << (n - 1)) - 1;
     x = cqi_code_raw(d, (magnitude & low) << 1 | (residual < 0), n);
     return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
+}
+
+/* Component c of channel k of a vertex or row that is `input`, given what is expected. 0 if it is out of range. */
+static int cqi_code_row_value(cq_decoder *d, uint32_t k, uint32_t c, int set, int half_bits, int32_t expected,
+                              cq_index input, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    int32_t x = 0;
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), expected);
+    if (cqi_is_exact(channel)) half_bits += 16;
+    x = cqi_code_row_residual(d, set, half_bits, cqi_most_bits(channel), x);
+    return cqi_store_value(channel, expected, x, to);
 }
 
 /* -- Attributes from geometry --
@@ -5540,7 +5559,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
     const uint32_t size = (uint32_t)d->now.fan.size;
     int16_t *const weight = d->model.plain[k];
-    int32_t feature[CQI_FEATURES], mean, p, x = 0;
+    int32_t feature[CQI_FEATURES], mean, p;
     uint32_t spread, off;
     int n, half_bits, features = d->located >= 0 ? 1 : CQI_FEATURES;
     if (channel->kind == CQ_WEIGHTS && channel->bits <= 24 && cqi_code_rest(d, k, c, input, &p)) {
@@ -5554,14 +5573,11 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     p += mean;
     for (n = 0; n < features; n++) p += cqi_product(feature[n], weight[n], CQI_LINEAR_BITS);
     p = cqi_unrough(channel, p);
-    half_bits = (cqi_half_bits(spread / size) + cqi_half_bits(off / size)) / 2 + (cqi_is_exact(channel) ? 16 : 0);
-    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), p);
-    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_most_bits(channel), x);
-    for (n = 0; n < features; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
-    x = cqi_number(channel, cqi_sum(p, x));
-    if (!cqi_value_fits(channel, x)) return 0;
-    *to = (cq_value)x;
-    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, x);
+    half_bits = (cqi_half_bits(spread / size) + cqi_half_bits(off / size)) / 2;
+    if (!cqi_code_row_value(d, k, c, CQI_ROW_FITTED, half_bits, p, input, to)) return 0;
+    p = cqi_difference(cqi_number(channel, *to), p);
+    for (n = 0; n < features; n++) cqi_follow(&weight[n], (int64_t)p * feature[n]);
+    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, *to);
     return 1;
 }
 
@@ -5599,23 +5615,19 @@ static CQI_APART int cqi_code_texture(cq_decoder *d, uint32_t k, int n, int set,
 {
     const cq_channel *channel = &d->shape.channel[k];
     cqi_similarity s;
-    int32_t first[2], p[2], x = 0;
+    int32_t first[2], p[2];
     uint32_t misses;
     int c, half_bits;
     const int up = cqi_compare_textures(d, k, n, first);
     cqi_fit_similarity(&d->now.fan, n, &d->model.mirror, &s);
     misses = cqi_misses(&d->now.fan, n, &s) / (uint32_t)(2 * n);
-    half_bits = (up < 0 ? cqi_half_bits(misses) - 2 * up : cqi_half_bits(misses >> up)) + (cqi_is_exact(channel) ? 16 : 0);
+    half_bits = up < 0 ? cqi_half_bits(misses) - 2 * up : cqi_half_bits(misses >> up);
     cqi_map_place(&s, 0, 0, 2 * (int64_t)s.most, p);
     p[0] += s.u;
     p[1] += s.v;
     for (c = 0; c < 2; c++) {
         const int32_t expected = cqi_unrough(channel, first[c] + cqi_unscaled(p[c], up));
-        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, (uint32_t)c, input), expected);
-        x = cqi_code_row_residual(d, set, half_bits, cqi_most_bits(channel), x);
-        x = cqi_number(channel, cqi_sum(expected, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        to[c] = (cq_value)x;
+        if (!cqi_code_row_value(d, k, (uint32_t)c, set, half_bits, expected, input, to + c)) return 0;
     }
     return 1;
 }
@@ -6546,17 +6558,10 @@ static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, 
     const cq_value *const values = d->channel[k] + c;
     const uint32_t stride = channel->components;
     const int32_t expected = near != CQ_NONE ? cqi_number(channel, values[(size_t)near * stride]) : 0;
-    int32_t x = 0, apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
-    int half_bits;
+    int32_t apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
     if (near != CQ_NONE && far != CQ_NONE && far != near)
         apart = cqi_rough(channel, values[(size_t)far * stride]) - cqi_rough(channel, values[(size_t)near * stride]);
-    half_bits = cqi_half_bits(cqi_abs(apart)) + (cqi_is_exact(channel) ? 16 : 0);
-    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), expected);
-    x = cqi_code_row_residual(d, CQI_ROW_AT_SEAM, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
-    x = cqi_number(channel, cqi_sum(expected, x));
-    if (!cqi_value_fits(channel, x)) return 0;
-    *to = (cq_value)x;
-    return 1;
+    return cqi_code_row_value(d, k, c, CQI_ROW_AT_SEAM, cqi_half_bits(cqi_abs(apart)), expected, wedge, to);
 }
 
 static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
@@ -8710,10 +8715,8 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const
     x = cqi_unseen(d, cqi_sum_features(cqi_at(d, number), feature, d->regular.weight[k], cqi_num_fine(d, k)));
     for (c = part; c < part + 3 && c < channel->components; c++) {
         const int32_t p = cqi_unrough(channel, cqi_component(x, (int)(c - part)));
-        int32_t value = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
-        value = cqi_number(channel, cqi_sum(p, cqi_code_other_residual(d, k, &size, value)));
-        if (!cqi_value_fits(channel, value)) return 0;
-        to[c] = (cq_value)value;
+        const int32_t residual = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
+        if (!cqi_store_value(channel, p, cqi_code_other_residual(d, k, &size, residual), to + c)) return 0;
         size = (size + (int)d->regular.size_of[k]) / 2;
     }
     return 1;
@@ -9339,9 +9342,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
         if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
         x = cqi_code_base_residual(d, channel, x, size);
-        x = cqi_number(channel, cqi_sum(p, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        d->channel[k][(size_t)row * channel->components + c] = (cq_value)x;
+        if (!cqi_store_value(channel, p, x, d->channel[k] + (size_t)row * channel->components + c)) return 0;
     }
     return 1;
 }
@@ -9414,9 +9415,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
             x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
         }
         x = cqi_code_base_residual(d, channel, x, &d->now.base.size[k * CQ_MAX_COMPONENTS + c]);
-        x = cqi_number(channel, cqi_sum(p, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        to[c] = (cq_value)x;
+        if (!cqi_store_value(channel, p, x, to + c)) return 0;
     }
     return 1;
 }
