@@ -5697,10 +5697,11 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const cqi_fan *f = &d->now.fan;
+    cqi_fan *f = &d->now.fan;
     cq_value *to = d->channel[k] + (size_t)own * channel->components;
     uint32_t c;
     if (cqi_has_pairs(d, k)) return cqi_code_expected_pair(d, k, own, f->vertex, f->size, input);
+    if (d->located >= 0 && channel->merge != CQ_COPY) cqi_flatten_fan(f);
     if (cqi_is_texture(d, k)) return cqi_code_texture(d, k, f->size, CQI_ROW_TEXTURE, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
@@ -5710,13 +5711,6 @@ static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index inp
         if (!ok) return 0;
     }
     return 1;
-}
-
-/* The same after a split, where places around tell something. */
-static int cqi_code_by_places(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
-{
-    if (d->located >= 0 && d->shape.channel[k].merge != CQ_COPY && !cqi_has_pairs(d, k)) cqi_flatten_fan(&d->now.fan);
-    return cqi_code_by_fan(d, k, own, input);
 }
 
 /* All values of B, its position first, and of the new faces. */
@@ -5735,7 +5729,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
         const int of = cqi_class(&d->shape, k);
         if ((int)k == d->located) continue;
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (of == CQI_OF_VERTEX && !cqi_code_by_places(d, k, b, input)) return 0;
+        else if (of == CQI_OF_VERTEX && !cqi_code_by_fan(d, k, b, input)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -6696,7 +6690,7 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
         const int were_equal = cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside);
         if (cqi_code_equal(d, k, CQI_EQUAL_SPLIT + were_equal, row, (cq_index)(row - 1))) return 1;
     }
-    return cqi_code_by_places(d, k, row, wedge);
+    return cqi_code_by_fan(d, k, row, wedge);
 }
 
 /* The next channel of the rows that the split makes; 0: there is none. */
@@ -8781,8 +8775,8 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
     f->vertex[0] = d->mesh.origin[h];
     f->vertex[1] = cq_target(&d->mesh, h);
     f->beyond[0] = f->beyond[1] = CQ_NONE;
-    memset(f->outer, 0, 2 * sizeof *f->outer); /* no fit */
-    f->mean.x = f->mean.y = 0;
+    memset(f->at, 0, 2 * sizeof *f->at); /* no fit */
+    f->faces = 0;
 }
 
 /* All channels of v in edge h. */
