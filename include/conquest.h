@@ -4729,9 +4729,9 @@ static cqi_vector cqi_across(cqi_vector n)
 #define CQI_FLAT_BITS 10
 static void cqi_flatten_fan(cqi_fan *f)
 {
-    cqi_vector n, u, v;
+    cqi_vector n, u, v, sum = { 0, 0, 0 };
     uint32_t all = 0;
-    int32_t length, sum_x = 0, sum_y = 0;
+    int32_t length;
     int k, shift;
     for (k = 0; k < f->size; k++) all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y) | cqi_abs(f->at[k].z);
     shift = cqi_bit_length(all >> 12);
@@ -4752,11 +4752,9 @@ static void cqi_flatten_fan(cqi_fan *f)
     shift = cqi_bit_length(all >> CQI_FLAT_BITS);
     for (k = 0; k < f->size; k++) {
         f->outer[k] = cqi_shift(f->outer[k], shift);
-        sum_x += f->outer[k].x;
-        sum_y += f->outer[k].y;
+        sum = cqi_plus(sum, f->outer[k]);
     }
-    f->mean.x = sum_x / f->size;
-    f->mean.y = sum_y / f->size;
+    f->mean = cqi_part(sum, f->size);
 }
 
 /* Lists B's neighbours and the vertices beyond. */
@@ -4803,12 +4801,15 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
     return cqi_bit_length((uint32_t)(((x < 0 ? ~x : x) | (y < 0 ? ~y : y) | (z < 0 ? ~z : z)) >> bits));
 }
 
+/* Offset of place k from the mean of all, shifted to 9 bits. */
+static cqi_vector cqi_from_mean(const cqi_fan *f, int k) { return cqi_shift(cqi_minus(f->outer[k], f->mean), 2); }
+
 /* What the fit predicts for B, minus the mean of its neighbours, given their values x and this mean; clamped to twice
  * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
  * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
- * Offsets from the mean are shifted to 9 bits; sums of up to 25 products have 23, determinants 46; values 23 and the
- * sums with them 37, numerators 61, of which 30 are looked at.
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and sums with them 37,
+ * numerators 61, of which 30 are looked at.
  *
  * The determinant is never 0. Let s be the sum of all squares; if it is 0, the determinant is 1. Else what is added makes
  * it larger than s and than s^2 / 64. Numerators are below 2^25 s^(3/2): if they have more than 30 bits, all are divided by
@@ -4816,17 +4817,17 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
 static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t ux = 0, uy = 0, det;
-    int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge, along_x, along_y;
+    int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge;
+    cqi_vector along = { 0, 0, 0 };
     int k, bits;
     for (k = 0; k < f->size; k++) {
-        const int32_t dx = cqi_floor_shift(f->outer[k].x - f->mean.x, 2);
-        const int32_t dy = cqi_floor_shift(f->outer[k].y - f->mean.y, 2);
+        const cqi_vector at = cqi_from_mean(f, k);
         const int32_t u = cqi_floor_shift(x[k] - mean, 2);
-        xx += dx * dx;
-        yy += dy * dy;
-        xy += dx * dy;
-        ux += (int64_t)u * dx;
-        uy += (int64_t)u * dy;
+        xx += at.x * at.x;
+        yy += at.y * at.y;
+        xy += at.x * at.y;
+        ux += (int64_t)u * at.x;
+        uy += (int64_t)u * at.y;
         limit = u > limit ? u : -u > limit ? -u : limit;
     }
     ridge = (xx + yy) / 64 + 1;
@@ -4835,18 +4836,15 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
     det = yy * ux - xy * uy;
     uy = xx * uy - xy * ux;
     bits = cqi_excess(det, uy, 0, 30);
-    along_x = (int32_t)cqi_floor_shift_wide(det, bits);
-    along_y = (int32_t)cqi_floor_shift_wide(uy, bits);
+    along.x = (int32_t)cqi_floor_shift_wide(det, bits);
+    along.y = (int32_t)cqi_floor_shift_wide(uy, bits);
     det = ((int64_t)xx * yy - (int64_t)xy * xy) >> bits;
     if (!det) return 0; /* unreachable: see above */
     for (k = 0, *off = 0; k < f->size; k++) {
-        int64_t fit = cqi_minor(along_x, cqi_floor_shift(f->outer[k].x - f->mean.x, 2), -along_y,
-                                cqi_floor_shift(f->outer[k].y - f->mean.y, 2)) / det;
-        fit -= cqi_floor_shift(x[k] - mean, 2);
+        const int64_t fit = cqi_wide_dot(along, cqi_from_mean(f, k)) / det - cqi_floor_shift(x[k] - mean, 2);
         *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * (int64_t)limit)));
     }
-    det = cqi_minor(-along_x, cqi_floor_shift(f->mean.x, 2), along_y, cqi_floor_shift(f->mean.y, 2)) / det;
-    return 4 * (int32_t)cqi_clamp_wide(det, 2 * (int64_t)limit);
+    return -4 * (int32_t)cqi_clamp_wide(cqi_wide_dot(along, cqi_shift(f->mean, 2)) / det, 2 * (int64_t)limit);
 }
 
 /* -- Texture coordinates, by a similarity --
