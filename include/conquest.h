@@ -4897,8 +4897,8 @@ static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
 /* Fits the similarity to the first n places. From two, nobody can tell whether the texture is mirrored: then it is as
  * in *mirror, which else becomes what is found.
  *
- * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40; the number has at most
- * 38, as its square times that of the places is no more than that of the texture coordinates (Cauchy, Schwarz). */
+ * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40. The number has at most
+ * 29, as |x| + |y| is at most x^2 + y^2; it is clamped because a verifier cannot see that. */
 static void cqi_fit_similarity(cqi_fan *f, int n, int32_t *mirror, cqi_similarity *s)
 {
     const int64_t most = (int64_t)1 << 38;
