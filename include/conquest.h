@@ -3755,6 +3755,15 @@ static int cqi_value_fits(const cq_channel *c, int32_t value)
     return cqi_is_exact(c) || (value >= 0 && value >> c->bits == 0);
 }
 
+/* Stores what was expected plus a residual, unless it is out of range: then returns 0. */
+static int cqi_store_value(const cq_channel *c, int32_t expected, int32_t residual, cq_value *to)
+{
+    const int32_t x = cqi_number(c, cqi_sum(expected, residual));
+    if (!cqi_value_fits(c, x)) return 0;
+    *to = (cq_value)x;
+    return 1;
+}
+
 /* Component c of channel k of an input vertex or wedge, as the caller of the encoder has it; */
 static int32_t cqi_plan_bits(const cq_decoder *d, uint32_t k, uint32_t c, cq_index input)
 {
@@ -3814,9 +3823,7 @@ static int cqi_code_base_value(cq_decoder *d, uint32_t k, uint32_t c, cq_index v
     cq_value *values = d->channel[k] + c;
     int32_t p = cqi_predict_base(d, channel, values, v), x = 0;
     if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, d->plan->to_input[v]), p);
-    x = cqi_number(channel, cqi_sum(p, cqi_code_base_residual(d, channel, x, size)));
-    values[(size_t)v * stride] = (cq_value)x;
-    return cqi_value_fits(channel, x);
+    return cqi_store_value(channel, p, cqi_code_base_residual(d, channel, x, size), values + (size_t)v * stride);
 }
 
 /* -- Values of faces: mostly equal to that of a face nearby --
@@ -4670,6 +4677,18 @@ static int32_t cqi_code_row_residual(cq_decoder *d, int set, int half_bits, int 
     return (int32_t)(x & 1 ? (uint32_t)0 - (low + 1 + (x >> 1)) : low + 1 + (x >> 1));
 }
 
+/* Component c of channel k of a vertex or row that is `input`, given what is expected. 0 if it is out of range. */
+static int cqi_code_row_value(cq_decoder *d, uint32_t k, uint32_t c, int set, int half_bits, int32_t expected,
+                              cq_index input, cq_value *to)
+{
+    const cq_channel *channel = &d->shape.channel[k];
+    int32_t x = 0;
+    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), expected);
+    if (cqi_is_exact(channel)) half_bits += 16;
+    x = cqi_code_row_residual(d, set, half_bits, cqi_most_bits(channel), x);
+    return cqi_store_value(channel, expected, x, to);
+}
+
 /* -- Attributes from geometry --
  *
  * The position of B is known before its other values, and so are its faces. What these tell of B, or of one of its
@@ -4713,9 +4732,9 @@ static cqi_vector cqi_across(cqi_vector n)
 #define CQI_FLAT_BITS 10
 static void cqi_flatten_fan(cqi_fan *f)
 {
-    cqi_vector n, u, v;
+    cqi_vector n, u, v, sum = { 0, 0, 0 };
     uint32_t all = 0;
-    int32_t length, sum_x = 0, sum_y = 0;
+    int32_t length;
     int k, shift;
     for (k = 0; k < f->size; k++) all |= cqi_abs(f->at[k].x) | cqi_abs(f->at[k].y) | cqi_abs(f->at[k].z);
     shift = cqi_bit_length(all >> 12);
@@ -4736,11 +4755,9 @@ static void cqi_flatten_fan(cqi_fan *f)
     shift = cqi_bit_length(all >> CQI_FLAT_BITS);
     for (k = 0; k < f->size; k++) {
         f->outer[k] = cqi_shift(f->outer[k], shift);
-        sum_x += f->outer[k].x;
-        sum_y += f->outer[k].y;
+        sum = cqi_plus(sum, f->outer[k]);
     }
-    f->mean.x = sum_x / f->size;
-    f->mean.y = sum_y / f->size;
+    f->mean = cqi_part(sum, f->size);
 }
 
 /* Lists B's neighbours and the vertices beyond. */
@@ -4787,12 +4804,15 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
     return cqi_bit_length((uint32_t)(((x < 0 ? ~x : x) | (y < 0 ? ~y : y) | (z < 0 ? ~z : z)) >> bits));
 }
 
+/* Offset of place k from the mean of all, shifted to 9 bits. */
+static cqi_vector cqi_from_mean(const cqi_fan *f, int k) { return cqi_shift(cqi_minus(f->outer[k], f->mean), 2); }
+
 /* What the fit predicts for B, minus the mean of its neighbours, given their values x and this mean; clamped to twice
  * the largest of their differences from it. A little is added to the squares, so that neighbours on a line have a fit,
  * too. *off becomes the sum of the fit's distances from the neighbours; without a fit it stays as it is.
  *
- * Offsets from the mean are shifted to 9 bits; sums of up to 25 products have 23, determinants 46; values 23 and the
- * sums with them 37, numerators 61, of which 30 are looked at.
+ * Offsets from the mean have 9 bits, sums of up to 25 products 23, determinants 46; values 23 and sums with them 37,
+ * numerators 61, of which 30 are looked at.
  *
  * The determinant is never 0. Let s be the sum of all squares; if it is 0, the determinant is 1. Else what is added makes
  * it larger than s and than s^2 / 64. Numerators are below 2^25 s^(3/2): if they have more than 30 bits, all are divided by
@@ -4800,17 +4820,17 @@ static int cqi_excess(int64_t x, int64_t y, int64_t z, int bits)
 static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_t *off)
 {
     int64_t ux = 0, uy = 0, det;
-    int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge, along_x, along_y;
+    int32_t xx = 0, yy = 0, xy = 0, limit = 0, ridge;
+    cqi_vector along = { 0, 0, 0 };
     int k, bits;
     for (k = 0; k < f->size; k++) {
-        const int32_t dx = cqi_floor_shift(f->outer[k].x - f->mean.x, 2);
-        const int32_t dy = cqi_floor_shift(f->outer[k].y - f->mean.y, 2);
+        const cqi_vector at = cqi_from_mean(f, k);
         const int32_t u = cqi_floor_shift(x[k] - mean, 2);
-        xx += dx * dx;
-        yy += dy * dy;
-        xy += dx * dy;
-        ux += (int64_t)u * dx;
-        uy += (int64_t)u * dy;
+        xx += at.x * at.x;
+        yy += at.y * at.y;
+        xy += at.x * at.y;
+        ux += (int64_t)u * at.x;
+        uy += (int64_t)u * at.y;
         limit = u > limit ? u : -u > limit ? -u : limit;
     }
     ridge = (xx + yy) / 64 + 1;
@@ -4819,18 +4839,15 @@ static int32_t cqi_fit(const cqi_fan *f, const int32_t *x, int32_t mean, uint32_
     det = yy * ux - xy * uy;
     uy = xx * uy - xy * ux;
     bits = cqi_excess(det, uy, 0, 30);
-    along_x = (int32_t)cqi_floor_shift_wide(det, bits);
-    along_y = (int32_t)cqi_floor_shift_wide(uy, bits);
+    along.x = (int32_t)cqi_floor_shift_wide(det, bits);
+    along.y = (int32_t)cqi_floor_shift_wide(uy, bits);
     det = ((int64_t)xx * yy - (int64_t)xy * xy) >> bits;
     if (!det) return 0; /* unreachable: see above */
     for (k = 0, *off = 0; k < f->size; k++) {
-        int64_t fit = cqi_minor(along_x, cqi_floor_shift(f->outer[k].x - f->mean.x, 2), -along_y,
-                                cqi_floor_shift(f->outer[k].y - f->mean.y, 2)) / det;
-        fit -= cqi_floor_shift(x[k] - mean, 2);
+        const int64_t fit = cqi_wide_dot(along, cqi_from_mean(f, k)) / det - cqi_floor_shift(x[k] - mean, 2);
         *off += (uint32_t)(4 * cqi_abs((int32_t)cqi_clamp_wide(fit, 4 * (int64_t)limit)));
     }
-    det = cqi_minor(-along_x, cqi_floor_shift(f->mean.x, 2), along_y, cqi_floor_shift(f->mean.y, 2)) / det;
-    return 4 * (int32_t)cqi_clamp_wide(det, 2 * (int64_t)limit);
+    return -4 * (int32_t)cqi_clamp_wide(cqi_wide_dot(along, cqi_shift(f->mean, 2)) / det, 2 * (int64_t)limit);
 }
 
 /* -- Texture coordinates, by a similarity --
@@ -4883,8 +4900,8 @@ static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
 /* Fits the similarity to the first n places. From two, nobody can tell whether the texture is mirrored: then it is as
  * in *mirror, which else becomes what is found.
  *
- * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40; the number has at most
- * 38, as its square times that of the places is no more than that of the texture coordinates (Cauchy, Schwarz). */
+ * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40. The number has at most
+ * 29, as |x| + |y| is at most x^2 + y^2; it is clamped because a verifier cannot see that. */
 static void cqi_fit_similarity(cqi_fan *f, int n, int32_t *mirror, cqi_similarity *s)
 {
     const int64_t most = (int64_t)1 << 38;
@@ -5543,7 +5560,7 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     const int joints = d->model.skin[1] <= d->model.skin[0] ? cqi_joints_of(&d->shape, k) : -1;
     const uint32_t size = (uint32_t)d->now.fan.size;
     int16_t *const weight = d->model.plain[k];
-    int32_t feature[CQI_FEATURES], mean, p, x = 0;
+    int32_t feature[CQI_FEATURES], mean, p;
     uint32_t spread, off;
     int n, half_bits, features = d->located >= 0 ? 1 : CQI_FEATURES;
     if (channel->kind == CQ_WEIGHTS && channel->bits <= 24 && cqi_code_rest(d, k, c, input, &p)) {
@@ -5557,14 +5574,11 @@ static CQI_APART int cqi_code_number(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     p += mean;
     for (n = 0; n < features; n++) p += cqi_product(feature[n], weight[n], CQI_LINEAR_BITS);
     p = cqi_unrough(channel, p);
-    half_bits = (cqi_half_bits(spread / size) + cqi_half_bits(off / size)) / 2 + (cqi_is_exact(channel) ? 16 : 0);
-    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, input), p);
-    x = cqi_code_row_residual(d, CQI_ROW_FITTED, half_bits, cqi_most_bits(channel), x);
-    for (n = 0; n < features; n++) cqi_follow(&weight[n], (int64_t)x * feature[n]);
-    x = cqi_number(channel, cqi_sum(p, x));
-    if (!cqi_value_fits(channel, x)) return 0;
-    *to = (cq_value)x;
-    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, x);
+    half_bits = (cqi_half_bits(spread / size) + cqi_half_bits(off / size)) / 2;
+    if (!cqi_code_row_value(d, k, c, CQI_ROW_FITTED, half_bits, p, input, to)) return 0;
+    p = cqi_difference(cqi_number(channel, *to), p);
+    for (n = 0; n < features; n++) cqi_follow(&weight[n], (int64_t)p * feature[n]);
+    if (channel->kind == CQ_WEIGHTS) cqi_learn_skin(d, k, c, *to);
     return 1;
 }
 
@@ -5602,23 +5616,19 @@ static CQI_APART int cqi_code_texture(cq_decoder *d, uint32_t k, int n, int set,
 {
     const cq_channel *channel = &d->shape.channel[k];
     cqi_similarity s;
-    int32_t first[2], p[2], x = 0;
+    int32_t first[2], p[2];
     uint32_t misses;
     int c, half_bits;
     const int up = cqi_compare_textures(d, k, n, first);
     cqi_fit_similarity(&d->now.fan, n, &d->model.mirror, &s);
     misses = cqi_misses(&d->now.fan, n, &s) / (uint32_t)(2 * n);
-    half_bits = (up < 0 ? cqi_half_bits(misses) - 2 * up : cqi_half_bits(misses >> up)) + (cqi_is_exact(channel) ? 16 : 0);
+    half_bits = up < 0 ? cqi_half_bits(misses) - 2 * up : cqi_half_bits(misses >> up);
     cqi_map_place(&s, 0, 0, 2 * (int64_t)s.most, p);
     p[0] += s.u;
     p[1] += s.v;
     for (c = 0; c < 2; c++) {
         const int32_t expected = cqi_unrough(channel, first[c] + cqi_unscaled(p[c], up));
-        if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, (uint32_t)c, input), expected);
-        x = cqi_code_row_residual(d, set, half_bits, cqi_most_bits(channel), x);
-        x = cqi_number(channel, cqi_sum(expected, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        to[c] = (cq_value)x;
+        if (!cqi_code_row_value(d, k, (uint32_t)c, set, half_bits, expected, input, to + c)) return 0;
     }
     return 1;
 }
@@ -5688,10 +5698,11 @@ static CQI_APART int cqi_code_joint(cq_decoder *d, uint32_t k, uint32_t c, cq_in
 static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
 {
     const cq_channel *channel = &d->shape.channel[k];
-    const cqi_fan *f = &d->now.fan;
+    cqi_fan *f = &d->now.fan;
     cq_value *to = d->channel[k] + (size_t)own * channel->components;
     uint32_t c;
     if (cqi_has_pairs(d, k)) return cqi_code_expected_pair(d, k, own, f->vertex, f->size, input);
+    if (d->located >= 0 && channel->merge != CQ_COPY) cqi_flatten_fan(f);
     if (cqi_is_texture(d, k)) return cqi_code_texture(d, k, f->size, CQI_ROW_TEXTURE, input, to);
     for (c = 0; c < channel->components; c++) {
         const int joint = channel->kind == CQ_JOINTS && channel->merge == CQ_COPY;
@@ -5701,13 +5712,6 @@ static int cqi_code_by_fan(cq_decoder *d, uint32_t k, cq_index own, cq_index inp
         if (!ok) return 0;
     }
     return 1;
-}
-
-/* The same after a split, where places around tell something. */
-static int cqi_code_by_places(cq_decoder *d, uint32_t k, cq_index own, cq_index input)
-{
-    if (d->located >= 0 && d->shape.channel[k].merge != CQ_COPY && !cqi_has_pairs(d, k)) cqi_flatten_fan(&d->now.fan);
-    return cqi_code_by_fan(d, k, own, input);
 }
 
 /* All values of B, its position first, and of the new faces. */
@@ -5726,7 +5730,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
         const int of = cqi_class(&d->shape, k);
         if ((int)k == d->located) continue;
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
-        else if (of == CQI_OF_VERTEX && !cqi_code_by_places(d, k, b, input)) return 0;
+        else if (of == CQI_OF_VERTEX && !cqi_code_by_fan(d, k, b, input)) return 0;
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -6549,17 +6553,10 @@ static int cqi_code_near(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, 
     const cq_value *const values = d->channel[k] + c;
     const uint32_t stride = channel->components;
     const int32_t expected = near != CQ_NONE ? cqi_number(channel, values[(size_t)near * stride]) : 0;
-    int32_t x = 0, apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
-    int half_bits;
+    int32_t apart = channel->bits < 24 ? (int32_t)1 << channel->bits >> 2 : (int32_t)1 << 22;
     if (near != CQ_NONE && far != CQ_NONE && far != near)
         apart = cqi_rough(channel, values[(size_t)far * stride]) - cqi_rough(channel, values[(size_t)near * stride]);
-    half_bits = cqi_half_bits(cqi_abs(apart)) + (cqi_is_exact(channel) ? 16 : 0);
-    if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), expected);
-    x = cqi_code_row_residual(d, CQI_ROW_AT_SEAM, half_bits, cqi_is_exact(channel) ? 32 : 26, x);
-    x = cqi_number(channel, cqi_sum(expected, x));
-    if (!cqi_value_fits(channel, x)) return 0;
-    *to = (cq_value)x;
-    return 1;
+    return cqi_code_row_value(d, k, c, CQI_ROW_AT_SEAM, cqi_half_bits(cqi_abs(apart)), expected, wedge, to);
 }
 
 static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index wedge, cq_index near, cq_index far,
@@ -6619,15 +6616,13 @@ static int cqi_code_equal_seam_row(cq_decoder *d, uint32_t k, cq_index row, cons
 {
     const cq_index beside = made->beside;
     cqi_nearby nearby = { { 0 }, 0 };
-    int j, asked;
-    if (in_face != CQ_NONE) {
-        const int as_beside = beside != CQ_NONE && cqi_rows_are_equal(d, k, in_face, beside);
-        if (cqi_code_equal(d, k, CQI_EQUAL_IN_FACE + as_beside, row, in_face)) return 1;
-    }
-    if (beside != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_BESIDE + (in_face != CQ_NONE), row, beside)) return 1;
+    int j, asked, as_beside;
     cqi_add_nearby(d, k, in_face, &nearby);
     cqi_add_nearby(d, k, beside, &nearby);
     asked = nearby.num_rows;
+    as_beside = beside != CQ_NONE && asked == 1;
+    if (in_face != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_IN_FACE + as_beside, row, in_face)) return 1;
+    if (beside != CQ_NONE && cqi_code_equal(d, k, CQI_EQUAL_BESIDE + (in_face != CQ_NONE), row, beside)) return 1;
     cqi_list_nearby(d, k, made->corner, row, &nearby);
     for (j = asked; j < nearby.num_rows; j++)
         if (cqi_code_equal(d, k, CQI_EQUAL_NEARBY + cqi_at_most(j - asked, 3), row, nearby.row[j])) return 1;
@@ -6696,7 +6691,7 @@ static int cqi_code_split_row(cq_decoder *d, uint32_t k, cq_index row, cq_index 
         const int were_equal = cqi_rows_are_equal(d, k, s->made[0].beside, s->made[1].beside);
         if (cqi_code_equal(d, k, CQI_EQUAL_SPLIT + were_equal, row, (cq_index)(row - 1))) return 1;
     }
-    return cqi_code_by_places(d, k, row, wedge);
+    return cqi_code_by_fan(d, k, row, wedge);
 }
 
 /* The next channel of the rows that the split makes; 0: there is none. */
@@ -8716,10 +8711,8 @@ static int cqi_code_other_part(cq_decoder *d, cq_index v, cq_index number, const
     x = cqi_unseen(d, cqi_sum_features(cqi_at(d, number), feature, d->regular.weight[k], cqi_num_fine(d, k)));
     for (c = part; c < part + 3 && c < channel->components; c++) {
         const int32_t p = cqi_unrough(channel, cqi_component(x, (int)(c - part)));
-        int32_t value = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
-        value = cqi_number(channel, cqi_sum(p, cqi_code_other_residual(d, k, &size, value)));
-        if (!cqi_value_fits(channel, value)) return 0;
-        to[c] = (cq_value)value;
+        const int32_t residual = CQI_ENCODING(d) ? cqi_difference(cqi_plan_value(d, k, c, input), p) : 0;
+        if (!cqi_store_value(channel, p, cqi_code_other_residual(d, k, &size, residual), to + c)) return 0;
         size = (size + (int)d->regular.size_of[k]) / 2;
     }
     return 1;
@@ -8784,8 +8777,8 @@ static void cqi_list_ends(cq_decoder *d, cq_index h)
     f->vertex[0] = d->mesh.origin[h];
     f->vertex[1] = cq_target(&d->mesh, h);
     f->beyond[0] = f->beyond[1] = CQ_NONE;
-    memset(f->outer, 0, 2 * sizeof *f->outer); /* no fit */
-    f->mean.x = f->mean.y = 0;
+    memset(f->at, 0, 2 * sizeof *f->at); /* no fit */
+    f->faces = 0;
 }
 
 /* All channels of v in edge h. */
@@ -9345,9 +9338,7 @@ static int cqi_code_base_row(cq_decoder *d, uint32_t k, cq_index row)
         int32_t p = cqi_predict_base_row(d, k, c, row, &b), x = 0;
         if (CQI_ENCODING(d)) x = cqi_difference(cqi_plan_value(d, k, c, wedge), p);
         x = cqi_code_base_residual(d, channel, x, size);
-        x = cqi_number(channel, cqi_sum(p, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        d->channel[k][(size_t)row * channel->components + c] = (cq_value)x;
+        if (!cqi_store_value(channel, p, x, d->channel[k] + (size_t)row * channel->components + c)) return 0;
     }
     return 1;
 }
@@ -9420,9 +9411,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
             x = cqi_difference(cqi_number(channel, d->plan->input[k][row * n + c]), p);
         }
         x = cqi_code_base_residual(d, channel, x, &d->now.base.size[k * CQ_MAX_COMPONENTS + c]);
-        x = cqi_number(channel, cqi_sum(p, x));
-        if (!cqi_value_fits(channel, x)) return 0;
-        to[c] = (cq_value)x;
+        if (!cqi_store_value(channel, p, x, to + c)) return 0;
     }
     return 1;
 }
