@@ -568,6 +568,38 @@ TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
     CHECK(exact > 0 && exact + 1 >= samples);
 }
 
+/* Where there are many faces of few vertices: here one face time and again, all but one of which go aside. Memory that is
+ * enough to find that is not yet enough to code it. */
+TEST(the_preparation_may_take_more_than_the_coding_of_what_comes_in) {
+    enum { FACES = 5000 };
+    static cq_index indices[3 * FACES];
+    cq_input in;
+    size_t size, stream_size, f;
+    void *memory;
+    coded c;
+    decoding d;
+    memset(&in, 0, sizeof in);
+    in.shape.num_vertices = 3;
+    in.shape.num_faces = FACES;
+    in.indices = indices;
+    for (f = 0; f < FACES; ++f) indices[3 * f + 1] = 1, indices[3 * f + 2] = 2;
+    code(&c, &in);
+    REQUIRE_EQ(c.result, CQ_OK);
+    decoding_begin(&d, c.bytes, c.size);
+    CHECK_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+    CHECK_EQ(d.decoder->mesh.num_faces, 1);
+    CHECK_EQ(d.decoder->shape.num_aside_faces, FACES - 1);
+    decoding_free(&d);
+    uncode(&c);
+    size = cq_encoder_bytes(&in.shape);
+    CHECK_EQ(size, CQI_ENCODER_BYTES + cqi_preparing_bytes(&in.shape));
+    memory = exact_alloc(size);
+    CHECK_EQ(cq_encode(&in, memory, size, NULL, 0, &stream_size, NULL, NULL), CQ_ERROR_MEMORY);
+    CHECK_EQ(in.shape.num_aside_faces, FACES - 1);
+    CHECK(cq_encoder_bytes(&in.shape) > size);
+    exact_free(memory);
+}
+
 TEST(misaligned_encoder_memory_is_an_error) {
     sample s;
     size_t size, stream_size, shift;
@@ -1118,6 +1150,7 @@ int main(int argc, char **argv) {
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
     RUN(the_decoder_that_replays_gets_the_rest_of_the_memory);
+    RUN(the_preparation_may_take_more_than_the_coding_of_what_comes_in);
     RUN(misaligned_encoder_memory_is_an_error);
     RUN(every_output_that_is_too_small_is_full_and_the_size_is_told);
     RUN(an_output_that_is_larger_than_needed_gets_the_same_bytes);

@@ -1007,6 +1007,35 @@ TEST(no_more_rows_are_made_than_the_header_has) {
     CHECK(in_marks > SHAPES);
 }
 
+/* A new vertex on a border needs another virtual face, and the header says how many there are. Where there is none left,
+ * all corners keep their rows. */
+TEST(no_border_is_longer_than_the_header_says) {
+    int which, more, counted = 0;
+    for (which = 0; which < SHAPES; ++which)
+        for (more = 0; more < 4; ++more) {
+            sample s;
+            coded c;
+            decoding d;
+            cq_bytes in;
+            if (begin_with_seams(&s, &c, &d, &in, which)) {
+                cq_mesh *m = &d.decoder->mesh;
+                const cq_index most = (cq_index)(m->num_virtual_faces + (cq_index)more);
+                if (most < m->max_virtual_faces) {
+                    m->max_virtual_faces = most;
+                    while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+                    CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
+                    CHECK_EQ(d.decoder->phase, CQI_SWEEP);
+                    CHECK_EQ(m->num_virtual_faces, most);
+                    CHECK_EQ(cq_mesh_check(m, NULL), CQ_OK);
+                    check_rows(d.decoder);
+                    ++counted;
+                }
+            }
+            end_with_seams(&s, &c, &d);
+        }
+    CHECK(counted >= 12);
+}
+
 TEST(any_marks_and_flips_leave_each_row_one_vertex) {
     uint64_t random = 4;
     int which, tries, reached = 0, done = 0;
@@ -1080,6 +1109,7 @@ int main(int argc, char **argv) {
     RUN(any_marks_and_flips_leave_a_valid_mesh);
     RUN(no_vertex_goes_into_two_faces_that_share_their_edges);
     RUN(no_more_rows_are_made_than_the_header_has);
+    RUN(no_border_is_longer_than_the_header_says);
     RUN(any_marks_and_flips_leave_each_row_one_vertex);
     RUN(an_edge_that_is_a_seam_is_not_flipped);
     return TEST_END();

@@ -648,6 +648,76 @@ TEST(whatever_comes_in_comes_out)
     }
 }
 
+/* A wheel of six spokes and its other side, all locked; around its hub so many rows take turns. A sheet with seams gives
+ * the stream levels, with more vertices and rows. */
+static void add_wheel_and_sheet(int rows)
+{
+    cq_index row[3];
+    int k;
+    for (k = 0; k < rows; k++) {
+        row[k] = add_row(2000, 2000, 2300);
+        scene.uv[2 * row[k]] = (cq_value)(1000 * (k + 1));
+    }
+    for (k = 0; k < 6; k++) add_row(k < 3 ? 1700 + 300 * k : 3200 - 300 * k, k < 3 ? 2200 : 1800, 2000);
+    add_row(2000, 2000, 1700);
+    for (k = 0; k < 6; k++) {
+        const cq_index a = (cq_index)(rows + k), b = (cq_index)(rows + (k + 1) % 6);
+        add_face(row[k % rows], a, b);
+        add_face((cq_index)(rows + 6), b, a);
+    }
+    memset(scene.locked, 0, sizeof scene.locked);
+    memset(scene.locked, 1, (size_t)rows + 7);
+    scene.input.locked = scene.locked;
+    add_sheet(14, 14, 0, 0);
+    add_seams(3, 3);
+}
+
+/* If B gets three spokes that follow each other, both A and B have all rows of A. An encoder does not collapse to more
+ * than two such rows: a stream that splits three is corrupt, and the mesh stays as it was. */
+TEST(a_split_splits_two_rows_at_most)
+{
+    int rows, p;
+    for (rows = 2; rows <= 3; rows++)
+        for (p = 0; p < 3; p++) {
+            coded c;
+            decoding d;
+            cq_decoder *to;
+            cq_bytes in;
+            cq_index hub, vertices, rows_before;
+            begin(2);
+            seed = 3;
+            add_wheel_and_sheet(rows);
+            code(&c, &scene.input);
+            REQUIRE_EQ(c.result, CQ_OK);
+            decoding_begin(&d, c.bytes, c.size);
+            to = d.decoder;
+            in.data = c.bytes;
+            in.size = c.size;
+            while (to->phase != CQI_PATCHES && d.result == CQ_OK) d.result = cq_decode(to, &in, 1);
+            REQUIRE_EQ(d.result, CQ_OK);
+            hub = to->vertex[c.map[0]];
+            vertices = to->mesh.num_vertices;
+            rows_before = to->num_rows;
+            cqi_read_ring(&to->mesh, &to->ring, to->mesh.out[hub]);
+            REQUIRE_EQ(to->ring.size, 6);
+            CHECK_EQ(cqi_begin_corners(to, p, p + 3), CQ_OK);
+            CHECK_EQ(cq_decode(to, &in, 1), rows == 2 ? CQ_OK : CQ_ERROR_CORRUPT);
+            CHECK(to->shape.num_rows > to->seams->num_rows && to->shape.num_vertices > vertices);
+            if (rows == 2) {
+                REQUIRE_EQ(to->phase, CQI_READ_ROWS);
+                CHECK_EQ(cqi_apply_rows(to), CQ_OK);
+                CHECK(to->num_rows >= rows_before + 2);
+                CHECK_EQ(to->mesh.valence[vertices], 5);
+            }
+            else CHECK_EQ(to->num_rows, rows_before);
+            CHECK_EQ(to->mesh.num_vertices, vertices + (rows == 2));
+            CHECK_EQ(cq_mesh_check(&to->mesh, NULL), CQ_OK);
+            CHECK(rows_are_valid(to));
+            decoding_free(&d);
+            uncode(&c);
+        }
+}
+
 int main(int argc, char **argv)
 {
     TEST_BEGIN(argc, argv);
@@ -671,6 +741,7 @@ int main(int argc, char **argv)
     RUN(the_macros_and_the_function_for_decoder_memory_agree);
     RUN(metadata_travel_with_a_mesh_that_has_nothing_else);
     RUN(the_locked_borders_of_two_tiles_meet_from_the_base_on);
+    RUN(a_split_splits_two_rows_at_most);
     RUN(whatever_comes_in_comes_out);
     return TEST_END();
 }
