@@ -157,7 +157,9 @@
  *                       cq_encode takes oriented manifolds only
  *     CQ_NO_ATTRIBUTES  no channels but one of positions that is not exact: the smallest decoder; needs CQ_NO_ENCODER
  *     CQ_ASSERT(c)      as assert for example: checks each precondition below that no result reports, and never what a
- *                       stream contains */
+ *                       stream contains
+ *     CQ_TRACE(decoder, event, a, b, c)   for those who write a decoder: a statement that is run with each event of
+ *                       decoding, see cq_event; examples/cqm/trace.c prints them */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -785,6 +787,30 @@ struct cq_report {
     size_t bytes;                    /* of the stream */
     cq_level level[CQ_MAX_LEVELS];   /* coarsest first */
 };
+
+/* -- Trace ---------------------------------------------------------------------------------------------------------
+ *
+ * What CQ_TRACE is run with, in the words of SPEC.md: `a`, `b`, `c` are of type uint32_t, 0 where nothing is said. An
+ * event comes as soon as its symbols are read, in the order of the stream; none comes if bytes are missing for it. What
+ * is at fault is not told. Nothing is told of rows and faces aside, and of metadata. */
+typedef enum cq_event {
+    CQ_EVENT_MATERIAL,   /* a material; its next triangle: where its range begins, or the one that is made next */
+    CQ_EVENT_TRIANGLE,   /* another triangle of the base: its vertices */
+    CQ_EVENT_COMPONENT,  /* has all its triangles; vertices and triangles so far; another component follows */
+    CQ_EVENT_VALUES,     /* channel, number of the vertex or row; they are in decoder->channel[a] */
+    CQ_EVENT_FACE,       /* channel of faces, number of the triangle, value */
+    CQ_EVENT_ROW,        /* a new row; its vertex */
+    CQ_EVENT_CORNER,     /* has a row that was read: vertex, row */
+    CQ_EVENT_LEVEL,      /* begins: its number, is it regular, code of the error */
+    CQ_EVENT_PATCH,      /* is conquered: centre; first vertex of the ring; 0 isolated, 1 split, 2 passed over */
+    CQ_EVENT_SPLIT,      /* new vertex, p, q */
+    CQ_EVENT_MARK,       /* regular level: new vertex, start and end of its edge */
+    CQ_EVENT_PATTERN,    /* of a triangle with several marks: its number, the side of the hub or 3 */
+    CQ_EVENT_DISSOLVED,  /* edge: its ends */
+    CQ_EVENT_INSERTION,  /* new vertex, start and end of its edge; its values follow */
+    CQ_EVENT_FLIP,       /* the ends of an edge, in any order */
+    CQ_EVENT_END         /* of the stream: levels, vertices, triangles */
+} cq_event;
 
 /* -- Private types: their sizes are public, their contents are not -------------------------------------------------
  *
@@ -2923,6 +2949,18 @@ static uint32_t cqi_code_uniform(cq_decoder *d, uint32_t value, uint32_t count)
 /* Did the last symbols need bytes that are not there? Asked before what they say is applied. */
 static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d->range.count > d->range.size; }
 
+/* An event of decoding, see CQ_TRACE; the encoder's replay tells none. */
+#ifdef CQ_TRACE
+#define CQI_TRACE_IF(condition, d, event, a, b, c) \
+    do { \
+        if ((condition) && !CQI_ENCODING(d) && !cqi_starved(d)) \
+            CQ_TRACE(d, event, (uint32_t)(a), (uint32_t)(b), (uint32_t)(c)); \
+    } while (0)
+#else
+#define CQI_TRACE_IF(condition, d, event, a, b, c) ((void)0)
+#endif
+#define CQI_TRACE(d, event, a, b, c) CQI_TRACE_IF(1, d, event, a, b, c)
+
 /* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
 static uint32_t cqi_log2(uint32_t x)
 {
@@ -3275,6 +3313,7 @@ static cq_result cqi_step_materials(cq_decoder *d)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (n > left) return CQ_ERROR_CORRUPT;
     m[1].first = (cq_index)(m->first + (cq_index)n);
+    CQI_TRACE(d, CQ_EVENT_MATERIAL, k + 1, m[1].first, 0);
     m[1].scan = (cq_index)(3 * m[1].first);
     return CQ_OK;
 }
@@ -3301,6 +3340,7 @@ static int cqi_code_base_material(cq_decoder *d, cq_index input)
     if (of->first + of->count == cqi_end_of_material(d, (uint32_t)m)) return 0;
     d->base.last_face = (cq_index)(of->first + of->count++);
     cqi_free_face(&d->base.draft, d->base.last_face);
+    CQI_TRACE(d, CQ_EVENT_MATERIAL, m, d->base.last_face, 0);
     return 1;
 }
 
@@ -3323,6 +3363,7 @@ static int cqi_code_new_materials(cq_decoder *d, int p, int q)
         d->new_face[end] = (cq_index)(d->materials[m].first + d->materials[m].count);
         if (d->new_face[0] != CQ_NONE && end && d->new_face[end] == d->new_face[0]) d->new_face[end]++;
         if (d->new_face[end] >= cqi_end_of_material(d, (uint32_t)m)) return 0;
+        CQI_TRACE(d, CQ_EVENT_MATERIAL, m, d->new_face[end], 0);
     }
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->channels, &cqi_level_report(d)->values);
     return 1;
@@ -3494,6 +3535,7 @@ static cq_index cqi_add_face(cq_decoder *d, cq_index a, cq_index b, cq_index c, 
     m->out[b] = (cq_index)(3 * f + 1);
     m->out[c] = (cq_index)(3 * f + 2);
     if (CQI_ENCODING(d)) cqi_plan_face(d->plan, input, f);
+    CQI_TRACE(d, CQ_EVENT_TRIANGLE, a, b, c);
     return f;
 }
 
@@ -3837,6 +3879,7 @@ static void cqi_code_base_face(cq_decoder *d, uint32_t k, cq_index f)
     int32_t before = d->base.valued_face != CQ_NONE ? values[d->base.valued_face] : 0, x = 0;
     if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, (cq_index)(d->plan->face_input[f] / 3));
     values[f] = (cq_value)cqi_code_copy(d, d->shape.channel[k].bits, &before, 1, x);
+    CQI_TRACE(d, CQ_EVENT_FACE, k, f, values[f]);
 }
 
 /* All channels of the component's next vertex or face. */
@@ -3855,6 +3898,7 @@ static cq_result cqi_code_base_values(cq_decoder *d)
         if (of_face) cqi_code_base_face(d, k, v);
         for (c = 0; c < d->shape.channel[k].components && !of_face; c++)
             if (!cqi_code_base_value(d, k, c, v, size++)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
+        CQI_TRACE_IF(!of_face, d, CQ_EVENT_VALUES, k, v, 0);
         cqi_charge_channel(d, k);
     }
     if (of_face) d->base.valued_face = v;
@@ -3879,6 +3923,7 @@ static CQI_APART void cqi_code_new_faces(cq_decoder *d, uint32_t k, int p, int q
             if (cqi_is_real_face(m, spoke)) beside[n++] = values[spoke / 3];
         if (CQI_ENCODING(d)) x = cqi_plan_of_face(d, k, d->plan->note[d->plan->next].face[end]);
         x = cqi_code_copy(d, d->shape.channel[k].bits, beside, n, x);
+        CQI_TRACE(d, CQ_EVENT_FACE, k, d->materials ? d->new_face[end] : f, x);
         if (d->materials) values[d->new_face[end]] = (cq_value)x;
         else if (f < m->first_virtual_face) values[f] = (cq_value)x; /* else the split will fail */
         f++;
@@ -5722,6 +5767,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
     if (d->located >= 0) {
         k = (uint32_t)d->located;
         if (!cqi_code_position(d, k, p, q, input, d->channel[k] + 3 * (size_t)b)) return 0;
+        CQI_TRACE(d, CQ_EVENT_VALUES, k, b, 0);
         cqi_charge_channel(d, k);
     }
     if (!CQI_HAS_ATTRIBUTES || d->shape.num_channels == (uint32_t)(d->located >= 0)) return 1;
@@ -5731,6 +5777,7 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
         if ((int)k == d->located) continue;
         if (of == CQI_OF_FACE) cqi_code_new_faces(d, k, p, q);
         else if (of == CQI_OF_VERTEX && !cqi_code_by_fan(d, k, b, input)) return 0;
+        CQI_TRACE_IF(of == CQI_OF_VERTEX, d, CQ_EVENT_VALUES, k, b, 0);
         cqi_charge_channel(d, k);
     }
     return 1;
@@ -6287,6 +6334,7 @@ static cq_index cqi_add_row(cq_decoder *d, cq_index vertex, cq_index wedge)
         d->plan->wedge_of_row[s->num_rows] = wedge;
         d->plan->row_decoded[wedge] = s->num_rows;
     }
+    CQI_TRACE(d, CQ_EVENT_ROW, s->num_rows, vertex, 0);
     return s->num_rows++;
 }
 
@@ -6469,6 +6517,7 @@ static void cqi_code_corners(cq_decoder *d)
         if ((k == CQI_RIGHT_A || k == CQI_RIGHT_B) && present[0])
             cqi_set_choice(s, k, s->usual[k], s->row[k - CQI_RIGHT_A + CQI_LEFT_A]);
         s->row[k] = cqi_code_corner(d, k);
+        CQI_TRACE(d, CQ_EVENT_CORNER, cqi_vertex_of_corner(d, k), s->row[k], 0);
     }
 }
 
@@ -6781,6 +6830,7 @@ static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
     if (!s->num_new || !cqi_next_channel(d, &s->channel)) return cqi_apply_rows(d);
     k = s->channel;
     ok = cqi_code_new_row(d, k, s->next++);
+    CQI_TRACE_IF(ok, d, CQ_EVENT_VALUES, k, d->num_rows + (cq_index)s->next - 1, 0);
     cqi_charge_channel(d, k);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     return ok ? CQ_OK : CQ_ERROR_CORRUPT;
@@ -6797,6 +6847,7 @@ static cq_result cqi_code_split(cq_decoder *d)
     int p = note ? note->p : 0, q = note ? note->q : 0;
     if (b == d->mesh.first_virtual) return CQ_ERROR_CORRUPT;
     cqi_code_pair(d, &p, &q);
+    CQI_TRACE(d, CQ_EVENT_SPLIT, b, p, q);
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->indices, &cqi_level_report(d)->indices);
     if (!cqi_code_values(d, p, q, note ? note->removed : 0, b)) return cqi_starved(d) ? CQ_TRUNCATED : CQ_ERROR_CORRUPT;
     if (cqi_starved(d)) return CQ_TRUNCATED;
@@ -6829,6 +6880,7 @@ static cq_result cqi_code_patch(cq_decoder *d, cq_index spoke)
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->flags, &cqi_level_report(d)->flags);
         if (pass) cqi_release_ring(&d->mesh, &d->ring);
     }
+    CQI_TRACE(d, CQ_EVENT_PATCH, centre, cq_target(&d->mesh, spoke), pass ? 2 : split);
     if (pass) {
         cqi_queue_neighbours(&d->mesh, &d->walk, spoke);
         return d->walk.full ? CQ_ERROR_CORRUPT : CQ_OK;
@@ -7092,6 +7144,7 @@ static cq_result cqi_code_mark(cq_decoder *d, cq_index h)
     d->mesh.mark[v] = (uint8_t)(g % 3 << 4);
     cqi_set_mark(d, h);
     if (cqi_is_real_face(m, g)) cqi_set_mark(d, g);
+    CQI_TRACE(d, CQ_EVENT_MARK, v, m->origin[h], m->origin[g]);
     return d->seams && !cqi_code_rows_of_mark(d, h, v) ? CQ_ERROR_CORRUPT : CQ_OK;
 }
 
@@ -8527,6 +8580,7 @@ static void cqi_code_dissolve(cq_decoder *d, cq_index h)
     if (!cqi_code_bit(d, CQI_DISSOLVED + 5 * cqi_marks_around(d, h, g) + shape,
                       CQI_ENCODING(d) && cqi_plan_dissolved(d->plan, m, h)))
         return;
+    CQI_TRACE(d, CQ_EVENT_DISSOLVED, m->origin[h], m->origin[g], 0);
     cqi_toggle_face_bits(d, e, cqi_ones[cqi_marks_of(d, e)] == 2 ? 1 : 1 + (int)(g % 3));
     if (cqi_ones[marks] == 1) cqi_toggle_face_bits(d, f, 1 + cqi_odd_side[marks]);
 }
@@ -8569,6 +8623,7 @@ static void cqi_code_pattern(cq_decoder *d, cq_index f)
         bits = 2 * (cqi_code_bit(d, CQI_TWO + shape, hub == other) == later);
     }
     cqi_toggle_face_bits(d, f, bits);
+    CQI_TRACE(d, CQ_EVENT_PATTERN, f, cqi_hub_side(d, f), 0);
 }
 
 /* The pattern of a face; and which of the edges that it shares with later ones are dissolved. */
@@ -8754,6 +8809,7 @@ static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_in
             d->now.fan.vertex[1] = i ? d->index[g] : d->index[cq_next(h)];
             for (part = 0; part < channel->components; part++)
                 cqi_code_copied(d, k, part, wedge, d->channel[k] + channel->components * (size_t)row + part);
+            CQI_TRACE(d, CQ_EVENT_VALUES, k, row, 0);
             continue;
         }
         for (part = 0; part < channel->components; part += 3) {
@@ -8762,6 +8818,7 @@ static int cqi_code_rows_of_channel(cq_decoder *d, uint32_t k, cq_index v, cq_in
             cqi_find_row(d, v, row, h, cqi_sides_of_row(two, i), feature);
             if (!cqi_code_other_part(d, v, row, feature, wedge)) return 0;
         }
+        CQI_TRACE(d, CQ_EVENT_VALUES, k, row, 0);
     }
     return 1;
 }
@@ -8792,6 +8849,7 @@ static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index i
         if ((int)k == d->located) ok = cqi_code_new_position(d, v, h, input);
         else if (cqi_has_row_values(d, k)) ok = cqi_code_rows_of_channel(d, k, v, h);
         else ok = cqi_is_expected(d, k) ? cqi_code_other(d, k, v, h, input) : cqi_code_by_fan(d, k, v, input);
+        CQI_TRACE_IF(ok && !cqi_has_row_values(d, k), d, CQ_EVENT_VALUES, k, v, 0);
         cqi_look_at_positions(d);
         cqi_charge_channel(d, k);
     }
@@ -8879,6 +8937,7 @@ static cq_result cqi_code_insertion(cq_decoder *d)
     const cq_index g = m->twin[h];
     int ok;
     if (m->valence[m->origin[h]] == 2 || !cqi_take_slots(d, h)) return CQ_ERROR_CORRUPT;
+    CQI_TRACE(d, CQ_EVENT_INSERTION, v, m->origin[h], m->origin[g]);
     ok = cqi_code_new_values(d, v, h, input);
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!ok) return CQ_ERROR_CORRUPT;
@@ -8901,6 +8960,7 @@ static cq_result cqi_flip_checked(cq_decoder *d, cq_index h)
     if (cqi_starved(d)) return CQ_TRUNCATED;
     if (!cqi_can_flip(&d->mesh, h)) return CQ_ERROR_CORRUPT;
     if (d->seams && !cqi_flip_index(&d->mesh, d->index, h)) return CQ_ERROR_CORRUPT;
+    CQI_TRACE(d, CQ_EVENT_FLIP, d->mesh.origin[h], cq_target(&d->mesh, h), 0);
     cqi_flip(&d->mesh, h);
     return CQ_OK;
 }
@@ -9145,6 +9205,7 @@ static cq_result cqi_end_component(cq_decoder *d)
     if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
     d->base.value = 0;
     d->phase = CQI_BASE_VALUES;
+    CQI_TRACE(d, CQ_EVENT_COMPONENT, d->base.draft.num_vertices, d->base.faces, d->base.more);
     return cqi_finish_component(d);
 }
 
@@ -9368,6 +9429,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     if (s->vertex == d->base.draft.num_vertices) return cqi_step_base_values(d);
     if (!s->fresh) {
         if (s->corner / 3 < d->mesh.first_virtual_face) ok = cqi_code_base_corner(d);
+        CQI_TRACE_IF(ok && cqi_row_at(d, s->corner) != CQ_NONE, d, CQ_EVENT_CORNER, s->vertex, d->index[s->corner], 0);
         cqi_next_base_corner(d);
         if (CQI_REPORTING(d)) cqi_charge(d, &d->report->base, NULL);
     } else if (s->row_of_base == s->num_rows) {
@@ -9375,6 +9437,7 @@ static CQI_APART cq_result cqi_step_base_rows(cq_decoder *d)
     } else if (cqi_next_channel(d, &s->channel)) {
         const uint32_t k = s->channel++;
         ok = cqi_code_base_row(d, k, s->row_of_base);
+        CQI_TRACE_IF(ok, d, CQ_EVENT_VALUES, k, s->row_of_base, 0);
         cqi_charge_channel(d, k);
     } else {
         s->channel = 0;
@@ -9614,6 +9677,7 @@ static cq_result cqi_step_level(cq_decoder *d)
     d->level++;
     cqi_code_error(d);
     if (cqi_starved(d)) return CQ_TRUNCATED;
+    CQI_TRACE(d, CQ_EVENT_LEVEL, d->level, regular, d->error_code);
     if (CQI_REPORTING(d)) {
         memset(cqi_level_report(d), 0, sizeof(cq_level));
         cqi_level_report(d)->error = d->error;
@@ -9849,6 +9913,7 @@ static int cqi_is_ready(const cq_decoder *d)
 static cq_result cqi_finish_stream(cq_decoder *d)
 {
     if (d->input.crc != d->input.expected_crc) return CQ_ERROR_CHECKSUM;
+    CQI_TRACE(d, CQ_EVENT_END, d->level, d->mesh.num_vertices, d->mesh.num_faces);
     d->error = 0;
     if (CQI_REPORTING(d)) {
         cq_report *r = d->report;

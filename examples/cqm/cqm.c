@@ -18,6 +18,7 @@ static const char main_help[] =
     "  cqm decode [OPTION]... IN.cqm OUT    stream, or the start of one, to mesh file\n"
     "  cqm info [OPTION]... IN.cqm          what a stream holds and what it costs\n"
     "  cqm verify [OPTION]... IN...         encode, decode, compare\n"
+    "  cqm trace IN.cqm                     what a decoder reads, for those who write one\n"
     "\n"
     "  cqm COMMAND --help                   options of a command\n"
     "  cqm --help                           this text\n"
@@ -138,9 +139,41 @@ static const char verify_help[] =
     "  --quiet            as for encode\n"
     "  --help             this text\n";
 
+static const char trace_help[] =
+    "cqm trace IN.cqm\n"
+    "\n"
+    "Decodes a stream, or the start of one, and prints a line for each event, in the\n"
+    "order of the stream and in the words of SPEC.md: what was read, to be compared\n"
+    "with what another decoder has read. Of a stream with an error it prints what\n"
+    "comes before it, and the error as cqm decode does, with exit status 1. Nothing is\n"
+    "told of rows and faces aside, and of metadata.\n"
+    "\n"
+    "  material M T       the next triangle of material M is T: its first one, and\n"
+    "                     those that are made next\n"
+    "  triangle A B C     vertices of another triangle of the base; virtual vertices\n"
+    "                     have the numbers from that of all vertices on\n"
+    "  component V F MORE a component has all its triangles: vertices and triangles so\n"
+    "                     far; 1: another component follows\n"
+    "  values K N X...    of channel K, of vertex or row N\n"
+    "  face K F X         value of channel K of triangle F\n"
+    "  row R V            a new row, of vertex V\n"
+    "  corner V R         the row of a corner at vertex V, where it was read\n"
+    "  level N R E        begins; R: is it regular; E: code of its error\n"
+    "  patch C L S        is conquered: centre, first vertex of the ring; S: 0 not\n"
+    "                     split, 1 split, 2 passed over\n"
+    "  split B P Q        new vertex, p and q\n"
+    "  mark V A B         of a regular level: new vertex, and the edge that gets it\n"
+    "  pattern F S        of a triangle with several marks: side of its hub; 3: none\n"
+    "  dissolved A B      ends of an edge\n"
+    "  insertion V A B    new vertex, ends of its edge\n"
+    "  flip A B           ends of an edge, the lower number first\n"
+    "  end N V F          levels, vertices, triangles\n"
+    "\n"
+    "  --help             this text\n";
+
 /* -- Commands and their options ------------------------------------------------------------------------------------ */
 
-enum command_id { ENCODE = 1, DECODE = 2, INFO = 4, VERIFY = 8 };
+enum command_id { ENCODE = 1, DECODE = 2, INFO = 4, VERIFY = 8, TRACE = 16 };
 
 struct command {
     const char *name;
@@ -156,6 +189,7 @@ static const struct command commands[] = {
     { "decode", DECODE, run_decode, 2, 2, "two files, IN.cqm and OUT", decode_help },
     { "info", INFO, run_info, 1, 1, "one file, IN.cqm", info_help },
     { "verify", VERIFY, run_verify, 1, INT32_MAX, "at least one file, IN", verify_help },
+    { "trace", TRACE, run_trace, 1, 1, "one file, IN.cqm", trace_help },
 };
 
 enum option_id {

@@ -8,6 +8,7 @@
  *     words.c    their names as metadata, and back
  *     border.c   keeps the border of a surface
  *     view.c     a decoded mesh as a mesh file
+ *     trace.c    what a decoder reads, event by event
  *
  * Each command returns the exit status. A function that can fail reports the error itself and returns 0 or NULL. */
 #ifndef CQM_H
@@ -43,6 +44,7 @@ int run_encode(const struct options *options);
 int run_decode(const struct options *options);
 int run_info(const struct options *options);
 int run_verify(const struct options *options);
+int run_trace(const struct options *options);
 
 /* -- file.c -------------------------------------------------------------------------------------------------------- */
 

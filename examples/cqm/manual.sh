@@ -31,7 +31,7 @@ cqm \\- progressive to lossless coding of triangle meshes
 .SH DESCRIPTION
 EOF
 "$cqm" --help | sed 1,2d | format
-for command in encode decode info verify; do
+for command in encode decode info verify trace; do
     printf '.SH CQM %s\n' "$(echo $command | tr a-z A-Z)"
     "$cqm" $command --help | sed '2d; 1s/^/  /' | format
 done

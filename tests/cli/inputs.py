@@ -4,6 +4,7 @@
 Each input is written here and encoded; what is decoded is compared with the mesh that the input means. The last line is
 `N passed, N failed`.   SPDX-License-Identifier: MIT"""
 
+import itertools
 import json
 import math
 import os
@@ -676,6 +677,54 @@ def test_info_of_a_part():
     check("all: not so far", "so far" not in subprocess.run([CQM, "info", stream], capture_output=True, check=True).stdout.decode())
 
 
+def test_trace():
+    """What it prints of a whole stream, of a part and of a damaged one."""
+    positions, faces = grid_mesh(1, (0, 0, 0))
+    stream = FOLDER / "trace.cqm"
+    cqm("encode", write("trace.ply", ply(positions, faces)), stream)
+    data = stream.read_bytes()
+    counts = json.loads(run("info", "--json", stream)[1])
+    said, text = run("trace", stream)
+    lines = [line.split() for line in text.splitlines()]
+    kinds = [line[0] for line in lines]
+    end = [str(counts[name]) for name in ("levels", "vertices", "faces")]
+    check(f"ends with {lines[-1]}", not said and lines[-1] == ["end"] + end)
+    check("a line for each vertex", sorted(int(line[2]) for line in lines if line[0] == "values") == [*range(len(positions))])
+    check("all are of channel 0 and have three numbers", all(len(line) == 6 and line[1] == "0" for line in lines if line[0] == "values"))
+    base = [line for line in lines if line[0] == "triangle" and max(map(int, line[1:])) < len(positions)]
+    check("triangles of the base", len(base) == counts["base_faces"] < kinds.count("triangle"))
+    check("levels", [line[1:3] for line in lines if line[0] == "level"] ==
+          [[str(k + 1), str(int(level["type"] == "regular"))] for k, level in enumerate(counts["per_level"])])
+    for level in counts["per_level"]:
+        begin = lines.index(next(line for line in lines if line[:2] == ["level", str(counts["per_level"].index(level) + 1)]))
+        here = list(itertools.takewhile(lambda kind: kind not in ("level", "end"), kinds[begin + 1:]))
+        made = here.count("insertion") if level["type"] == "regular" else here.count("split")
+        check(f"patches and vertices of level at line {begin}", made == level["splits"]
+              and here.count("patch") >= level["patches"] and here.count("mark") == here.count("insertion"))
+    names = {line.split()[0] for line in run("trace", "--help")[1].splitlines() if line.startswith("  ") and line[2] not in " -"}
+    check(f"the help has {sorted(set(kinds) - names)} not", set(kinds) <= names and len(names) == 16)
+    before = ""
+    for size in [*range(40, len(data) - 1, 13), len(data) - 1]:
+        said, part = run("trace", write("part3.cqm", data[:size]), status=1)
+        check(f"{size} bytes: {said}", f"truncated after {size} of {len(data)} bytes" in said and said.count("\n") == 1)
+        check(f"{size} bytes: a beginning", text.startswith(part) and part.startswith(before))
+        before = part
+    check(f"most of it was seen: {len(before)} of {len(text)}", len(before) > len(text) / 3)
+    damaged = data[:-20] + bytes(20)
+    said, part = run("trace", write("damaged.cqm", damaged), status=1)
+    check(f"damaged: as decode says {said}", said == cqm("decode", FOLDER / "damaged.cqm", FOLDER / "damaged.off", status=1)
+          and f"(byte {len(data)})" in said)
+    check("what comes before is told", 0 < len(os.path.commonprefix([part, text])) < len(text) and "end" not in part.split())
+    check("of no stream nothing", run("trace", write("no.cqm", b"CR"), status=1)[1] == "")
+    check("of a header nothing", run("trace", write("head.cqm", data[:20]), status=1)[1] == "")
+    check("from standard input", subprocess.run([CQM, "trace", "-"], input=data, capture_output=True, check=True).stdout.decode() == text)
+    check("one file", "takes one file, IN.cqm, but got 0" in cqm("trace", status=2))
+    if os.path.exists("/dev/full"):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run([CQM, "trace", stream], stdout=full, stderr=subprocess.PIPE, check=False)
+        check("a full disk", done.returncode == 1 and b"cannot write" in done.stderr)
+
+
 def test_tiles():
     """Two squares side by side, whose heights at the border are equal."""
     def tile(x0, name):
@@ -710,7 +759,7 @@ def test_tiles():
 TESTS = (test_binary_stl, test_text_stl, test_obj, test_what_obj_has_and_a_stream_has_not, test_no_mesh, test_off,
          test_attributes_of_off, test_ply, test_strips, test_far_from_the_origin, test_floats_that_are_too_coarse,
          test_exact_means_floats,
-         test_one_stray_point, test_words, test_strict_decoding, test_info_of_a_part, test_tiles)
+         test_one_stray_point, test_words, test_strict_decoding, test_info_of_a_part, test_trace, test_tiles)
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def implementation(text):
     body = re.sub(r"/\*.*?\*/", blank, body, flags=re.DOTALL)
     body = re.sub(r"\"(?:\\.|[^\"\\\n])*\"", blank, body)
     body = re.sub(r"^ *#(?:.*\\\n)*.*$", blank, body, flags=re.MULTILINE)
-    body = re.sub(r"^ *CQ_ASSERT\(.*$", blank, body, flags=re.MULTILINE)
+    body = re.sub(r"^ *(?:CQ_ASSERT|CQI_TRACE(?:_IF)?)\(.*$", blank, body, flags=re.MULTILINE)
     body = re.sub(r"\bstatic const \w+ \w+[^={;]*= \{(?:[^{}]|\{[^{}]*\})*\};", blank, body)
     body = re.sub(r"\b(?:enum|struct|union)(?: \w+)? \{(?:[^{}]|\{[^{}]*\})*\}[^;]*;", blank, body)
     body = re.sub(r"^(?:static |CQ_API )?[\w ]+[ *]+\w+\([^;{]*\)(?=\s*\{|;)", blank, body, flags=re.MULTILINE)

@@ -130,12 +130,14 @@ def fields(data):
 
 def example(data):
     import decoder  # reads the appendix, which must be there
-    trace = []
-    result = decoder.Decoder(data, trace=trace)
+    events, symbols = [], []
+    result = decoder.Decoder(data, events=events, symbols=symbols)
     text = "```\n" + data.hex(" ") + "\n```\n\n" + fields(data)
     text += "\nThe symbols, with the state after each; the frequency of a bit is that of a 1:\n\n```\n"
     text += f"{'symbol':18} value  frequency/total  range      code       used\n"
-    text += "".join(decoder.trace_line(*symbol) + "\n" for symbol in trace)
+    text += "".join(decoder.symbol_line(*symbol) + "\n" for symbol in symbols)
+    text += "```\n\nThe events, as `cqm trace` prints them (14.6):\n\n```\n"
+    text += "".join(line + "\n" for line in decoder.trace(events))
     text += "```\n\nThe triangles:\n\n```\n"
     return text + "".join(" ".join(map(str, triangle)) + "\n" for triangle in result.triangles()) + "```\n"
 

@@ -10,10 +10,14 @@ the kind of result, and the mesh with the order of vertices, triangles and corne
     corrupt    400 streams (--all: 14 000) with bits flipped, counts changed, payloads made up, with and without
                matching check values
     valid      half as many that no encoder writes but that are valid (random_stream.py)
+    traces     some streams that together have all events, whole, cut and with bits flipped: what both have read, line
+               by line
 
-A difference is printed with the name of a file that has the stream. The last line is `N passed, N failed`."""
+A difference is printed with the name of a file that has the stream, and the first line where the traces differ. The last line is `N passed, N failed`."""
 
 import argparse
+import collections
+import itertools
 import multiprocessing
 import os
 import pathlib
@@ -34,12 +38,24 @@ LIMIT = 100000         # vertices, triangles or edges of a made-up header
 WAYS = ("positions", "connectivity")
 WIDE = "bits 24"         # rings that 8.3 scales down
 TEXTURES = "0,0,3,14", "3,0,2,12", "3,0,2,32"  # 9.16
+OF_FACES = "0,0,3,14", "3,0,2,12", "7,2,1,4"
 
 options = None
 
 
 def run(command, data=b""):
     return subprocess.run(command, input=data, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+
+
+def trace_difference(data, events=None):
+    """The first line where the traces of a stream differ, or None. `events`: a list that gets Python's."""
+    events = [] if events is None else events
+    if decoder.Decoder(data, events=events, limit=LIMIT).kind == "limit":
+        return None
+    found = run([options.cqm, "trace", "-"], data).stdout.decode().splitlines()
+    lines = itertools.zip_longest(decoder.trace(events), found, fillvalue="nothing")
+    return next((f"line {n} of the traces: Python: {here}; C: {there}"
+                 for n, (here, there) in enumerate(lines, 1) if here != there), None)
 
 
 class Tally:
@@ -62,7 +78,8 @@ class Tally:
         why = (found.stderr.decode().strip().splitlines() or [f"exit status {found.returncode}"])[:2]
         here, there = " ".join(decoder.dump(reference).splitlines()[:2]), " ".join(text.splitlines()[:2] or why)
         name += f" at {stop} vertices" if stop else ""
-        self.failures.append(f"FAIL  {name}: Python: {here}; C: {there}; {path.relative_to(ROOT)}")
+        self.failures.append(f"FAIL  {name}: Python: {here}; C: {there}; {path.relative_to(ROOT)}; "
+                             f"{trace_difference(data) or 'the traces are equal'}")
         return reference
 
     def require(self, name, condition):
@@ -255,12 +272,40 @@ def compare_example():
     tally = Tally()
     spec = decoder.SPEC.read_text(encoding="utf-8")
     blocks = re.findall(r"```\n(.*?)```", spec[spec.index("\n## 13."):spec.index("\n## 14.")], re.S)
-    data, trace = bytes.fromhex(blocks[0]), []
-    decoder.Decoder(data, trace=trace)
+    data, events, symbols = bytes.fromhex(blocks[0]), [], []
+    decoder.Decoder(data, events=events, symbols=symbols)
     tally.require("example: bytes", data == encode(ROOT / "ref_data" / "octahedron.off", "connectivity"))
-    tally.require("example: symbols", blocks[1].splitlines()[1:] == [decoder.trace_line(*symbol) for symbol in trace])
+    tally.require("example: symbols", blocks[1].splitlines()[1:] == [decoder.symbol_line(*symbol) for symbol in symbols])
+    tally.require("example: events", blocks[2].splitlines() == decoder.trace(events) and trace_difference(data) is None)
     result = tally.check("example", data)
-    tally.require("example: triangles", blocks[2].splitlines() == [" ".join(map(str, t)) for t in result.triangles()])
+    tally.require("example: triangles", blocks[3].splitlines() == [" ".join(map(str, t)) for t in result.triangles()])
+    return tally
+
+
+TRACED = (("holes.off", "positions"), ("holes.off", "connectivity"), ("holes.off", 1000), ("holes.off", 1002),
+          ("pyramid_80.off", "positions"), ("components_open.off", "positions"), ("annulus_16x3.off", "connectivity"),
+          ("torus_12x8.off", "positions"), ("torus_12x8.off", (1004,) + OF_FACES), ("grid.off", (0,) + OF_FACES),
+          ("grid.off", (1024,) + TEXTURES[:1]), ("cylinder.off", (1024,) + OF_FACES[:2]))
+
+
+def compare_traces():
+    """What both decoders read, event by event: wedges, materials, channels of faces, patches and regular levels."""
+    tally, seen = Tally(), collections.Counter()
+    draw = random.Random("traces")
+    for name, how in TRACED:
+        whole = encode(ROOT / "ref_data" / name, how)
+        cut, damaged = draw.randrange(len(whole)), flip(draw, parts(whole)[5])
+        for what, data in (("", whole), (f" cut to {cut} bytes", whole[:cut]),
+                           (" with bits flipped", frame(*parts(whole)[:5], damaged))):
+            events = []
+            difference = trace_difference(data, events)
+            tally.require(f"{name} {how}{what}: {difference}", difference is None)
+            seen.update(event[0] for event in events)
+    header = (ROOT / "include" / "conquest.h").read_text(encoding="utf-8")
+    names = {name.lower() for name in re.findall(r"CQ_EVENT_([A-Z]+)", header)}
+    tally.require(f"events: {sorted(seen)}, in the header {sorted(names)}", set(seen) == names)
+    for event, count in seen.items():
+        tally.require(f"only {count} of {event}", count >= 10)
     return tally
 
 
@@ -327,7 +372,7 @@ def main():
     options = parser.parse_args()
     small = sorted((ROOT / "ref_data").glob("*.off"))
     jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,),
-            (compare_power_of_two,)]
+            (compare_power_of_two,), (compare_traces,)]
     for path in package_meshes(20000 if options.all else 1000):
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:

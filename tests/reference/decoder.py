@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """A second decoder, slow and plain, written from SPEC.md alone.   SPDX-License-Identifier: MIT
 
-    decoder.py [--vertices N] [--trace] FILE     prints the mesh as tests/reference/dump.c does
+    decoder.py [--vertices N] [--trace] [--symbols] FILE     prints the mesh as tests/reference/dump.c does
 
---vertices stops as soon as the mesh has N vertices. --trace prints every symbol instead of the mesh. Comments name the
-sections of SPEC.md. The model's start values are read from its appendix.
+--vertices stops as soon as the mesh has N vertices. --trace prints events instead of the mesh, as `cqm trace` does, and
+--symbols every symbol. Comments name the sections of SPEC.md. The model's start values are read from its appendix.
 
 The mesh is not the one of conquest.h: a dictionary tells for each directed edge the triangle on its left, and rings are
 found from it. Virtual vertices have the numbers V, V + 1, ..."""
@@ -243,11 +243,11 @@ def adapted(m, bit, rate):
 
 
 class RangeDecoder:
-    def __init__(self, payload, trace):
+    def __init__(self, payload, symbols):
         self.payload, self.used = payload, 0
         self.range, self.code = 0xffffffff, 0
         self.rate = 4
-        self.trace = trace
+        self.symbols = symbols
         self.models = [256 * n + 128 for n in TABLES.bits]
         for _ in range(4):
             self.code = self.code << 8 | self.next_byte()
@@ -320,8 +320,8 @@ class RangeDecoder:
         return 7 + self.raw(5)
 
     def log(self, name, value, freq, total):
-        if self.trace is not None:
-            self.trace.append((name, value, freq, total, self.range, self.code, self.used))
+        if self.symbols is not None:
+            self.symbols.append((name, value, freq, total, self.range, self.code, self.used))
 
 
 # -- 5. The base mesh --------------------------------------------------------------------------------------------------
@@ -336,6 +336,7 @@ class Materials:  # 18
                 decoder.reject("corrupt")
             decoder.end_step()
             self.first.append(self.first[-1] + faces)
+            decoder.tell("material", len(self.first) - 1, self.first[-1])
         self.end = self.first[1:] + [decoder.header.faces]
         self.next = list(self.first)    # number of the next triangle of each
         self.of, self.number = {}, {}   # of triangles, by id
@@ -343,14 +344,20 @@ class Materials:  # 18
     def read(self, near, taken=()):
         """That of a new triangle, given those nearby; `taken` go to triangles that are not yet there."""
         m = self.decoder.copied((len(self.first) - 1).bit_length(), near)
-        if m >= len(self.first) or self.next[m] + list(taken).count(m) == self.end[m]:
+        number = self.next[m] + list(taken).count(m) if m < len(self.first) else None
+        if number is None or number == self.end[m]:
             self.decoder.reject("corrupt")
+        self.decoder.tell("material", m, number)
         return m
 
     def enter(self, triangle, m):
         self.of[id(triangle)], self.number[id(triangle)] = m, self.next[m]
         self.next[m] += 1
         return self.next[m] - 1
+
+    def numbers(self, materials):
+        """Of triangles that are not there yet, one after another."""
+        return [self.next[m] + materials[:k].count(m) for k, m in enumerate(materials)]
 
     def inherit(self, triangle, parent):  # 18
         self.enter(triangle, self.of[id(parent)])
@@ -396,6 +403,7 @@ class Base:
                 self.decoder.end_step()
             more = self.coder.bit("COMPONENT")
             self.decoder.end_step()
+            self.decoder.tell("component", self.vertices, len(self.real), more)
             self.check(more)
             yield
 
@@ -428,6 +436,7 @@ class Base:
         for v in corners:
             self.corners[v] = self.corners.get(v, 0) + 1
             self.last[v] = triangle
+        self.decoder.tell("triangle", *corners)
         return 3 * (number + (self.header.faces if virtual else 0))
 
     def corner(self, h, step):
@@ -1503,6 +1512,7 @@ class Rows:
             return 0
         self.vertex.append(vertex)
         self.values.append([None] * sum(c.components for _, c in self.header.row_channels()))
+        self.decoder.tell("row", self.count, vertex)
         self.count += 1
         return self.count - 1
 
@@ -1520,11 +1530,13 @@ class Rows:
                     continue
                 rows = self.of.setdefault(id(triangle), [None] * 3)
                 rows[triangle.index(v)] = before = self.base_corner(first, before, v)
+                self.decoder.tell("corner", v, before)
                 self.decoder.end_step()
             for row in range(first, self.count):
                 triangles = self.triangles_of(row, v, around)
                 for k, channel in self.header.row_channels():
                     self.base_row(k, channel, row, first, v, triangles)
+                    self.decoder.tell("values", k, row, *self.values[row][self.part(channel)])
                     self.decoder.end_step()
 
     # 15.3
@@ -1643,6 +1655,7 @@ class Rows:
                     self.split_value(k, channel, n, row, neighbour)
                 else:
                     self.seam_value(k, channel, row, neighbour, corner)
+                self.decoder.tell("values", k, row, *self.values[row][self.part(channel)])
                 self.decoder.end_step()
         return corners
 
@@ -1692,6 +1705,7 @@ class Rows:
                 rows[k] = other
             else:
                 rows[k] = self.make(vertices[k], usual, k)
+            self.decoder.tell("corner", vertices[k], rows[k])
         return rows
 
     def apply(self, ring, p, q, corners):
@@ -1864,8 +1878,11 @@ FREE, HELD, HELD_OFTEN, TAKEN = range(4)  # 7.4
 
 
 class Decoder:
-    def __init__(self, data, stop=None, trace=None, limit=None):
-        """Decodes at once. `stop`: at so many vertices. `limit`: refuse more vertices, triangles or edges, "limit"."""
+    events = None
+
+    def __init__(self, data, stop=None, events=None, symbols=None, limit=None):
+        """Decodes at once. `stop`: at so many vertices. `limit`: refuse more vertices, triangles or edges, "limit".
+        `events`, `symbols`: lists that get these."""
         self.kind = None
         self.vertices = 0      # of the result
         self.base_vertices = 0
@@ -1879,13 +1896,13 @@ class Decoder:
         self.aside = [], []    # 16: rows; triangles with their values
         self.metadata = b""
         self.levels = self.error = 0
-        self.stop = stop
+        self.stop, self.events = stop, events
         try:
             self.header = Header(data)
             h = self.header
             if limit is not None and max(h.vertices, h.faces, h.edges, h.rows, h.aside_rows, h.aside_faces) > limit:
                 raise End("limit")
-            self.coder = RangeDecoder(self.header.payload, trace)
+            self.coder = RangeDecoder(self.header.payload, symbols)
             self.decode()
         except End as end:
             self.kind = end.args[0]
@@ -1905,6 +1922,16 @@ class Decoder:
     def end_step(self):
         if self.is_starved():
             raise End("truncated")
+
+    def tell(self, *event):
+        """An event, as `cqm trace` prints it, unless bytes are missing for it."""
+        if self.events is not None and not self.is_starved():
+            self.events.append(event)
+
+    def tell_values(self, k, v, values):
+        """Those of channel k of a vertex, out of its numbers."""
+        channel = self.header.channels[k]
+        self.tell("values", k, v, *values[channel.first:channel.first + channel.components])
 
     def reject(self, kind):
         """The step that is being read is at fault, if all of it is there."""
@@ -1929,6 +1956,7 @@ class Decoder:
         if zlib.crc32(self.header.payload) != self.header.payload_check:
             raise End("checksum")
         self.error = 0
+        self.tell("end", self.levels, self.vertices, len(self.triangles()))
         raise End("done")
 
     def read_base(self, base):
@@ -2014,6 +2042,8 @@ class Decoder:
                 else:
                     prediction = 0 if channel.exact else 1 << channel.bits - 1
                 values.append(self.base_value(channel, prediction, sizes, k))
+                if len(values) == channel.first + channel.components:
+                    self.tell_values(self.header.channels.index(channel), v, values)
             self.end_step()
 
     def base_value(self, channel, prediction, sizes, k):
@@ -2036,11 +2066,14 @@ class Decoder:
 
     def base_face_values(self, base, before):  # 6.4
         channels = self.header.face_channels()
-        new = base.real[base.first_real:]
+        new = list(enumerate(base.real))[base.first_real:]
         if self.materials:
-            new = sorted(new, key=lambda triangle: self.materials.number[id(triangle)])
-        for triangle in new if channels else ():
-            before = [self.copy(channel, [before[k]] if before else [0]) for k, channel in enumerate(channels)]
+            new = sorted((self.materials.number[id(triangle)], triangle) for _, triangle in new)
+        for number, triangle in new if channels else ():
+            given, before = before, []
+            for k, channel in enumerate(channels):
+                before.append(self.copy(channel, [given[k]] if given else [0]))
+                self.tell("face", self.header.channels.index(channel), number, before[k])
             self.face_values[id(triangle)] = before
             self.end_step()
         return before
@@ -2051,9 +2084,10 @@ class Decoder:
         self.levels += 1
         if self.levels > 255:
             raise End("corrupt")
-        self.regular = self.regular or (self.header.regular and self.coder.bit("OTHER_LEVEL"))
+        self.regular = self.regular or int(self.header.regular and self.coder.bit("OTHER_LEVEL"))
         self.end_step()
         self.read_error()
+        self.tell("level", self.levels, self.regular, self.code)
         self.coder.rate = 4 if self.vertices < 512 else 5 if self.vertices < 4096 else 6  # 3.3
         if self.regular:
             RegularLevel(self).decode()
@@ -2125,6 +2159,7 @@ class Decoder:
             flag = self.coder.bit("FLAG", 12 * min(states.count(FREE), 3) + min(len(x), 11))
             passed = not flag and len(x) >= 13 and self.coder.bit("PASSED")
         self.end_step()
+        self.tell("patch", centre, entry, 2 if passed else flag)
         if passed:
             for y in x:
                 self.enqueue(y, centre)
@@ -2158,8 +2193,10 @@ class Decoder:
         mesh = self.mesh
         ring = Ring(centre, x, [mesh.valence[y] for y in x], states, self.position if self.header.position else None)
         p, q = self.pairs.decode(self.coder, ring)
+        self.tell("split", self.vertices, p, q)
         materials = self.materials.split(mesh, centre, (x[p], x[q])) if self.materials else []
-        values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q))
+        numbers = self.materials.numbers(materials) if self.materials else [len(mesh.real), len(mesh.real) + 1]
+        values, of_faces = self.new_values(ring, Fan(mesh, ring, p, q), numbers)
         self.end_step()
         self.values.append(values)
         corners = self.rows.split(ring, p, q) if self.rows else None
@@ -2177,8 +2214,8 @@ class Decoder:
         self.face_values.update((id(triangle), of_face) for triangle, of_face in zip(new, map(list, zip(*of_faces))))
         self.splits += 1
 
-    def new_values(self, ring, fan):  # 9.1
-        """Those of B, and those of the new triangles for each channel of faces."""
+    def new_values(self, ring, fan, numbers):  # 9.1
+        """Those of B, and those of the new triangles, which will have these numbers, for each channel of faces."""
         position, of_faces = self.header.position, []
         result = [None] * len(self.header.numbers())
         at = []
@@ -2187,24 +2224,27 @@ class Decoder:
             place = Place(self, ring, fan, self.position)
             here = [self.value(position, number) for number in plus(origin, place.decode())]
             result[position.first:position.first + 3] = here
+            self.tell_values(self.header.channels.index(position), self.vertices, result)
             at = [minus(self.position(v), here) for v in fan.v]
         neighbours = Neighbours(fan.v, [fan.w[k] if k in fan.all_known else None for k in range(fan.size)],
                                 fan.at_boundary, at, fan.faces)
         for k, channel in enumerate(self.header.channels):
             if channel.per_face:
-                of_faces.append(self.new_face_values(len(of_faces), channel, ring, fan))
+                of_faces.append(self.new_face_values(len(of_faces), k, ring, fan, numbers))
             elif not channel.of_row and channel is not position:
                 self.attributes.decode(k, channel, neighbours, self.values, result)
+                self.tell_values(k, self.vertices, result)
         return result, of_faces
 
-    def new_face_values(self, k, channel, ring, fan):  # 9.12
+    def new_face_values(self, k, number, ring, fan, numbers):  # 9.12
         """Of channel k among those of faces: the values of the new triangles at the real ones of two ends."""
-        made = []
+        made, channel = [], self.header.channels[number]
         for x in ring.x[fan.p], ring.x[fan.q]:
             if self.mesh.is_virtual(x):
                 continue
             beside = [self.face_values.get(id(self.mesh.left[edge])) for edge in ((ring.centre, x), (x, ring.centre))]
             made.append(self.copy(channel, made[:1] + [values[k] for values in beside if values]))
+            self.tell("face", number, numbers[len(made) - 1], made[-1])
         return made
 
 
@@ -2436,6 +2476,7 @@ class RegularLevel:
             self.marked.add(twin)
         start, end = self.ends(h)
         self.on[start, end] = self.on[end, start] = v
+        self.decoder.tell("mark", v, start, end)
         if self.rows:
             self.read_rows_of_mark(v, h, twin)
 
@@ -2501,6 +2542,7 @@ class RegularLevel:
                 fan = Neighbours(self.ends_of_side(*sides[0]), [None, None], True, [[0, 0, 0]] * 2, [])
                 for c in numbers:
                     values[c] = self.decoder.attributes.copied_value(channel, fan, c, self.rows.values)
+                self.decoder.tell("values", k, row, *values[self.rows.part(channel)])
                 continue
             for part in range(0, channel.components, 3):
                 self.look(channel, part, row)
@@ -2509,6 +2551,7 @@ class RegularLevel:
                     features.append(self.normal(v, h, row, [int(turned) for _, turned in sides]))
                 made = self.other_part(v, k, row, features)
                 values[channel.first + part:channel.first + part + len(made)] = made
+            self.decoder.tell("values", k, row, *values[self.rows.part(channel)])
         self.view = None
 
     # 17.3, 17.4
@@ -2620,11 +2663,16 @@ class RegularLevel:
         for f in range(len(self.faces)):
             if sum(self.marks_of(f)) > 1:
                 self.pattern[f] = self.read_pattern(f)
+                self.decoder.tell("pattern", self.number_of(f), self.pattern[f])
             for h in range(3 * f, 3 * f + 3):
                 twin = self.twin(h)
                 if twin is not None and twin > h:
                     self.read_dissolve(h, twin)
             self.decoder.end_step()
+
+    def number_of(self, f):
+        materials = self.decoder.materials
+        return materials.number[id(self.real[f])] if materials else f
 
     def sides(self, f):
         """New vertices of a face, and the side of that which is inserted first."""
@@ -2667,6 +2715,7 @@ class RegularLevel:
         shape = self.shape(*self.ends(h), self.expected_tip(h), self.expected_tip(g)) if self.located else 4
         if not self.coder.bit("DISSOLVED", 5 * around + shape):
             return
+        self.decoder.tell("dissolved", *self.ends(h))
         self.dissolved[e] = 1 + g % 3
         if of_h:
             self.dissolved[f] = 1 + self.marks_of(f).index(True)
@@ -2851,14 +2900,17 @@ class RegularLevel:
         for k, channel in enumerate(self.channels):
             if channel is self.position:
                 result += self.position_of(v, h)
+                decoder.tell_values(k, v, result)
                 self.expected[v][channel.first:channel.first + 3] = result[-3:]
             elif channel.of_row:
                 self.row_values(v, h, k, channel)
             elif self.is_expected(channel):
                 result += self.other_values(v, h, k, channel)
+                decoder.tell_values(k, v, result)
             elif not channel.per_face:
                 result += [None] * channel.components
                 decoder.attributes.decode(k, channel, fan, decoder.values, result)
+                decoder.tell_values(k, v, result)
         return result
 
     # 17.7
@@ -2885,6 +2937,7 @@ class RegularLevel:
         if len(mesh.real) + 2 - virtual > decoder.header.faces or \
                 any(materials.next[m] + of.count(m) > materials.end[m] for m in of):
             raise End("corrupt")
+        decoder.tell("insertion", v, a, b)
         values = self.new_values(v, h)
         decoder.end_step()
         if len(mesh.virtual) + virtual > decoder.header.edges:
@@ -2935,6 +2988,7 @@ class RegularLevel:
         if not self.is_flippable(a, b):
             raise End("corrupt")
         self.flip_rows(a, b)
+        self.decoder.tell("flip", *sorted((a, b)))
         self.mesh.flip(a, b)
 
     def flip_face(self, f):
@@ -3001,7 +3055,12 @@ def dump(decoder):
     return "\n".join(lines) + "\n"
 
 
-def trace_line(name, value, freq, total, width, code, used):
+def trace(events):
+    """The lines of `cqm trace`."""
+    return [" ".join(map(str, event)) for event in events]
+
+
+def symbol_line(name, value, freq, total, width, code, used):
     """A symbol, the slots that it (of a bit: a 1) had of all, and the state after it."""
     return f"{name:18} {value:3}  {freq:9}/{total:<5}  {width:08x}   {code:08x}   {used}"
 
@@ -3009,16 +3068,18 @@ def trace_line(name, value, freq, total, width, code, used):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--vertices", type=int, metavar="N", help="stop at N vertices")
-    parser.add_argument("--trace", action="store_true", help="print all symbols instead of the mesh")
+    parser.add_argument("--trace", action="store_true", help="print all events instead of the mesh")
+    parser.add_argument("--symbols", action="store_true", help="print all symbols instead of the mesh")
     parser.add_argument("file", type=pathlib.Path)
     options = parser.parse_args()
-    trace = [] if options.trace else None
-    decoder = Decoder(options.file.read_bytes(), options.vertices, trace)
-    if trace is not None:
-        for symbol in trace:
-            print(trace_line(*symbol))
-        return 0
-    print(dump(decoder), end="")
+    events, symbols = [], []
+    decoder = Decoder(options.file.read_bytes(), options.vertices, events, symbols)
+    if options.trace or options.symbols:
+        lines = trace(events) if options.trace else [symbol_line(*symbol) for symbol in symbols]
+        print("".join(line + "\n" for line in lines), end="")
+        print(decoder.kind, file=sys.stderr)
+    else:
+        print(dump(decoder), end="")
     return 0 if decoder.kind in ("done", "truncated", "stopped") else 1
 
 
