@@ -186,10 +186,11 @@ extern "C" {
 
 /* Zero and above: the mesh is valid. Below zero: an error; what was decoded before it stays valid. */
 typedef enum cq_result {
-    CQ_OK = 0,                   /* done; of cq_decode: the budget is spent, there is more to refine */
+    CQ_OK = 0,                   /* done; never of cq_decode */
     CQ_NEED_INPUT = 1,           /* all bytes given are used, the stream goes on */
     CQ_DONE = 2,                 /* the mesh is complete: exactly the one that was encoded */
     CQ_TRUNCATED = 3,            /* the input ended early: the mesh is valid, but a coarser one, and stays that */
+    CQ_MORE = 4,                 /* the budget is spent, and there is more to refine: call cq_decode again */
     CQ_ERROR_ARGUMENT = -1,      /* a NULL pointer or a number outside its documented range */
     CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape says what is needed */
     CQ_ERROR_OUTPUT = -3,        /* the output buffer is full */
@@ -405,7 +406,7 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
  *          walk around each vertex that has more than CQ_MAX_VALENCE neighbours.
  *
- * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
+ * Returns CQ_MORE (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
  * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
  * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
  *
@@ -1351,6 +1352,7 @@ const char *cq_result_string(cq_result result)
     case CQ_NEED_INPUT: return "more input needed";
     case CQ_DONE: return "complete";
     case CQ_TRUNCATED: return "the input ends early";
+    case CQ_MORE: return "more to decode";
     case CQ_ERROR_ARGUMENT: return "bad argument";
     case CQ_ERROR_MEMORY: return "memory too small or misaligned";
     case CQ_ERROR_OUTPUT: return "output buffer full";
@@ -9883,6 +9885,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         if (result != CQ_OK) break;
     }
     if (!d->seams) d->num_rows = d->mesh.num_vertices;
+    if (result == CQ_OK) return CQ_MORE;
     if (result == CQ_NEED_INPUT) return result;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
     d->status = result;

@@ -292,7 +292,7 @@ static cq_result decode_in_pieces(cq_decoder *d, const uint8_t *data, size_t siz
         cq_bytes in = { data + at, size - at < chunk ? size - at : chunk };
         do
             result = cq_decode(d, &in, budget);
-        while (result == CQ_OK);
+        while (result == CQ_MORE);
         if (result == CQ_DONE && at + chunk < size)
             return CQ_ERROR_CORRUPT;      /* done before the end */
     }

@@ -154,7 +154,7 @@ static void keep_level(struct scene *s)
 
 /* -- Refine -------------------------------------------------------------------------------------------------------- */
 
-static int goes_on(const struct scene *s) { return s->result == CQ_OK || s->result == CQ_NEED_INPUT; }
+static int goes_on(const struct scene *s) { return s->result >= 0 && s->result != CQ_DONE && s->result != CQ_TRUNCATED; }
 
 static int shot_is_due(const struct scene *s)
 {
