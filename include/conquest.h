@@ -141,6 +141,8 @@
 #define cq_keep_lods CQI_SYMBOL(cq_keep_lods)
 #define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
 #define cq_encode CQI_SYMBOL(cq_encode)
+#define cq_channel_step CQI_SYMBOL(cq_channel_step)
+#define cq_channel_origin CQI_SYMBOL(cq_channel_origin)
 #define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
 #define cq_align_grid CQI_SYMBOL(cq_align_grid)
 #define cq_quantise CQI_SYMBOL(cq_quantise)
@@ -547,6 +549,11 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * k. */
 
 #ifndef CQ_NO_QUANTISER
+
+/* step and origin[component] of a channel as floats: whatever is there, also an infinity or a NaN in a stream that says
+ * so. component: 0 .. CQ_MAX_COMPONENTS - 1. */
+CQ_API float cq_channel_step(const cq_channel *channel);
+CQ_API float cq_channel_origin(const cq_channel *channel, int component);
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
  * minimum. The step is longer if neighbouring floats there are further apart than that, and 0 if all vertices are
@@ -14273,11 +14280,25 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
 
 #define CQI_LARGEST_FLOAT 0x7f7fffffu /* its bits */
 
-static double cqi_float(uint32_t bits)
+static float cqi_float_of(uint32_t bits)
 {
     float x;
     memcpy(&x, &bits, sizeof x);
-    return (double)x;
+    return x;
+}
+
+static double cqi_float(uint32_t bits) { return (double)cqi_float_of(bits); }
+
+float cq_channel_step(const cq_channel *channel)
+{
+    CQ_ASSERT(channel);
+    return cqi_float_of(channel->step);
+}
+
+float cq_channel_origin(const cq_channel *channel, int component)
+{
+    CQ_ASSERT(channel && component >= 0 && component < CQ_MAX_COMPONENTS);
+    return cqi_float_of(channel->origin[component]);
 }
 
 /* The float nearest to x; never infinite, and 0 for a NaN. */

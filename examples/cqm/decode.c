@@ -60,11 +60,9 @@ const cq_channel *find_measured(const cq_shape *shape)
 /* The decoder knows the error of the mesh from the beginning of the next level on. */
 static int is_near_enough(const cq_decoder *d, const struct options *options)
 {
-    float step;
     if (options->max_error < 0 || d->level == 0)
         return 0;
-    memcpy(&step, &find_measured(&d->shape)->step, sizeof step);
-    return d->error / 16.0 * fabs((double)step) <= options->max_error;
+    return d->error / 16.0 * fabs((double)cq_channel_step(find_measured(&d->shape))) <= options->max_error;
 }
 
 static int is_fine_enough(const cq_decoder *d, const struct options *options)
