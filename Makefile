@@ -20,7 +20,7 @@ CQM_HEADERS = $(HEADER) examples/cqm/cqm.h $(MESH_FILE_HEADERS)
 .SECONDARY:
 .PHONY: all help clean install uninstall engine demo meshes ref_data check-ref
 
-EXAMPLES = build/minimal_decode build/stream build/game_loop
+EXAMPLES = build/minimal_decode build/minimal_encode build/stream build/game_loop
 
 all: build/cqm $(EXAMPLES) build/meshgen ## builds cqm, the examples and the mesh generator
 

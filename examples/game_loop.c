@@ -75,7 +75,7 @@ static cq_result refine(cq_bytes *in, double until)
     cq_result result;
     do
         result = cq_decode(&dec, in, STEPS);
-    while (result == CQ_OK && seconds() < until);
+    while (result == CQ_MORE && seconds() < until);
     return result;
 }
 
@@ -119,7 +119,7 @@ static cq_result load(cq_bytes *in)
     size_t size = cq_decoder_bytes(&shape);
     if (result == CQ_OK) result = cq_decoder_init(&dec, allocate(size), size);
     if (result == CQ_OK) result = cq_decode(&dec, in, 1);
-    if (result == CQ_OK && (dec.shape.num_channels == 0 || dec.shape.channel[0].merge == CQ_PER_FACE))
+    if (result == CQ_MORE && (dec.shape.num_channels == 0 || dec.shape.channel[0].merge == CQ_PER_FACE))
         return CQ_ERROR_UNSUPPORTED;
     return result;
 }
@@ -129,14 +129,14 @@ static cq_result play(cq_bytes *in)
     struct buffer faces, vertices;
     size_t frames = 0, whole = 0, vertex_bytes;
     cq_result result = load(in);
-    if (result != CQ_OK) return result;
+    if (result != CQ_MORE) return result;
     vertex_bytes = dec.shape.channel[0].components * sizeof(cq_value);
     dirty = calloc((dec.shape.num_faces >> SHIFT) + 1, 1);
     if (!dirty || !make_buffer(&faces, dec.mesh.origin, dec.shape.num_faces, 3 * sizeof(cq_index)) ||
         !make_buffer(&vertices, dec.channel[0], dec.shape.num_vertices, vertex_bytes))
         return CQ_ERROR_MEMORY;
     cq_watch_faces(&dec, SHIFT, dirty);
-    for (; result == CQ_OK && frames < MAX_FRAMES; frames++) {
+    for (; result == CQ_MORE && frames < MAX_FRAMES; frames++) {
         double begin = seconds();
         result = frame(in, &faces, &vertices, begin);
         frame_seconds[frames] = seconds() - begin;

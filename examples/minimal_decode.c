@@ -1,4 +1,4 @@
-/* Decodes a conquest stream, or the start of one, from standard input to OFF.   SPDX-License-Identifier: MIT
+/* Decodes a conquest stream from standard input to OFF, or the start of one.   SPDX-License-Identifier: MIT
  *     cc -Iinclude examples/minimal_decode.c -o minimal_decode && ./minimal_decode < bunny.cqm > bunny.off */
 #define CONQUEST_IMPLEMENTATION
 #include "conquest.h"
@@ -36,5 +36,7 @@ int main(void)
     }
     for (size_t i = 0; i < 3 * (size_t)dec.mesh.num_faces; i++)
         printf("%s%lu%c", i % 3 == 0 ? "3 " : "", (unsigned long)dec.mesh.origin[i], i % 3 == 2 ? '\n' : ' ');
-    return fflush(stdout) == 0 ? 0 : 1;
+    if (result == CQ_TRUNCATED)
+        fprintf(stderr, "the stream is cut off: this is a coarser mesh\n");
+    return fflush(stdout) != 0 ? 1 : result == CQ_DONE ? 0 : 2;
 }

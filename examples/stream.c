@@ -35,7 +35,7 @@ static cq_result decode_piece(cq_bytes *in)
     cq_result result;
     do
         result = cq_decode(&dec, in, STEPS_PER_CALL);
-    while (result == CQ_OK);
+    while (result == CQ_MORE);
     return result;
 }
 

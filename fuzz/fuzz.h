@@ -215,7 +215,7 @@ static inline void decoding_end(decoding *d) {
     free(d->report);
 }
 
-static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_NEED_INPUT; }
+static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_MORE && result != CQ_NEED_INPUT; }
 
 /* Channel k belongs to rows, of which there may be more than vertices. */
 static inline size_t num_owners(const cq_decoder *d, uint32_t k) {
@@ -317,6 +317,7 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
     if (in != NULL) REQUIRE(in->size <= before);
     if (in != NULL) d->used += before - in->size;
     if (is_permanent(last)) REQUIRE(d->result == last && (in == NULL || in->size == before));
+    REQUIRE(d->result != CQ_OK);
     if (d->result == CQ_NEED_INPUT) REQUIRE(in != NULL && in->size == 0);
     if (d->result == CQ_TRUNCATED) REQUIRE(in == NULL || is_permanent(last));
     REQUIRE(r->mesh.num_vertices >= d->vertices && r->mesh.num_faces >= d->faces);

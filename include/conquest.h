@@ -141,6 +141,8 @@
 #define cq_keep_lods CQI_SYMBOL(cq_keep_lods)
 #define cq_encoder_bytes CQI_SYMBOL(cq_encoder_bytes)
 #define cq_encode CQI_SYMBOL(cq_encode)
+#define cq_channel_step CQI_SYMBOL(cq_channel_step)
+#define cq_channel_origin CQI_SYMBOL(cq_channel_origin)
 #define cq_fit_grid CQI_SYMBOL(cq_fit_grid)
 #define cq_align_grid CQI_SYMBOL(cq_align_grid)
 #define cq_quantise CQI_SYMBOL(cq_quantise)
@@ -188,10 +190,11 @@ extern "C" {
 
 /* Zero and above: the mesh is valid. Below zero: an error; what was decoded before it stays valid. */
 typedef enum cq_result {
-    CQ_OK = 0,                   /* done; of cq_decode: the budget is spent, there is more to refine */
+    CQ_OK = 0,                   /* done; never of cq_decode */
     CQ_NEED_INPUT = 1,           /* all bytes given are used, the stream goes on */
     CQ_DONE = 2,                 /* the mesh is complete: exactly the one that was encoded */
     CQ_TRUNCATED = 3,            /* the input ended early: the mesh is valid, but a coarser one, and stays that */
+    CQ_MORE = 4,                 /* the budget is spent, and there is more to refine: call cq_decode again */
     CQ_ERROR_ARGUMENT = -1,      /* a NULL pointer or a number outside its documented range */
     CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape says what is needed */
     CQ_ERROR_OUTPUT = -3,        /* the output buffer is full */
@@ -408,7 +411,7 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
  *          walk around each vertex that has more than CQ_MAX_VALENCE neighbours.
  *
- * Returns CQ_OK (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
+ * Returns CQ_MORE (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
  * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
  * CQ_ERROR_ARGUMENT, and CQ_TRUNCATED, are permanent: later calls return the same. The mesh stays valid in any case.
  *
@@ -549,6 +552,11 @@ CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8
  * k. */
 
 #ifndef CQ_NO_QUANTISER
+
+/* step and origin[component] of a channel as floats: whatever is there, also an infinity or a NaN in a stream that says
+ * so. component: 0 .. CQ_MAX_COMPONENTS - 1. */
+CQ_API float cq_channel_step(const cq_channel *channel);
+CQ_API float cq_channel_origin(const cq_channel *channel, int component);
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
  * minimum. The step is longer if neighbouring floats there are further apart than that, and 0 if all vertices are
@@ -1378,6 +1386,7 @@ const char *cq_result_string(cq_result result)
     case CQ_NEED_INPUT: return "more input needed";
     case CQ_DONE: return "complete";
     case CQ_TRUNCATED: return "the input ends early";
+    case CQ_MORE: return "more to decode";
     case CQ_ERROR_ARGUMENT: return "bad argument";
     case CQ_ERROR_MEMORY: return "memory too small or misaligned";
     case CQ_ERROR_OUTPUT: return "output buffer full";
@@ -9941,6 +9950,7 @@ static cq_result cqi_run(cq_decoder *d, cq_bytes *in, uint32_t budget)
         if (result != CQ_OK) break;
     }
     if (!d->seams) d->num_rows = d->mesh.num_vertices;
+    if (result == CQ_OK) return CQ_MORE;
     if (result == CQ_NEED_INPUT) return result;
     if (result == CQ_DONE) result = cqi_finish_stream(d);
     d->status = result;
@@ -14328,11 +14338,25 @@ cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out
 
 #define CQI_LARGEST_FLOAT 0x7f7fffffu /* its bits */
 
-static double cqi_float(uint32_t bits)
+static float cqi_float_of(uint32_t bits)
 {
     float x;
     memcpy(&x, &bits, sizeof x);
-    return (double)x;
+    return x;
+}
+
+static double cqi_float(uint32_t bits) { return (double)cqi_float_of(bits); }
+
+float cq_channel_step(const cq_channel *channel)
+{
+    CQ_ASSERT(channel);
+    return cqi_float_of(channel->step);
+}
+
+float cq_channel_origin(const cq_channel *channel, int component)
+{
+    CQ_ASSERT(channel && component >= 0 && component < CQ_MAX_COMPONENTS);
+    return cqi_float_of(channel->origin[component]);
 }
 
 /* The float nearest to x; never infinite, and 0 for a NaN. */

@@ -128,7 +128,7 @@ build/log/engine.log: build/engine build/cqm build/meshes build/python/venv/comp
 	$(call log,xvfb-run -a -s "-screen 0 1024x768x24" $(PYTHON) tests/engine/engine.py build/engine build/cqm \
 	    build/meshes/bunny00.off build/engine-test)
 
-# cqm and the smallest example with sanitizers
+# cqm and the smallest examples with sanitizers
 build/tests/cqm: $(CQM_SOURCES) $(CQM_HEADERS)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $(CQM_SOURCES) -lm -o $@
@@ -137,7 +137,11 @@ build/tests/minimal_decode-16: examples/minimal_decode.c $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) -DCQ_INDEX_BITS=16 $< -o $@
 
-build/log/examples.log: build/cqm $(EXAMPLES) build/tests/minimal_decode-16 README.md $(wildcard tests/doors/*)
+build/tests/minimal_encode: examples/minimal_encode.c $(HEADER)
+	@mkdir -p $(@D)
+	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $< -o $@
+
+build/log/examples.log: build/cqm $(EXAMPLES) build/meshgen build/tests/minimal_decode-16 build/tests/minimal_encode README.md $(wildcard tests/doors/*)
 	$(call log,tests/cli/examples.sh)
 
 build/log/channels.log: build/meshgen

@@ -60,11 +60,9 @@ const cq_channel *find_measured(const cq_shape *shape)
 /* The decoder knows the error of the mesh from the beginning of the next level on. */
 static int is_near_enough(const cq_decoder *d, const struct options *options)
 {
-    float step;
     if (options->max_error < 0 || d->level == 0)
         return 0;
-    memcpy(&step, &find_measured(&d->shape)->step, sizeof step);
-    return d->error / 16.0 * fabs((double)step) <= options->max_error;
+    return d->error / 16.0 * fabs((double)cq_channel_step(find_measured(&d->shape))) <= options->max_error;
 }
 
 static int is_fine_enough(const cq_decoder *d, const struct options *options)
@@ -83,11 +81,11 @@ static uint32_t step_budget(const cq_decoder *d, const struct options *options)
     return options->max_vertices - d->mesh.num_vertices;
 }
 
-/* CQ_OK: a limit is reached. CQ_DONE, CQ_TRUNCATED or an error as cq_decode has it. */
+/* CQ_MORE: a limit is reached. CQ_DONE, CQ_TRUNCATED or an error as cq_decode has it. */
 static cq_result refine(cq_decoder *d, cq_bytes *in, const struct options *options)
 {
-    cq_result result = CQ_OK;
-    while (result == CQ_OK && !is_fine_enough(d, options)) {
+    cq_result result = CQ_MORE;
+    while (result == CQ_MORE && !is_fine_enough(d, options)) {
         result = cq_decode(d, in, step_budget(d, options));
         if (result == CQ_NEED_INPUT)
             result = cq_decode(d, NULL, step_budget(d, options));

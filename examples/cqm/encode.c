@@ -73,11 +73,9 @@ static void tell_blurred(struct encoding *e, const struct options *options, cons
 {
     uint32_t k = e->input.shape.num_channels - 1;
     const cq_channel *channel = &e->input.shape.channel[k];
-    float step;
-    memcpy(&step, &channel->step, sizeof step);
     if (is_blurred(e, k))
         tell_loss(e, options, path, "changed: %s: a few are far from all others, so that all are rounded to multiples of "
-                  "%.3g (%d bits); see --bits %s=N", name, (double)step, channel->bits, channel_name);
+                  "%.3g (%d bits); see --bits %s=N", name, (double)cq_channel_step(channel), channel->bits, channel_name);
 }
 
 static int add_position_channel(struct encoding *e, const struct mesh_file *mesh, const char *path,
@@ -129,11 +127,10 @@ static void tell_coarse(struct encoding *e, const struct options *options, const
     const uint32_t k = e->input.shape.num_channels - 1;
     const cq_channel *channel = &e->input.shape.channel[k];
     double side = 0, distance = 0;
-    float step, origin;
-    memcpy(&step, &channel->step, sizeof step);
+    const float step = cq_channel_step(channel);
     for (size_t c = 0; c < channel->components; c++) {
         double low = 0, high = 0;
-        memcpy(&origin, &channel->origin[c], sizeof origin);
+        const float origin = cq_channel_origin(channel, (int)c);
         for (size_t i = c; i < (size_t)channel->components * e->input.shape.num_vertices; i += channel->components) {
             low = i == c ? (double)from[i] : fmin(low, (double)from[i]);
             high = i == c ? (double)from[i] : fmax(high, (double)from[i]);

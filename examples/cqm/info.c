@@ -19,13 +19,6 @@ static double in_steps(uint32_t error)
     return error / 16.0;
 }
 
-static double float_of_bits(uint32_t bits)
-{
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return (double)value;
-}
-
 static double ratio(double a, double b)
 {
     return b > 0 ? a / b : 0;
@@ -130,7 +123,7 @@ static void print_counts(const cq_report *r, const struct extent *extent)
     for (uint32_t k = 0; k < r->shape.num_channels; k++) {
         const cq_channel *c = &r->shape.channel[k];
         printf("channel %lu       %s, %d x %d bits, step %.9g, %s\n", (unsigned long)k, channel_kind_name(c),
-               c->components, c->bits, float_of_bits(c->step), merge_name(c));
+               c->components, c->bits, (double)cq_channel_step(c), merge_name(c));
     }
 }
 
@@ -187,9 +180,8 @@ static void print_json_bits(const char *name, uint64_t cost, const char *end)
 }
 
 /* JSON has no infinity; a hostile header may. */
-static void print_json_float(uint32_t bits)
+static void print_json_float(double value)
 {
-    double value = float_of_bits(bits);
     if (isfinite(value))
         printf("%.9g", value);
     else
@@ -200,11 +192,11 @@ static void print_json_channel(const cq_channel *c)
 {
     printf("{\"kind\": \"%s\", \"merge\": \"%s\", \"components\": %d, \"bits\": %d, \"step\": ", channel_kind_name(c),
            merge_name(c), c->components, c->bits);
-    print_json_float(c->step);
+    print_json_float((double)cq_channel_step(c));
     printf(", \"origin\": [");
     for (int i = 0; i < c->components; i++) {
         printf("%s", i == 0 ? "" : ", ");
-        print_json_float(c->origin[i]);
+        print_json_float((double)cq_channel_origin(c, i));
     }
     printf("]}");
 }

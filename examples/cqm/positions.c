@@ -10,12 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static double float_value(uint32_t bits)
-{
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return (double)value;
-}
+static double step_of_grid(const cq_channel *channel) { return (double)cq_channel_step(channel); }
+static double origin_of_grid(const cq_channel *channel, size_t c) { return (double)cq_channel_origin(channel, (int)c); }
 
 static uint32_t float_bits(float value)
 {
@@ -78,7 +74,7 @@ static double grid_distance(const cq_channel *channel, const struct mesh_file *m
 {
     double distance = 0;
     for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
-        double x = float_value(channel->origin[i % 3]) + float_value(channel->step) * values[i];
+        double x = origin_of_grid(channel, i % 3) + step_of_grid(channel) * values[i];
         distance = fmax(distance, fabs(mesh->positions[i] - x));
     }
     return distance;
@@ -87,9 +83,9 @@ static double grid_distance(const cq_channel *channel, const struct mesh_file *m
 /* Values on a grid that is chosen already. Returns the first vertex that it does not reach, or the number of vertices. */
 static size_t quantise_doubles(const cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
 {
-    double step = float_value(channel->step), end = (double)((uint32_t)1 << channel->bits);
+    double step = step_of_grid(channel), end = (double)((uint32_t)1 << channel->bits);
     for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
-        double offset = mesh->positions[i] - float_value(channel->origin[i % 3]);
+        double offset = mesh->positions[i] - origin_of_grid(channel, i % 3);
         double at = floor(0.5 + (offset == 0 ? 0 : offset / step));
         if (!(at >= 0 && at < end))
             return i / 3;
@@ -119,8 +115,8 @@ static double fit_far_grid(cq_channel *channel, const struct box *box, double st
     }
     step = fmax(fmax(step, step_of(reach, CQ_MAX_BITS)), (double)FLT_MIN);
     channel->step = float_bits(float_not_below(step));
-    channel->bits = (uint8_t)bits_to_reach(reach / float_value(channel->step) + 0.5);
-    return float_value(channel->step);
+    channel->bits = (uint8_t)bits_to_reach(reach / step_of_grid(channel) + 0.5);
+    return step_of_grid(channel);
 }
 
 /* How far floats behind an origin are from the positions at most. */
@@ -152,7 +148,7 @@ static double choose_origin(cq_channel *channel, const struct mesh_file *mesh, c
 static int quantise_exactly(const cq_channel *channel, const struct mesh_file *mesh, cq_value *values)
 {
     for (size_t i = 0; i < 3 * (size_t)mesh->num_vertices; i++) {
-        double origin = float_value(channel->origin[i % 3]);
+        double origin = origin_of_grid(channel, i % 3);
         uint32_t bits = float_bits((float)(origin != 0 ? mesh->positions[i] - origin : mesh->positions[i]));
         memcpy(&values[i], &bits, sizeof bits);
     }
@@ -177,9 +173,9 @@ static int add_exact(struct encoding *e, cq_channel *channel, const struct mesh_
 /* How far are the points of the channel's grid from those that were asked for? */
 static double given_grid_distance(const cq_channel *channel, const struct options *options)
 {
-    double origin = 0, step = fabs(float_value(channel->step) - options->grid_step);
+    double origin = 0, step = fabs(step_of_grid(channel) - options->grid_step);
     for (int c = 0; c < 3; c++)
-        origin = fmax(origin, fabs(float_value(channel->origin[c]) - options->grid_origin[c]));
+        origin = fmax(origin, fabs(origin_of_grid(channel, (size_t)c) - options->grid_origin[c]));
     return origin + step * (double)((uint32_t)1 << channel->bits);
 }
 
@@ -190,7 +186,7 @@ static int add_on_given_grid(struct encoding *e, cq_channel *channel, const stru
     channel->step = float_bits((float)options->grid_step);
     for (int c = 0; c < 3; c++) {
         channel->origin[c] = float_bits((float)options->grid_origin[c]);
-        last = fmax(last, (box->high[c] - float_value(channel->origin[c])) / float_value(channel->step) + 0.5);
+        last = fmax(last, (box->high[c] - origin_of_grid(channel, (size_t)c)) / step_of_grid(channel) + 0.5);
     }
     channel->bits = (uint8_t)bits_to_reach(last);
     size_t vertex = quantise_doubles(channel, mesh, e->values[0]);
@@ -249,17 +245,18 @@ static void prefer_floats(double *positions, size_t count, double step)
 /* Exact values are floats behind an origin; where that is 0, -0 stays what it is. */
 static double position_of(const cq_channel *channel, size_t component, cq_value value)
 {
-    double origin = float_value(channel->origin[component]);
+    double origin = origin_of_grid(channel, component);
     if (channel->bits != CQ_EXACT_BITS)
-        return origin + float_value(channel->step) * value;
-    double number = float_value((uint32_t)value);
-    return origin != 0 ? origin + number : number;
+        return origin + step_of_grid(channel) * value;
+    float number;
+    memcpy(&number, &value, sizeof number);
+    return origin != 0 ? origin + (double)number : (double)number;
 }
 
 double *reconstruct_positions(const cq_channel *channel, const cq_value *values, size_t count)
 {
     double *positions = malloc((count + 1) * 3 * sizeof *positions);
-    double step = channel->bits != CQ_EXACT_BITS ? float_value(channel->step) : 0;
+    double step = channel->bits != CQ_EXACT_BITS ? step_of_grid(channel) : 0;
     for (size_t i = 0; i < 3 * count && positions != NULL; i++)
         positions[i] = clamp_to_floats(position_of(channel, i % 3, values[i]));
     if (positions != NULL)

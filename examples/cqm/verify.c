@@ -242,9 +242,7 @@ static const char *find_difference_in_contents(const struct encoding *e, const c
 /* Half a step, or in exact streams what a float is away, and where floats are used, their rounding. */
 static double tolerance(const cq_channel *channel, double x)
 {
-    float step;
-    memcpy(&step, &channel->step, sizeof step);
-    return fabs(x) * 0x1p-23 + (channel->bits == CQ_EXACT_BITS ? 0 : 0.501 * (double)step);
+    return fabs(x) * 0x1p-23 + (channel->bits == CQ_EXACT_BITS ? 0 : 0.501 * (double)cq_channel_step(channel));
 }
 
 /* Are the positions that a user gets those of the file? */
@@ -292,7 +290,7 @@ static cq_result decode_in_pieces(cq_decoder *d, const uint8_t *data, size_t siz
         cq_bytes in = { data + at, size - at < chunk ? size - at : chunk };
         do
             result = cq_decode(d, &in, budget);
-        while (result == CQ_OK);
+        while (result == CQ_MORE);
         if (result == CQ_DONE && at + chunk < size)
             return CQ_ERROR_CORRUPT;      /* done before the end */
     }

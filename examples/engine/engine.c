@@ -56,13 +56,6 @@ struct scene {
     size_t frame_bytes, most_bytes, all_bytes;
 };
 
-static float as_float(uint32_t bits)
-{
-    float number;
-    memcpy(&number, &bits, sizeof number);
-    return number;
-}
-
 /* -- Upload -------------------------------------------------------------------------------------------------------- */
 
 static void upload(struct scene *s, GLenum target, const void *source, size_t stride, size_t first, size_t end)
@@ -105,7 +98,7 @@ static void upload_changes(struct scene *s)
 
 static float error_of_now(const struct scene *s)
 {
-    return (float)s->dec.error / 16 * as_float(s->dec.shape.channel[0].step) / s->size;
+    return (float)s->dec.error / 16 * cq_channel_step(&s->dec.shape.channel[0]) / s->size;
 }
 
 /* Materials are ranges of faces, which fill from their starts; without any there is one range. */
@@ -154,7 +147,7 @@ static void keep_level(struct scene *s)
 
 /* -- Refine -------------------------------------------------------------------------------------------------------- */
 
-static int goes_on(const struct scene *s) { return s->result == CQ_OK || s->result == CQ_NEED_INPUT; }
+static int goes_on(const struct scene *s) { return s->result >= 0 && s->result != CQ_DONE && s->result != CQ_TRUNCATED; }
 
 static int shot_is_due(const struct scene *s)
 {
@@ -318,7 +311,7 @@ static cq_result begin(struct scene *s)
     if (!memory || !s->dirty || !program) return CQ_ERROR_MEMORY;
     memset(memory, 0, size);                                         /* the system gives it now, not in some frame */
     make_buffers(s, &shape);
-    s->size = as_float(shape.channel[0].step) * (float)(1ul << shape.channel[0].bits);
+    s->size = cq_channel_step(&shape.channel[0]) * (float)(1ul << shape.channel[0].bits);
     s->place = glGetUniformLocation(program, "place");
     s->tint = glGetUniformLocation(program, "tint");
     s->grid = glGetUniformLocation(program, "grid");

@@ -51,15 +51,16 @@ int main(void)
 {
     cq_bytes in = { stream, sizeof stream };
     wireframe frame = { pixels, 0, { 0, 0, 0 }, { 0, 0, 0 } };
-    cq_result result = cq_decoder_init(&decoder, memory, sizeof memory);
+    cq_result result;
     uint32_t number = 0;
-    while (result == CQ_OK) {
+    cq_decoder_init(&decoder, memory, sizeof memory);
+    do {
         result = cq_decode(&decoder, &in, STEPS);
         if (result < 0 || decoder.shape.channel[0].components != 3) break;
         draw_wireframe(&framebuffer, &frame, &decoder, (uint8_t)number);
         show_frame(number++);
         board_step();
-    }
+    } while (result == CQ_MORE);
     print_picture();
     board_print("result ");
     board_print(cq_result_string(result));

@@ -34,12 +34,13 @@ static uint32_t hash_mesh(void)
 static cq_result decode(uint32_t *base_vertices)
 {
     cq_bytes in = { stream, sizeof stream };
-    cq_result result = cq_decoder_init(&decoder, memory, sizeof memory);
-    while (result == CQ_OK) {
+    cq_result result;
+    cq_decoder_init(&decoder, memory, sizeof memory);
+    do {
         result = cq_decode(&decoder, &in, 1);
         if (!*base_vertices) *base_vertices = decoder.mesh.num_vertices;
         board_step();
-    }
+    } while (result == CQ_MORE);
     return result;
 }
 

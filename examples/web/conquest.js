@@ -76,6 +76,7 @@ export const OK = 0,
     NEED_INPUT = 1,
     DONE = 2,
     TRUNCATED = 3,
+    MORE = 4,
     ERROR_MEMORY = -2,
     ERROR_UNSUPPORTED = -14;
 
@@ -320,7 +321,7 @@ export class Decoder {
                 isFirst = !this.#isSeen && this.#words[READY] > 0 && !isHungry;
             this.#isSeen ||= isFirst;
             if (milliseconds !== Infinity && (isFirst || performance.now() >= end))
-                return isHungry || this.#result === OK;
+                return isHungry || this.#result === MORE;
         }
         return false;
     }

@@ -52,13 +52,6 @@ EXPORT("state") web_state *get_state(void) { return &state; }
 EXPORT("input") uint8_t *get_input(void) { return input; }
 EXPORT("message") const char *get_message(int32_t result) { return cq_result_string((cq_result)result); }
 
-static float float_of(uint32_t bits)
-{
-    float f;
-    memcpy(&f, &bits, sizeof f);
-    return f;
-}
-
 static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
 static uint32_t blocks_of(uint32_t count) { return (count + (1u << SHIFT) - 1) >> SHIFT; }
@@ -68,7 +61,7 @@ static uint32_t mesh_rows(const cq_shape *s) { return s->num_rows ? s->num_rows 
 /* Are the values themselves what a reader wants? */
 static int is_integer(const cq_channel *c)
 {
-    const int whole = float_of(c->step) == 1 && !(c->origin[0] | c->origin[1] | c->origin[2] | c->origin[3]);
+    const int whole = cq_channel_step(c) == 1 && !(c->origin[0] | c->origin[1] | c->origin[2] | c->origin[3]);
     return c->kind == CQ_JOINTS || c->kind == CQ_NUMBER || c->kind == CQ_GROUP || c->kind == CQ_TURNED
         || (c->kind == CQ_GENERIC && c->merge != CQ_AVERAGE && whole && c->bits != CQ_EXACT_BITS);
 }
@@ -79,11 +72,11 @@ static int is_relative(const cq_channel *c)
     float far = 0;
     if (c->kind != CQ_POSITION || c->bits == CQ_EXACT_BITS) return 0;
     for (uint32_t k = 0; k < c->components; k++) {
-        const float low = float_of(c->origin[k]), high = low + float_of(c->step) * (float)(1u << c->bits);
+        const float low = cq_channel_origin(c, (int)k), high = low + cq_channel_step(c) * (float)(1u << c->bits);
         if (far < __builtin_fabsf(low)) far = __builtin_fabsf(low);
         if (far < __builtin_fabsf(high)) far = __builtin_fabsf(high);
     }
-    return far * 0x1p-23f > float_of(c->step);
+    return far * 0x1p-23f > cq_channel_step(c);
 }
 
 static void describe(uint32_t k)
@@ -94,9 +87,9 @@ static void describe(uint32_t k)
     w->components = c->components;
     w->bits = c->bits;
     w->merge = c->merge;
-    w->step = float_of(c->step);
+    w->step = cq_channel_step(c);
     for (int i = 0; i < CQ_MAX_COMPONENTS; i++)
-        w->origin[i] = float_of(c->origin[i]);
+        w->origin[i] = cq_channel_origin(c, i);
     w->is_integer = (uint32_t)is_integer(c);
     w->is_relative = (uint32_t)is_relative(c);
     w->width = c->kind == CQ_NORMAL ? 3 : c->kind == CQ_TANGENT ? 4 : c->components;

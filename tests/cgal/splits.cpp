@@ -422,7 +422,7 @@ const char *follow(const Input &input, const coded &coded, Tally &tally) {
         d.result = cq_decode(d.decoder, &in, 1);
         if (d.result < 0) error = "not decoded";
         else error = follower.step(d.result == CQ_DONE);
-    } while (!error && d.result == CQ_OK);
+    } while (!error && d.result == CQ_MORE);
     if (!error && d.result != CQ_DONE) error = "not done";
     std::vector<Face> faces = input.faces;
     for (Face &f : faces)

@@ -26,13 +26,14 @@ int main(void)
 {
     cq_bytes in = { stream, sizeof stream };
     int result = begin();
-    while (result == CQ_OK) {
+    if (result != CQ_OK) return 2;
+    do {
         result = receive(&in);
         num_drawn = 0;
         draw();
         if (num_drawn != dec.mesh.num_faces) return 3;
         board_step();
-    }
+    } while (result == CQ_MORE);
     board_print("result ");
     board_print(cq_result_string((cq_result)result));
     print_number("\nhash ", hash_mesh(), 16);

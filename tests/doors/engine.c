@@ -58,7 +58,7 @@ int main(int argc, char **argv)
     if (file) fclose(file);
     if (result != CQ_OK) return 2;
     memory = cq_decoder_bytes(&shape);
-    for (result = begin(&dec, malloc(memory), memory); result == CQ_OK || result == CQ_NEED_INPUT; frames++) {
+    for (result = begin(&dec, malloc(memory), memory); result >= 0 && result != CQ_DONE; frames++) {
         if (!arrived.size) rest -= arrived.size = rest < 1000 ? rest : 1000;
         result = refine(&dec, &arrived);
         if (!is_mesh(&dec)) return 3;

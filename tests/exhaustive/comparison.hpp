@@ -45,13 +45,13 @@ inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case
         d.result = cq_decode(d.decoder, &in, 1);
         const cq_mesh &m = d.decoder->mesh;
         int now = static_cast<int>(m.num_vertices + m.num_virtual);
-        if ((d.decoder->level == 0 && d.result == CQ_OK) || now == before) continue;
+        if ((d.decoder->level == 0 && d.result == CQ_MORE) || now == before) continue;
         if (before > 0 && now != before + 1) return false;
         tally.splits += before > 0;
         before = now;
         Triangulation t = triangulation_of(m, identity(now));
         if (t.n != now || !t.is_closed_surface() || t.euler() != c.euler) return false;
-    } while (d.result == CQ_OK);
+    } while (d.result == CQ_MORE);
     return d.result == CQ_DONE && in.size == 0;
 }
 

@@ -195,7 +195,7 @@ private:
         do {
             result = cq_decode(decoder, &in, 1);
             calls++;
-        } while (result == CQ_OK && calls < most_calls(shape));
+        } while (result == CQ_MORE && calls < most_calls(shape));
         if (result == CQ_NEED_INPUT) result = cq_decode(decoder, nullptr, CQ_NO_LIMIT);
         tally.most_work = std::max(tally.most_work, work);
         tally.most_calls = std::max(tally.most_calls, calls);

@@ -345,7 +345,7 @@ public:
         cq_bytes in = {stream.data(), stream.size()};
         const cq_decoder &decoder = *d.decoder;
         while (decoder.phase != CQI_LEVEL)
-            if (cq_decode(d.decoder, &in, 1) != CQ_OK) return report.fail("no base");
+            if (cq_decode(d.decoder, &in, 1) != CQ_MORE) return report.fail("no base");
         read_coarse();
         asked.decoder = d.decoder;
         explore(0);
@@ -416,9 +416,9 @@ private:
     }
 
     void follow(size_t depth, int phase, cq_result result) {
-        if ((count > most_marks || num_dissolved() > most_dissolved) && result == CQ_OK) return;
+        if ((count > most_marks || num_dissolved() > most_dissolved) && result == CQ_MORE) return;
         if (!report.expect(cq_mesh_check(&d.decoder->mesh, nullptr) == CQ_OK, "not valid")) return;
-        if (result != CQ_OK) return end_in_error(result);
+        if (result != CQ_MORE) return end_in_error(result);
         if (d.decoder->phase == CQI_LEVEL) return end_level();
         const bool all_marks = phase == CQI_MARKS && d.decoder->phase == CQI_TABLE;
         if (all_marks) finals.clear();

@@ -117,7 +117,7 @@ const char *decodes(decoding &d, const coded &coded, bool clean, Count &count) {
         count.splits += vertices > 0;
         vertices = now.mesh.num_vertices;
         if (now.vertex) before.assign(now.vertex, now.vertex + now.num_rows);
-    } while (d.result == CQ_OK);
+    } while (d.result == CQ_MORE);
     return d.result == CQ_DONE && in.size == 0 ? nullptr : "not complete";
 }
 

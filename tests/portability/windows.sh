@@ -32,7 +32,7 @@ build() { # name command...
     mkdir -p "$folder"
     # shellcheck disable=SC2086 # flags are words
     "$@" $warnings "${cqm_sources[@]}" -lm -o "$folder/cqm.exe" || return 1
-    for example in minimal_decode stream game_loop; do
+    for example in minimal_decode minimal_encode stream game_loop; do
         # shellcheck disable=SC2086
         "$@" $warnings "examples/$example.c" -lm -o "$folder/$example.exe" || return 1
     done
@@ -54,6 +54,10 @@ same_through_pipes() { # folder mesh stream
 
 same_minimal_decode() { # folder stream
     wine "$1/minimal_decode.exe" <"$2" | cmp - <(build/minimal_decode <"$2")
+}
+
+same_minimal_encode() { # folder mesh
+    wine "$1/minimal_encode.exe" <"$2" | cmp - <(build/minimal_encode <"$2")
 }
 
 stream_ends_well() { # folder stream
@@ -89,6 +93,7 @@ run() { # folder
         for format in off obj ply stl; do check same_file "$folder" "$stream" $format; done
         check same_through_pipes "$folder" "$mesh" "$stream"
         check same_minimal_decode "$folder" "$stream"
+        check same_minimal_encode "$folder" "$mesh"
         check stream_ends_well "$folder" "$stream"
         check game_loop_ends_well "$folder" "$stream"
     done

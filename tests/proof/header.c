@@ -18,7 +18,7 @@ static cqi_reader any_reader(size_t max_size)
     ASSUME(r.size <= max_size);
     r.data = any_bytes(r.size);
     r.at = nondet_size();
-    r.result = (cq_result)any_between(CQ_ERROR_CHECKSUM, CQ_TRUNCATED);
+    r.result = (cq_result)any_between(CQ_ERROR_CHECKSUM, CQ_MORE);
     ASSUME(r.at <= r.size);
     return r;
 }

@@ -15,7 +15,7 @@ std::map<uint32_t, Picture> all_pictures(const Stream &s) {
     do {
         result = cq_decode(d.d.decoder, &in, 1);
         if (d.num_vertices() > 0) pictures.insert_or_assign(d.num_vertices(), Picture(*d.d.decoder));
-    } while (result == CQ_OK);
+    } while (result == CQ_MORE);
     RC_ASSERT(result == CQ_DONE);
     return pictures;
 }
@@ -69,11 +69,11 @@ void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
     uint32_t before = 0, level = 0;
     do {
         result = cq_decode(d.d.decoder, &in, 1);
-        RC_ASSERT(result == CQ_OK || result == CQ_DONE);
+        RC_ASSERT(result == CQ_MORE || result == CQ_DONE);
         const uint32_t now = d.num_vertices();
         const bool base_is_complete = result == CQ_DONE || d.d.decoder->level > 0;
         RC_ASSERT(level == 0 || now == before || now == before + 1);
-        if (now == before && level == d.d.decoder->level && result == CQ_OK) continue;
+        if (now == before && level == d.d.decoder->level && result == CQ_MORE) continue;
         RC_ASSERT(is_presentable(*d.d.decoder));
         if (base_is_complete) {
             Surface surface = examine(faces_of(d.mesh()));
@@ -82,7 +82,7 @@ void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
         }
         before = now;
         level = d.d.decoder->level;
-    } while (result == CQ_OK);
+    } while (result == CQ_MORE);
 }
 
 // Cut anywhere in the base, a stream gives some components, and those of any shorter prefix are the first of them.
@@ -136,7 +136,7 @@ void values_never_change_once_they_have_arrived() {
         Values after = values_of(*d.d.decoder);
         RC_ASSERT(only_grew(before, after));
         before = after;
-    } while (result == CQ_OK);
+    } while (result == CQ_MORE);
     RC_ASSERT(result == CQ_DONE);
 }
 
@@ -205,7 +205,7 @@ void a_decoder_can_be_stopped_anywhere_and_go_on_later() {
         result = cq_decode(parts.d.decoder, &in, random.below(6));
         RC_ASSERT(in.data == piece.data() + (size - in.size));
         at += size - in.size;
-        RC_ASSERT(result >= 0 && result != CQ_TRUNCATED);
+        RC_ASSERT(result > CQ_OK && result != CQ_TRUNCATED);
     }
     RC_ASSERT(at == s.c.size);
     RC_ASSERT(Picture(*whole.d.decoder) == Picture(*parts.d.decoder));
@@ -297,7 +297,7 @@ void damage_with_right_check_values_gives_an_error_or_a_valid_mesh() {
         size_t steps = 0, limit = 1000 + 100 * (shape.num_vertices + bytes.size());
         cq_result result;
         do result = cq_decode(d.d.decoder, &in, 1);
-        while (result == CQ_OK && ++steps < limit);
+        while (result == CQ_MORE && ++steps < limit);
         RC_ASSERT(steps < limit);   // work is bounded for hostile streams too
         if (result == CQ_NEED_INPUT) result = decoding_end(&d.d, CQ_NO_LIMIT);
         RC_ASSERT((result < 0 || result == CQ_TRUNCATED || result == CQ_DONE));

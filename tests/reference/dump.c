@@ -15,7 +15,7 @@
 static const char *kind(cq_result result)
 {
     switch ((int)result) {
-    case CQ_OK: return "stopped";
+    case CQ_MORE: return "stopped";
     case CQ_DONE: return "done";
     case CQ_TRUNCATED: return "truncated";
     case CQ_ERROR_FORMAT: return "format";
@@ -148,12 +148,12 @@ static uint8_t *read_all(size_t *size)
 
 static cq_result decode(cq_decoder *d, cq_bytes in, unsigned long vertices)
 {
-    cq_result result = CQ_OK;
+    cq_result result = CQ_MORE;
     int ended = 0;
-    while (result == CQ_OK && (!vertices || d->mesh.num_vertices < vertices)) {
+    while (result == CQ_MORE && (!vertices || d->mesh.num_vertices < vertices)) {
         result = cq_decode(d, ended ? NULL : &in, vertices ? 1 : CQ_NO_LIMIT);
         ended = result == CQ_NEED_INPUT;
-        if (ended) result = CQ_OK;
+        if (ended) result = CQ_MORE;
     }
     return result;
 }

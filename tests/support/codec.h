@@ -114,7 +114,7 @@ static inline cq_result decoding_feed(decoding *d, const uint8_t *bytes, size_t 
     in.size = size;
     do {
         d->result = cq_decode(d->decoder, &in, budget);
-    } while (d->result == CQ_OK);
+    } while (d->result == CQ_MORE);
     d->used += size - in.size;
     exact_free(piece);
     return d->result;
@@ -124,7 +124,7 @@ static inline cq_result decoding_feed(decoding *d, const uint8_t *bytes, size_t 
 static inline cq_result decoding_end(decoding *d, uint32_t budget) {
     do {
         d->result = cq_decode(d->decoder, NULL, budget);
-    } while (d->result == CQ_OK);
+    } while (d->result == CQ_MORE);
     return d->result;
 }
 

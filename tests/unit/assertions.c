@@ -257,6 +257,12 @@ TEST(values_of_1_to_4_components_are_reconstructed) {
     c.components = CQ_MAX_COMPONENTS;
     PASSES(cq_reconstruct(&c, values, 1, floats));
     PASSES(cq_reconstruct(&c, NULL, 0, NULL));
+    PASSES(cq_channel_step(&c));
+    TRIPS("channel", cq_channel_step(NULL));
+    PASSES(cq_channel_origin(&c, CQ_MAX_COMPONENTS - 1));
+    TRIPS("component", cq_channel_origin(&c, CQ_MAX_COMPONENTS));
+    TRIPS("component", cq_channel_origin(&c, -1));
+    TRIPS("channel", cq_channel_origin(NULL, 0));
     TRIPS("from", cq_reconstruct(&c, NULL, 1, floats));
     TRIPS("to", cq_reconstruct(&c, values, 1, NULL));
 }

@@ -58,7 +58,7 @@ static history history_take(const uint8_t *bytes, size_t size) {
         if (h.num_steps % 256 == 0) h.mesh = (uint64_t *)realloc(h.mesh, (h.num_steps + 256) * sizeof *h.mesh);
         CHECK(d.decoder->mesh.num_vertices <= h.num_vertices);
         h.mesh[h.num_steps++] = fingerprint(d.decoder);
-    } while (result == CQ_OK);
+    } while (result == CQ_MORE);
     CHECK_EQ(result, CQ_DONE);
     decoding_free(&d);
     return h;
@@ -302,7 +302,7 @@ TEST(a_decoder_has_no_gaps_in_vertices_and_faces) {
             for (x = 0; x < m->num_vertices; ++x) CHECK(m->out[x] != CQ_NONE);
             for (x = 0; x < m->num_faces; ++x) CHECK(m->origin[3 * x] != CQ_NONE);
             for (x = 0; x < 3 * (uint32_t)m->num_faces; ++x) CHECK(m->origin[x] < m->num_vertices);
-        } while (result == CQ_OK);
+        } while (result == CQ_MORE);
         CHECK_EQ(result, CQ_DONE);
         decoding_free(&d);
     }
@@ -375,14 +375,14 @@ TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
             uint32_t now;
             result = cq_decode(d.decoder, &in, 1);
             now = d.decoder->mesh.num_vertices;
-            CHECK(result == CQ_OK || result == CQ_DONE);
+            CHECK(result == CQ_MORE || result == CQ_DONE);
             CHECK(level == 0 || now == before || now == before + 1);
             CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
             CHECK(values_in_range(d.decoder));
             before = now;
             level = d.decoder->level;
             calls++;
-        } while (result == CQ_OK && calls < 100000);
+        } while (result == CQ_MORE && calls < 100000);
         CHECK_EQ(result, CQ_DONE);
         decoding_free(&d);
     }
@@ -392,7 +392,7 @@ TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
     FOR_EACH_SAMPLE(s, c) {
         decoding one, many;
         cq_bytes in_one, in_many;
-        cq_result a, b = CQ_OK;
+        cq_result a, b = CQ_MORE;
         int k;
         decoding_begin(&one, c.bytes, c.size);
         decoding_begin(&many, c.bytes, c.size);
@@ -400,12 +400,12 @@ TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
         in_one.size = in_many.size = c.size;
         do {
             a = cq_decode(many.decoder, &in_many, 10);
-            for (k = 0; k < 10 && b == CQ_OK; ++k) b = cq_decode(one.decoder, &in_one, 1);
+            for (k = 0; k < 10 && b == CQ_MORE; ++k) b = cq_decode(one.decoder, &in_one, 1);
             CHECK_EQ(many.decoder->mesh.num_vertices, one.decoder->mesh.num_vertices);
             CHECK_EQ(fingerprint(many.decoder), fingerprint(one.decoder));
-        } while (a == CQ_OK && b == CQ_OK);
+        } while (a == CQ_MORE && b == CQ_MORE);
         CHECK(a == CQ_DONE);
-        while (b == CQ_OK) b = cq_decode(one.decoder, &in_one, 1);
+        while (b == CQ_MORE) b = cq_decode(one.decoder, &in_one, 1);
         CHECK(b == CQ_DONE);
         decoding_free(&one);
         decoding_free(&many);
@@ -417,12 +417,12 @@ TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
-        cq_result result = CQ_OK;
+        cq_result result = CQ_MORE;
         uint32_t calls = 0;
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
-        for (; result == CQ_OK && d.decoder->level == 0; calls++) result = cq_decode(d.decoder, &in, 1);
+        for (; result == CQ_MORE && d.decoder->level == 0; calls++) result = cq_decode(d.decoder, &in, 1);
         CHECK(calls > c.report->base_vertices + c.report->base_faces);
         decoding_free(&d);
     }
@@ -439,9 +439,9 @@ TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
         do {
             uint64_t before;
             result = cq_decode(d.decoder, &in, 3);
-            if (result != CQ_OK) break;
+            if (result != CQ_MORE) break;
             before = fingerprint(d.decoder);
-            CHECK_EQ(cq_decode(d.decoder, &in, 0), CQ_OK);
+            CHECK_EQ(cq_decode(d.decoder, &in, 0), CQ_MORE);
             CHECK_EQ(fingerprint(d.decoder), before);
         } while (1);
         CHECK_EQ(result, CQ_DONE);
@@ -515,13 +515,13 @@ TEST(the_base_arrives_component_by_component) {
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
-        cq_result result = CQ_OK;
+        cq_result result = CQ_MORE;
         uint32_t vertices = 0, faces = 0, components = 0;
         cq_index *seen = (cq_index *)exact_alloc(3 * (size_t)s.mesh.num_faces * sizeof(cq_index));
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
-        while (result == CQ_OK && d.decoder->level == 0) {
+        while (result == CQ_MORE && d.decoder->level == 0) {
             const cq_mesh *m = &d.decoder->mesh;
             result = cq_decode(d.decoder, &in, 1);
             if (vertices) CHECK(!memcmp(seen, m->origin, 3 * (size_t)faces * sizeof(cq_index)));
@@ -581,7 +581,7 @@ TEST(leaves_are_drawn_one_by_one_the_largest_first) {
     coded c;
     decoding d;
     cq_bytes in;
-    cq_result result = CQ_OK;
+    cq_result result = CQ_MORE;
     int32_t before = INT32_MAX;
     uint32_t drawn = 0;
     leaves(&s, &t, position);
@@ -590,7 +590,7 @@ TEST(leaves_are_drawn_one_by_one_the_largest_first) {
     decoding_begin(&d, c.bytes, c.size);
     in.data = c.bytes;
     in.size = c.size;
-    while (result == CQ_OK && d.decoder->level == 0) {
+    while (result == CQ_MORE && d.decoder->level == 0) {
         const cq_mesh *m = &d.decoder->mesh;
         int32_t width;
         result = cq_decode(d.decoder, &in, 1);
@@ -1068,7 +1068,7 @@ TEST(levels_are_counted_as_they_begin) {
         if (level > 0) CHECK(n <= c.report->level[level - 1].num_vertices);
         if (level > 1) CHECK(n >= c.report->level[level - 2].num_vertices);
         before = level;
-    } while (result == CQ_OK);
+    } while (result == CQ_MORE);
     CHECK_EQ(result, CQ_DONE);
     CHECK(c.report->num_levels > 3);
     CHECK_EQ(before, c.report->num_levels);
@@ -1152,7 +1152,7 @@ static void check_changes_with_budget(const coded *c, uint32_t budget) {
     in.size = c->size;
     result = cq_decode(d.decoder, &in, 1);
     b = buffers_make(d.decoder);
-    while (result == CQ_OK) {
+    while (result == CQ_MORE) {
         result = cq_decode(d.decoder, &in, budget);
         check_changes(&b, d.decoder);
         buffers_update(&b, d.decoder);
@@ -1227,9 +1227,9 @@ TEST(a_queue_without_room_is_an_error) {
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
-        while (d.decoder->level == 0) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_OK);
+        while (d.decoder->level == 0) REQUIRE_EQ(cq_decode(d.decoder, &in, 1), CQ_MORE);
         d.decoder->walk.capacity = (cq_index)capacity;
-        while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+        while (cq_decode(d.decoder, &in, 1) == CQ_MORE) {}
         CHECK_EQ(d.decoder->status, d.decoder->walk.full ? CQ_ERROR_CORRUPT : CQ_DONE);
         errors += d.decoder->walk.full != 0;
         CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
@@ -1266,7 +1266,7 @@ TEST(a_base_of_thousands_of_vertices_is_prepared_in_steps) {
         level = d.decoder->level;
         d.result = cq_decode(d.decoder, &in, 1);
         idle += level && d.decoder->level == level && d.decoder->mesh.num_vertices == before && d.decoder->walk.head == patches;
-    } while (d.result == CQ_OK);
+    } while (d.result == CQ_MORE);
     CHECK_EQ(d.result, CQ_DONE);
     CHECK(idle > 4 * c.report->num_levels);
     for (f = 0; f < s.mesh.num_faces; ++f) {

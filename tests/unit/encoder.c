@@ -230,7 +230,7 @@ static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, doubl
     in.data = c->bytes;
     in.size = c->size;
     decoding_begin(&d, c->bytes, c->size);
-    while (d.decoder->mesh.num_vertices < vertices && cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+    while (d.decoder->mesh.num_vertices < vertices && cq_decode(d.decoder, &in, 1) == CQ_MORE) {}
     *off = *turned = 0;
     *area = 0;
     for (i = 0; i < ROOF * ROOF; ++i) {

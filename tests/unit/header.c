@@ -450,10 +450,10 @@ TEST(rows_aside_without_values_take_no_time) {
     cq_decoder d;
     cq_bytes in = { h.bytes, h.size };
     uint32_t memory[1024];
-    cq_result result = CQ_OK;
+    cq_result result = CQ_MORE;
     int steps = 0;
     cq_decoder_init(&d, memory, sizeof memory);
-    for (; steps < 10 && result == CQ_OK; ++steps) result = cq_decode(&d, &in, 1);
+    for (; steps < 10 && result == CQ_MORE; ++steps) result = cq_decode(&d, &in, 1);
     CHECK_EQ(result, CQ_DONE);
     CHECK_EQ(d.aside.num_rows, many);
 }
@@ -574,13 +574,13 @@ TEST(memory_for_more_channels_than_there_may_be_is_zero) {
 
 TEST(every_result_has_a_phrase_of_its_own) {
     int a, b;
-    for (a = CQ_ERROR_CHECKSUM; a <= CQ_TRUNCATED; ++a) {
+    for (a = CQ_ERROR_CHECKSUM; a <= CQ_MORE; ++a) {
         const char *phrase = cq_result_string((cq_result)a);
         REQUIRE(phrase != NULL);
         CHECK(phrase[0] != 0);
         for (b = CQ_ERROR_CHECKSUM; b < a; ++b) CHECK(strcmp(phrase, cq_result_string((cq_result)b)) != 0);
     }
-    CHECK(cq_result_string((cq_result)-17) != NULL);
+    CHECK(strcmp(cq_result_string((cq_result)-17), cq_result_string((cq_result)5)) == 0);
 }
 
 int main(int argc, char **argv) {

@@ -85,7 +85,7 @@ static void chain_run(chain *t, uint32_t budget) {
                 done = t->lod[k].first + 3 * (size_t)t->lod[k].num_faces;
             }
         memcpy(copy, t->indices, done * sizeof(cq_index));
-    } while (t->d.result == CQ_OK);
+    } while (t->d.result == CQ_MORE);
     CHECK_EQ(t->d.result, CQ_DONE);
     exact_free(copy);
 }
@@ -272,7 +272,7 @@ TEST(levels_have_their_faces_by_material) {
                 sum = (cq_index)(sum + count);
             }
         before = t.kept;
-    } while (t.d.result == CQ_OK);
+    } while (t.d.result == CQ_MORE);
     CHECK_EQ(t.kept, 2);
     CHECK(t.lod[0].num_vertices >= 60 && t.lod[0].num_vertices < 120);
     for (k = 0; k < 2; ++k) CHECK_EQ(of_material[k][0] + of_material[k][1] + of_material[k][2], t.lod[k].num_faces);

@@ -31,6 +31,20 @@ static cq_channel channel_of(cq_kind kind, int components, int bits) {
 
 /* -- The grid of a box --------------------------------------------------------------------------------------------- */
 
+TEST(step_and_origin_come_as_the_floats_that_they_are) {
+    cq_channel c;
+    int k;
+    memset(&c, 0, sizeof c);
+    c.step = bits_of(0.25f);
+    for (k = 0; k < CQ_MAX_COMPONENTS; ++k) c.origin[k] = bits_of((float)k - 1.5f);
+    CHECK(cq_channel_step(&c) == 0.25f);
+    for (k = 0; k < CQ_MAX_COMPONENTS; ++k) CHECK(cq_channel_origin(&c, k) == (float)k - 1.5f);
+    c.step = NOT_A_NUMBER;
+    c.origin[3] = INFINITE;
+    CHECK(cq_channel_step(&c) != cq_channel_step(&c));
+    CHECK_EQ(bits_of(cq_channel_origin(&c, 3)), INFINITE);
+}
+
 TEST(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side) {
     const float box[] = { -1, 2, 5, 2, 3, 6, 0, 2.4f, 5.6f };
     const cq_value expected[] = { 0, 0, 0, 3, 1, 1, 1, 0, 1 };
@@ -360,6 +374,7 @@ TEST(exact_values_and_floats_have_the_types_that_they_are_read_as) {
 
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
+    RUN(step_and_origin_come_as_the_floats_that_they_are);
     RUN(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side);
     RUN(a_point_or_nothing_has_a_grid_without_a_step);
     RUN(points_of_a_grid_are_never_closer_than_floats);

@@ -576,7 +576,7 @@ TEST(meshes_with_seams_have_regular_levels_too) {
         decoding_begin(&d, c.bytes, c.size);
         in.data = c.bytes;
         in.size = c.size;
-        while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
+        while (cq_decode(d.decoder, &in, 1) == CQ_MORE) {
             CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
             check_rows(d.decoder);
         }
@@ -779,7 +779,7 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
             cq_watch_faces(d.decoder, 0, often.watched);
             in.data = c.bytes;
             in.size = c.size;
-            while (cq_decode(d.decoder, &in, 1) == CQ_OK) {
+            while (cq_decode(d.decoder, &in, 1) == CQ_MORE) {
                 const cq_index before = often.num_vertices;
                 CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
                 if (d.decoder->level > 0) CHECK(d.decoder->mesh.num_vertices <= before + 1);
@@ -903,7 +903,7 @@ static cq_result any_step(cq_decoder *d, uint64_t *random) {
 static int reach_regular_level(cq_decoder *d, const coded *c) {
     cq_bytes in = { c->bytes, c->size };
     while (d->phase != CQI_WIPE)
-        if (cq_decode(d, &in, 1) != CQ_OK) return 0;
+        if (cq_decode(d, &in, 1) != CQ_MORE) return 0;
     return 1;
 }
 
@@ -925,7 +925,7 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
                 do {
                     CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
                     set_regular_models(d.decoder, marks, flips);
-                } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
+                } while (any_step(d.decoder, &random) == CQ_MORE && d.decoder->phase != CQI_LEVEL);
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
                 CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
@@ -957,7 +957,7 @@ TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
         set_models(d.decoder, CQI_KIND_GROW, CQI_KIND_TURN, 1);
         set_models(d.decoder, CQI_KIND_TURN, CQI_KIND_CLOSE, 65534);
         set_models(d.decoder, CQI_MARK, CQI_DISSOLVED, 65534);
-    } while (any_step(d.decoder, &random) == CQ_OK);
+    } while (any_step(d.decoder, &random) == CQ_MORE);
     CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
     CHECK_EQ(d.decoder->phase, CQI_SWEEP);
     CHECK_EQ(d.decoder->mesh.num_vertices, 3);
@@ -996,7 +996,7 @@ TEST(no_more_rows_are_made_than_the_header_has) {
             if (begin_with_seams(&s, &c, &d, &in, which)) {
                 const cq_index most = (cq_index)(d.decoder->seams->num_rows + (cq_index)(5 * tries));
                 d.decoder->shape.num_rows = most;
-                while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+                while (cq_decode(d.decoder, &in, 1) == CQ_MORE) {}
                 CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
                 CHECK_EQ(d.decoder->seams->num_rows, most);
                 CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);
@@ -1052,7 +1052,7 @@ TEST(any_marks_and_flips_leave_each_row_one_vertex) {
                 do {
                     check_rows(d.decoder);
                     set_regular_models(d.decoder, marks, flips);
-                } while (any_step(d.decoder, &random) == CQ_OK && d.decoder->phase != CQI_LEVEL);
+                } while (any_step(d.decoder, &random) == CQ_MORE && d.decoder->phase != CQI_LEVEL);
                 done += d.decoder->phase == CQI_LEVEL;
                 CHECK(d.decoder->status == CQ_OK || d.decoder->status == CQ_ERROR_CORRUPT);
                 CHECK_EQ(cq_mesh_check(&d.decoder->mesh, NULL), CQ_OK);

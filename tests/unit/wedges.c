@@ -184,7 +184,7 @@ static void check_steps(const coded *c, int clean)
         vertices = d.decoder->mesh.num_vertices;
         rows = d.decoder->num_rows;
         if (d.decoder->vertex) memcpy(before, d.decoder->vertex, rows * sizeof(cq_index));
-    } while (d.result == CQ_OK);
+    } while (d.result == CQ_MORE);
     CHECK_EQ(d.result, CQ_DONE);
     decoding_free(&d);
 }
@@ -267,7 +267,7 @@ TEST(a_junction_is_in_the_base)
     decoding_begin(&d, c.bytes, c.size);
     in.data = c.bytes;
     in.size = c.size;
-    while (d.decoder->level == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    while (d.decoder->level == 0 && d.result >= 0) d.result = cq_decode(d.decoder, &in, 1);
     CHECK(d.decoder->mesh.num_vertices < 50);
     for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
         uint32_t j;
@@ -336,7 +336,7 @@ static void keep_border(int right, cq_value (*border)[3], size_t *count, uint32_
     decoding_begin(&d, c.bytes, c.size);
     in.data = c.bytes;
     in.size = c.size;
-    while (d.decoder->level == 0 && d.result == CQ_OK) d.result = cq_decode(d.decoder, &in, 1);
+    while (d.decoder->level == 0 && d.result >= 0) d.result = cq_decode(d.decoder, &in, 1);
     for (k = 0; k < d.decoder->mesh.num_vertices; k++) {
         const cq_value *v = d.decoder->channel[0] + 3 * k;
         if (v[0] == 8000) memcpy(border[n++], v, sizeof *border);

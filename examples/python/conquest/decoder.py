@@ -93,9 +93,9 @@ class Decoder:
             self._waiting = bytes(data)
             return False
         rest = self._decode(data, lib.CQ_NO_LIMIT if steps is None else steps)
-        if self._result == lib.CQ_OK:
+        if self._result == lib.CQ_MORE:
             self._waiting = rest
-        return self._result == int(lib.CQ_OK)
+        return self._result == int(lib.CQ_MORE)
 
     def finish(self) -> None:
         """Says that no more input will come. Raises TruncatedError if the stream has not ended: the mesh is a coarser

@@ -109,7 +109,7 @@ FirstView first_view(const Bytes &bytes, size_t vertices, double (*seconds)())
     FirstView view;
     double begin = seconds();
     ours.begin(bytes);
-    while (ours.vertices() < vertices && ours.refine(64) == CQ_OK) {}
+    while (ours.vertices() < vertices && ours.refine(64) == CQ_MORE) {}
     view.seconds = seconds() - begin;
     view.bytes = ours.bytes_used();
     return view;

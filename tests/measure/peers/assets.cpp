@@ -271,10 +271,10 @@ Ours measure_ours(const Asset &asset)
 {
     const Bytes bytes = encode(asset);
     Decoder decoder(bytes);
-    cq_result result = CQ_OK;
-    while (result == CQ_OK && !decoder.d->level) result = decoder.run(1);
+    cq_result result = CQ_MORE;
+    while (result == CQ_MORE && !decoder.d->level) result = decoder.run(1);
     const cq_report base = *decoder.report;
-    if (result == CQ_OK) result = decoder.run(CQ_NO_LIMIT);
+    if (result == CQ_MORE) result = decoder.run(CQ_NO_LIMIT);
     if (result != CQ_DONE) throw std::runtime_error(std::string("decoding: ") + cq_result_string(result));
     if (triangles(asset) != triangles(*decoder.d)) throw std::runtime_error("other triangles came back");
     const cq_report &all = *decoder.report;

@@ -37,11 +37,12 @@ static cq_result decode(cq_bytes in, int count, cq_index *indices, size_t capaci
     size_t size = cq_decoder_bytes(&shape);
     void *memory = malloc(size);
     if (!memory || !indices) return CQ_ERROR_MEMORY;
-    if (result == CQ_OK) result = cq_decoder_init(&dec, memory, size);
-    while (result == CQ_OK) {
+    if (result != CQ_OK) return result;
+    cq_decoder_init(&dec, memory, size);
+    do {
         result = cq_decode(&dec, &in, STEPS);
         cq_keep_lods(&dec, lod, (size_t)count, indices, capacity);
-    }
+    } while (result == CQ_MORE);
     return result;
 }
 

@@ -119,8 +119,10 @@ static cq_result decode_steps(cq_report *report, const struct encoding *e, struc
     void *memory = malloc(memory_size);
     cq_result result = cq_decoder_init(&d, memory, memory_size);
     d.report = report;
-    while (result == CQ_OK)
-        result = decode_step(&d, &in, i, j);
+    if (result == CQ_OK)
+        do
+            result = decode_step(&d, &in, i, j);
+        while (result == CQ_MORE);
     free(memory);
     return result;
 }
