@@ -50,6 +50,8 @@ replay() { # mesh
         "$work/cqm" decode --quiet "$stream" "$work/decoded.off" || return 1
         "$work/cqm" decode --quiet --level 1 "$stream" "$work/decoded.off" || return 1
         "$work/cqm" decode --quiet --bytes 60 "$stream" "$work/decoded.off" >/dev/null 2>&1
+        head -c 60 "$stream" | "$work/cqm" trace - >/dev/null 2>&1
+        "$work/cqm" trace "$stream" >/dev/null || return 1
         "$work/cqm" info "$stream" >/dev/null || return 1
     done
 }
