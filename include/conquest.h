@@ -122,6 +122,8 @@
 #define cq_watch_faces CQI_SYMBOL(cq_watch_faces)
 #define cq_moved_rows CQI_SYMBOL(cq_moved_rows)
 #define cq_read_rows CQI_SYMBOL(cq_read_rows)
+#define cq_read_rows_uint16 CQI_SYMBOL(cq_read_rows_uint16)
+#define cq_read_rows_uint8 CQI_SYMBOL(cq_read_rows_uint8)
 #define cq_read_triangles CQI_SYMBOL(cq_read_triangles)
 #define cq_material CQI_SYMBOL(cq_material)
 #define cq_range_encoder_init CQI_SYMBOL(cq_range_encoder_init)
@@ -424,6 +426,26 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 /* Values of rows first .. first + count - 1 of channel k as a vertex buffer has them, whether the channel is per vertex
  * or per row: cq_value[count][components]. k < shape.num_channels, first + count <= num_rows. */
 CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
+
+/* The same in less room, for a GPU: as uint16_t, of a channel of at most 16 bits, or as uint8_t, of at most 8. A row
+ * begins every `stride` elements, which are at least its components; those between rows are not written. Most GPUs want
+ * rows of a multiple of 4 bytes, so that three components take stride 4.
+ *
+ * `index` and `channel` can also be uploaded as they are, as integers of CQ_INDEX_BITS bits. With normalised attributes,
+ * which are value / 65535.0, or value / 255.0 of a uint8_t, a shader has floats by
+ *
+ *     position = origin + step * 65535.0 * attribute;                    cq_channel_origin, cq_channel_step
+ *
+ * and the direction of an octahedral pair, of which exp2(bits - 1.0) - 1.0 is 0, by
+ *
+ *     vec2 p = attribute * 65535.0 / (exp2(bits - 1.0) - 1.0) - 1.0;
+ *     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
+ *     if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+ *     normal = normalize(n); */
+CQ_API void cq_read_rows_uint16(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, uint16_t *to,
+                                size_t stride);
+CQ_API void cq_read_rows_uint8(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, uint8_t *to,
+                               size_t stride);
 
 /* The index buffer of faces first .. first + count - 1 with the orientation that they had before cq_encode:
  * cq_index[3 * count]. Only differs from `index` if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
@@ -9973,14 +9995,43 @@ cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget)
     return cqi_run(d, in, budget);
 }
 
+/* Values of row r in channel k, which may be those of its vertex. */
+static const cq_value *cqi_values_of_row(const cq_decoder *d, uint32_t k, cq_index r)
+{
+    const int follow = d->vertex && cqi_class(&d->shape, k) == CQI_OF_VERTEX;
+    return d->channel[k] + (size_t)(follow ? d->vertex[r] : r) * d->shape.channel[k].components;
+}
+
 void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to)
 {
     CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
     const size_t n = d->shape.channel[k].components;
-    const int follow = d->vertex && cqi_class(&d->shape, k) == CQI_OF_VERTEX;
     cq_index r;
-    for (r = first; r < first + count; r++, to += n)
-        memcpy(to, d->channel[k] + (follow ? d->vertex[r] : r) * n, n * sizeof(cq_value));
+    for (r = first; r < first + count; r++, to += n) memcpy(to, cqi_values_of_row(d, k, r), n * sizeof(cq_value));
+}
+
+void cq_read_rows_uint16(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, uint16_t *to, size_t stride)
+{
+    CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
+    CQ_ASSERT(d->shape.channel[k].bits <= 16 && stride >= d->shape.channel[k].components);
+    const size_t n = d->shape.channel[k].components;
+    cq_index r;
+    size_t c;
+    for (r = 0; r < count; r++)
+        for (c = 0; c < n; c++)
+            to[r * stride + c] = (uint16_t)cqi_values_of_row(d, k, (cq_index)(first + r))[c];
+}
+
+void cq_read_rows_uint8(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, uint8_t *to, size_t stride)
+{
+    CQ_ASSERT(k < d->shape.num_channels && first <= d->num_rows && count <= d->num_rows - first);
+    CQ_ASSERT(d->shape.channel[k].bits <= 8 && stride >= d->shape.channel[k].components);
+    const size_t n = d->shape.channel[k].components;
+    cq_index r;
+    size_t c;
+    for (r = 0; r < count; r++)
+        for (c = 0; c < n; c++)
+            to[r * stride + c] = (uint8_t)cqi_values_of_row(d, k, (cq_index)(first + r))[c];
 }
 
 /* Values of the channel CQ_TURNED, which is the last one; or NULL. */

@@ -3,6 +3,7 @@
 #include "conquest.h"
 #include "exact.h"
 #include "test.h"
+#include <math.h>
 
 #define INFINITE 0x7f800000u
 #define NOT_A_NUMBER 0x7fc00000u
@@ -277,6 +278,50 @@ TEST(what_comes_back_is_finite_whatever_the_channel_says) {
 
 /* -- Normals ------------------------------------------------------------------------------------------------------- */
 
+/* The header's lines for a shader, with a normalised attribute, in floats. */
+static void shade(float x, float y, float largest, int bits, float *to) {
+    const float half = ldexpf(1, bits - 1) - 1;
+    const float p = x * largest / half - 1, q = y * largest / half - 1, z = 1 - fabsf(p) - fabsf(q);
+    const float a = z < 0 ? (1 - fabsf(q)) * (p < 0 ? -1.0f : 1.0f) : p;
+    const float b = z < 0 ? (1 - fabsf(p)) * (q < 0 ? -1.0f : 1.0f) : q;
+    const float length = sqrtf(a * a + b * b + z * z);
+    to[0] = a / length;
+    to[1] = b / length;
+    to[2] = z / length;
+}
+
+TEST(a_shader_has_the_normals_of_the_library) {
+    int bits, x, y, k;
+    for (bits = 3; bits <= 15; bits += bits == 15 ? 1 : 2) {
+        const int last = (1 << bits) - 2, step = last / 14 > 1 ? last / 14 : 1;
+        const float largest = bits <= 8 ? 255.0f : 65535.0f;
+        for (x = 0; x <= last; x += step) {
+            for (y = 0; y <= last; y += step) {
+                const cq_value pair[2] = { (cq_value)x, (cq_value)y };
+                float exact[3], seen[3];
+                cq_reconstruct_normals(bits, pair, 1, exact);
+                shade((float)x / largest, (float)y / largest, largest, bits, seen);
+                for (k = 0; k < 3; ++k) CHECK(fabsf(seen[k] - exact[k]) < 1e-5f);
+            }
+        }
+    }
+}
+
+TEST(a_shader_has_the_positions_of_the_library) {
+    const float box[] = { -3.5f, 100, 0.25f, 7, 122, 0.5f };
+    cq_channel c = channel_of(CQ_POSITION, 3, 12);
+    float back[6];
+    cq_value values[6];
+    int k;
+    REQUIRE_EQ(cq_fit_grid(&c, box, 2, NULL), CQ_OK);
+    REQUIRE_EQ(cq_quantise(&c, box, 2, values, NULL), CQ_OK);
+    cq_reconstruct(&c, values, 2, back);
+    for (k = 0; k < 6; ++k) {
+        const float attribute = (float)values[k] / 65535;
+        CHECK(fabsf(cq_channel_origin(&c, k % 3) + cq_channel_step(&c) * 65535 * attribute - back[k]) < 1e-4f);
+    }
+}
+
 TEST(axes_come_back_exactly_and_length_does_not_matter) {
     int bits, axis, sign;
     for (bits = 2; bits <= CQ_MAX_BITS; ++bits) {
@@ -374,6 +419,8 @@ TEST(exact_values_and_floats_have_the_types_that_they_are_read_as) {
 
 int main(int argc, char **argv) {
     TEST_BEGIN(argc, argv);
+    RUN(a_shader_has_the_normals_of_the_library);
+    RUN(a_shader_has_the_positions_of_the_library);
     RUN(step_and_origin_come_as_the_floats_that_they_are);
     RUN(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side);
     RUN(a_point_or_nothing_has_a_grid_without_a_step);

@@ -375,6 +375,59 @@ TEST(a_seam_of_texture_coordinates_is_refined)
     CHECK(last.base_vertices < 40);
 }
 
+/* Rows `first` .. of a channel in 16 bits, and in 8 where these are enough, against those of cq_value. */
+static void check_narrow_rows(const cq_decoder *d, uint32_t k, cq_index first, size_t stride)
+{
+    const size_t n = d->shape.channel[k].components, count = (size_t)(d->num_rows - first);
+    const size_t all = count ? (count - 1) * stride + n : 0;
+    cq_value *const values = (cq_value *)exact_alloc((count * n + 1) * sizeof(cq_value));
+    uint16_t *const words = (uint16_t *)exact_alloc(all * sizeof *words);
+    uint8_t *const bytes = (uint8_t *)exact_alloc(all);
+    const int narrow = d->shape.channel[k].bits <= 8;
+    size_t i;
+    memset(words, 0xa5, all * sizeof *words);
+    memset(bytes, 0xa5, all);
+    cq_read_rows(d, k, first, (cq_index)count, values);
+    cq_read_rows_uint16(d, k, first, (cq_index)count, words, stride);
+    if (narrow) cq_read_rows_uint8(d, k, first, (cq_index)count, bytes, stride);
+    for (i = 0; i < all; i++) {
+        const int between = i % stride >= n;
+        const cq_value value = values[between ? 0 : i / stride * n + i % stride];
+        CHECK_EQ(words[i], between ? 0xa5a5 : value);
+        CHECK_EQ(bytes[i], between || !narrow ? 0xa5 : value);
+    }
+    exact_free(values);
+    exact_free(words);
+    exact_free(bytes);
+}
+
+TEST(rows_come_in_16_and_in_8_bits)
+{
+    int seams;
+    for (seams = 0; seams < 2; seams++) {
+        coded c;
+        decoding d;
+        uint32_t k;
+        begin(7);
+        add_sheet(20, 16, 3, 0);
+        for (k = 0; k < scene.input.shape.num_vertices; k++) scene.joint[k] = (cq_value)(k % 64);
+        if (seams) add_seams(3, 2);
+        code(&c, &scene.input);
+        REQUIRE_EQ(c.result, CQ_OK);
+        decoding_begin(&d, c.bytes, c.size);
+        REQUIRE_EQ(decoding_run(&d, c.bytes, c.size, c.size, CQ_NO_LIMIT), CQ_DONE);
+        CHECK_EQ(d.decoder->vertex != NULL, seams);
+        for (k = 0; k < d.decoder->shape.num_channels; k++) {
+            check_narrow_rows(d.decoder, k, 0, d.decoder->shape.channel[k].components);
+            check_narrow_rows(d.decoder, k, 17, 4);
+            check_narrow_rows(d.decoder, k, (cq_index)(d.decoder->num_rows - 1), 9);
+            check_narrow_rows(d.decoder, k, d.decoder->num_rows, 4);
+        }
+        decoding_free(&d);
+        uncode(&c);
+    }
+}
+
 TEST(a_soup_becomes_one_surface)
 {
     uint32_t h;
@@ -722,6 +775,7 @@ int main(int argc, char **argv)
 {
     TEST_BEGIN(argc, argv);
     RUN(a_seam_of_texture_coordinates_is_refined);
+    RUN(rows_come_in_16_and_in_8_bits);
     RUN(a_soup_becomes_one_surface);
     RUN(flat_faces_have_rows_of_their_own);
     RUN(double_sided_cards_are_closed_surfaces_or_two_sheets);
