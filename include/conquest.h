@@ -426,7 +426,7 @@ CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_ind
  * begins every `stride` elements, which are at least its components; those between rows are not written. Most GPUs want
  * rows of a multiple of 4 bytes, so that three components take stride 4.
  *
- * `index` and `channel` can also be uploaded as they are, as integers of CQ_INDEX_BITS bits. With normalised attributes,
+ * `index` and `channel` can also be uploaded as they are: integers of CQ_INDEX_BITS bits. With normalised attributes,
  * which are value / 65535.0, or value / 255.0 of a uint8_t, a shader has floats by
  *
  *     position = origin + step * 65535.0 * attribute;                    cq_channel_origin, cq_channel_step
@@ -528,7 +528,7 @@ CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
 /* Bytes that are enough for any triangles with num_vertices, num_faces and the channels of a shape, so that cq_encode
  * never returns CQ_ERROR_MEMORY; its other counts are not looked at. That is room for triangles of which no two share a
- * vertex of the mesh: with two faces per row 1.3 KB per row, seven times as much as a closed mesh takes (16-bit indices:
+ * vertex of the mesh: with two faces per row 1.3 KB per row, seven times what a closed mesh takes (with 16-bit indices
  * 0.43 KB, four times). 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes_at_most(const cq_shape *shape);
 
@@ -537,11 +537,13 @@ CQ_API size_t cq_encoder_bytes_at_most(const cq_shape *shape);
  * carried as a face a, b, b and a point as a, a, a. Rows with the same values in all channels become one; a row where
  * the surface touches itself may become several. Without a channel of positions no rows become one.
  *
- * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows and _faces are set as found; begin with zeros.
+ * in       in->shape.num_boundary_loops, _edges, num_rows, num_aside_rows, _faces are set as found; begin with zeros.
  * memory   cq_encoder_bytes_at_most(&in->shape) bytes, aligned to 8. Or cq_encoder_bytes(&in->shape), which is enough
  *          for a closed mesh and much less: on CQ_ERROR_MEMORY call again with as many bytes as that returns then. With
  *          an eighth more at first, most meshes with boundaries need no second call.
- * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit.
+ * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit: a
+ *          call with NULL and 0 tells it, in the time that encoding takes. No bound is promised. Random triangles with
+ *          noise in all values have taken less than 4 bytes for each number there is if no corners share a row.
  * place    out: where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.
  * report   out: where the bits went; may be NULL.
  *

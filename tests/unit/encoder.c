@@ -583,11 +583,47 @@ static void random_triangles(cq_input *in, cq_index *index, cq_value *value, uin
         value[k] = (cq_value)(x * x % 7);
         value[1000 + k] = (cq_value)(next_random(random) % texcoords);
     }
-    for (k = 0; k < in->shape.num_faces; ++k) index[1000 + k] = (cq_index)(k % (in->shape.num_materials + !in->shape.num_materials));
+    for (k = 0; k < in->shape.num_faces; ++k)
+        index[1000 + k] = (cq_index)(k % (in->shape.num_materials + !in->shape.num_materials));
     in->indices = index;
     in->materials = index + 1000;
     in->values[0] = value;
     in->values[1] = in->values[2] = value + 1000;
+}
+
+/* Rows are copied where triangles do not share them, so it is not enough to count those of the input. */
+TEST(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner) {
+    static cq_index index[1300];
+    static cq_value value[1400], noise[16 * 120];
+    uint64_t random = 8;
+    double largest = 0;
+    int k;
+    for (k = 0; k < 300; ++k) {
+        cq_input in;
+        coded c;
+        uint32_t j;
+        double room;
+        random_triangles(&in, index, value, &random);
+        in.shape.num_channels = 3;
+        in.shape.channel[2].kind = CQ_GENERIC;
+        in.shape.channel[2].components = 4;
+        in.shape.channel[2].merge = CQ_AVERAGE;
+        for (j = 0; j < 3; ++j) in.shape.channel[j].bits = CQ_MAX_BITS;
+        if (k % 2 && CQ_INDEX_BITS == 32) in.shape.channel[0].bits = in.shape.channel[2].bits = CQ_EXACT_BITS;
+        for (j = 0; j < 16 * 120; ++j) noise[j] = (cq_value)(next_random(&random) & (((uint32_t)1 << CQ_MAX_BITS) - 1));
+        if (k % 2 && CQ_INDEX_BITS == 32)
+            for (j = 0; j < 16 * 120; ++j) noise[j] = (cq_value)(next_random(&random) >> 11);
+        in.values[0] = noise;
+        in.values[1] = in.shape.channel[1].bits == CQ_EXACT_BITS ? noise : value;
+        in.values[2] = noise + 4;
+        code(&c, &in);
+        CHECK_EQ(c.result, CQ_OK);
+        room = 1024 + 4.0 * (3 * in.shape.num_faces + 9 * (3 * in.shape.num_faces + in.shape.num_vertices));
+        CHECK((double)c.size < room);
+        largest = fmax(largest, (double)c.size / room);
+        uncode(&c);
+    }
+    printf("  noise takes up to %.2f of that room\n", largest);
 }
 
 TEST(memory_at_most_is_enough_for_any_triangles) {
@@ -1201,6 +1237,7 @@ int main(int argc, char **argv) {
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
+    RUN(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner);
     RUN(memory_at_most_is_enough_for_any_triangles);
     RUN(memory_at_most_is_little_more_than_triangles_without_common_edges_need);
     RUN(the_decoder_that_replays_gets_the_rest_of_the_memory);
