@@ -52,13 +52,11 @@ int main(void)
     cq_result result = cq_fit_grid(c, position, in.shape.num_vertices, NULL);
     if (result == CQ_OK)
         result = cq_quantise(c, position, in.shape.num_vertices, value, NULL);
-    size_t bytes = 0, written = 0;
-    for (int more = result == CQ_OK; more; more = result == CQ_ERROR_MEMORY && cq_encoder_bytes(&in.shape) > bytes) {
-        bytes = cq_encoder_bytes(&in.shape);         /* enough for a closed mesh; then for the boundaries that it has */
-        void *memory = malloc(bytes);
+    size_t bytes = cq_encoder_bytes_at_most(&in.shape), written = 0;
+    void *memory = malloc(bytes);
+    if (result == CQ_OK)
         result = cq_encode(&in, memory, bytes, stream, sizeof stream, &written, NULL, NULL);
-        free(memory);
-    }
+    free(memory);
     if (result != CQ_OK) {
         fprintf(stderr, "%s\n", cq_result_string(result));
         return 1;

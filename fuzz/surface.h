@@ -265,7 +265,7 @@ static inline void model_free(model *m) {
  * be refused, with the same size. The maps and `report` may be NULL. */
 static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *face_map, cq_report *report) {
     void *memory = NULL;
-    size_t memory_size, size = 0, again = 0;
+    size_t memory_size = 0, size = 0, again = 0;
     cq_result result = CQ_ERROR_MEMORY;
     int tries;
     s->data = NULL;
@@ -279,6 +279,7 @@ static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *fac
         result = cq_encode(&m->input, memory, memory_size, NULL, 0, &size, NULL, NULL);
     }
     REQUIRE(result < 0 && result != CQ_ERROR_MEMORY);   /* nothing fits in no bytes */
+    REQUIRE(memory_size <= cq_encoder_bytes_at_most(&m->input.shape));
     if (result == CQ_ERROR_OUTPUT) {
         s->size = size;
         s->data = (uint8_t *)block(size);

@@ -346,6 +346,7 @@ static cost measure(const faces *f) {
         c.result = cq_encode(&in, memory, cq_encoder_bytes(&in.shape), out, capacity, &size, NULL, NULL);
         c.encoding += work;
     }
+    REQUIRE(cq_encoder_bytes(&in.shape) <= cq_encoder_bytes_at_most(&in.shape));
     c.counts = (uint64_t)f->num_vertices + f->num_faces + size;
     if (c.result == CQ_OK) {
         cq_result decoded;

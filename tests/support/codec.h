@@ -43,6 +43,7 @@ static inline void code(coded *c, const cq_input *input) {
         c->result = cq_encode(&in, memory, memory_size, c->bytes, size, &c->size, &c->place, c->report);
         if (c->result == CQ_OK && c->size != size) c->result = CQ_ERROR_OUTPUT;  /* two sizes for one mesh */
     }
+    if (cq_encoder_bytes(&in.shape) > cq_encoder_bytes_at_most(&input->shape)) c->result = CQ_ERROR_MEMORY;
     c->shape = in.shape;
     exact_free(memory);
 }

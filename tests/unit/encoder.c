@@ -546,6 +546,126 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
     sample_free(&s);
 }
 
+/* Encodes in exactly the memory that is enough for any triangles; the share of it that these needed. */
+static double share_of_most(const cq_input *input) {
+    cq_input in = *input;
+    const size_t most = cq_encoder_bytes_at_most(&in.shape);
+    void *memory = exact_alloc(most);
+    size_t size;
+    CHECK_EQ(cq_encode(&in, memory, most, NULL, 0, &size, NULL, NULL), CQ_ERROR_OUTPUT);
+    CHECK(cq_encoder_bytes(&in.shape) <= most);
+    exact_free(memory);
+    return (double)cq_encoder_bytes(&in.shape) / (double)most;
+}
+
+/* Triangles between places of a grid, some rows of no face, some rows at one place; values of rows and of faces. */
+static void random_triangles(cq_input *in, cq_index *index, cq_value *value, uint64_t *random) {
+    const uint32_t places = 2 + (uint32_t)(next_random(random) % 40), texcoords = 1 + (uint32_t)(next_random(random) % 4);
+    uint32_t k;
+    cq_channel *c = in->shape.channel;
+    memset(in, 0, sizeof *in);
+    in->shape.num_vertices = 3 + (uint32_t)(next_random(random) % 120);
+    in->shape.num_faces = (uint32_t)(next_random(random) % 200);
+    in->shape.num_channels = (uint32_t)(next_random(random) % 4);
+    in->shape.num_materials = (uint32_t)(next_random(random) % 3);
+    c[0].kind = CQ_POSITION;
+    c[0].components = 3;
+    c[1].kind = CQ_TEXCOORD;
+    c[1].components = 2;
+    c[2].kind = CQ_GROUP;
+    c[2].components = 1;
+    c[2].merge = CQ_PER_FACE;
+    c[0].bits = c[1].bits = c[2].bits = 12;
+    for (k = 0; k < 3 * in->shape.num_faces; ++k) index[k] = (cq_index)(next_random(random) % in->shape.num_vertices);
+    for (k = 0; k < 3 * in->shape.num_vertices; ++k) {
+        const uint32_t x = (uint32_t)(next_random(random) % places);
+        value[k - k % 3] = (cq_value)x;
+        value[k] = (cq_value)(x * x % 7);
+        value[1000 + k] = (cq_value)(next_random(random) % texcoords);
+    }
+    for (k = 0; k < in->shape.num_faces; ++k)
+        index[1000 + k] = (cq_index)(k % (in->shape.num_materials + !in->shape.num_materials));
+    in->indices = index;
+    in->materials = index + 1000;
+    in->values[0] = value;
+    in->values[1] = in->values[2] = value + 1000;
+}
+
+/* Rows are copied where triangles do not share them, so it is not enough to count those of the input. */
+TEST(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner) {
+    static cq_index index[1300];
+    static cq_value value[1400], noise[16 * 120];
+    uint64_t random = 8;
+    double largest = 0;
+    int k;
+    for (k = 0; k < 300; ++k) {
+        cq_input in;
+        coded c;
+        uint32_t j;
+        double room;
+        random_triangles(&in, index, value, &random);
+        in.shape.num_channels = 3;
+        in.shape.channel[2].kind = CQ_GENERIC;
+        in.shape.channel[2].components = 4;
+        in.shape.channel[2].merge = CQ_AVERAGE;
+        for (j = 0; j < 3; ++j) in.shape.channel[j].bits = CQ_MAX_BITS;
+        if (k % 2 && CQ_INDEX_BITS == 32) in.shape.channel[0].bits = in.shape.channel[2].bits = CQ_EXACT_BITS;
+        for (j = 0; j < 16 * 120; ++j) noise[j] = (cq_value)(next_random(&random) & (((uint32_t)1 << CQ_MAX_BITS) - 1));
+        if (k % 2 && CQ_INDEX_BITS == 32)
+            for (j = 0; j < 16 * 120; ++j) noise[j] = (cq_value)(next_random(&random) >> 11);
+        in.values[0] = noise;
+        in.values[1] = in.shape.channel[1].bits == CQ_EXACT_BITS ? noise : value;
+        in.values[2] = noise + 4;
+        code(&c, &in);
+        CHECK_EQ(c.result, CQ_OK);
+        room = 1024 + 4.0 * (3 * in.shape.num_faces + 9 * (3 * in.shape.num_faces + in.shape.num_vertices));
+        CHECK((double)c.size < room);
+        largest = fmax(largest, (double)c.size / room);
+        uncode(&c);
+    }
+    printf("  noise takes up to %.2f of that room\n", largest);
+}
+
+TEST(memory_at_most_is_enough_for_any_triangles) {
+    static cq_index index[1300];
+    static cq_value value[1400];
+    uint64_t random = 5;
+    int k, more = 0;
+    for (k = 0; k < 400; ++k) {
+        cq_input in;
+        double share;
+        random_triangles(&in, index, value, &random);
+        share = share_of_most(&in);
+        more += share * (double)cq_encoder_bytes_at_most(&in.shape) > (double)cq_encoder_bytes(&in.shape);
+    }
+    CHECK(more > 300);
+}
+
+/* i, i + 1, i + 4 and i, i + 2, i + 7 share no edge: each corner is a vertex of the mesh, each edge a boundary. */
+TEST(memory_at_most_is_little_more_than_triangles_without_common_edges_need) {
+    enum { ROWS = CQ_INDEX_BITS == 16 ? 2500 : 3000 };
+    static cq_index index[6 * ROWS];
+    static cq_value value[3 * ROWS];
+    cq_input in;
+    int k;
+    memset(&in, 0, sizeof in);
+    for (k = 0; k < ROWS; ++k) {
+        const int corner[6] = { 0, 1, 4, 0, 2, 7 };
+        int j;
+        for (j = 0; j < 6; ++j) index[6 * k + j] = (cq_index)((k + corner[j]) % ROWS);
+        value[3 * k] = (cq_value)k;
+    }
+    in.indices = index;
+    in.values[0] = value;
+    in.shape.num_vertices = ROWS;
+    in.shape.num_faces = 2 * ROWS;
+    in.shape.num_channels = 1;
+    in.shape.channel[0].kind = CQ_POSITION;
+    in.shape.channel[0].components = 3;
+    in.shape.channel[0].bits = 12;
+    CHECK(share_of_most(&in) > (CQ_INDEX_BITS == 16 ? 0.8 : 0.9));
+}
+
 /* Which is what it needs, but for blocks that end in the middle of a word; or what the preparation had, where that takes
  * more. */
 TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
@@ -1149,6 +1269,9 @@ int main(int argc, char **argv) {
     RUN(the_map_may_be_null);
     RUN(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need);
     RUN(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first);
+    RUN(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner);
+    RUN(memory_at_most_is_enough_for_any_triangles);
+    RUN(memory_at_most_is_little_more_than_triangles_without_common_edges_need);
     RUN(the_decoder_that_replays_gets_the_rest_of_the_memory);
     RUN(the_preparation_may_take_more_than_the_coding_of_what_comes_in);
     RUN(misaligned_encoder_memory_is_an_error);

@@ -551,10 +551,27 @@ TEST(memory_for_counts_that_cannot_be_numbered_is_zero) {
     CHECK_EQ(cq_decoder_bytes(&shape) == 0, CQ_INDEX_BITS == 16);
 }
 
+TEST(memory_at_most_is_there_for_all_counts_that_can_be_numbered) {
+    const uint32_t limit = CQ_INDEX_BITS == 16 ? 0xffff / 3 : 0xffffffff / 3;
+    cq_shape shape;
+    memset(&shape, 0, sizeof shape);
+    CHECK(cq_encoder_bytes_at_most(&shape) >= cq_encoder_bytes(&shape));
+    shape.num_vertices = shape.num_faces = limit;
+    CHECK(cq_encoder_bytes_at_most(&shape) > cq_encoder_bytes(&shape));
+    shape.num_boundary_edges = shape.num_rows = shape.num_aside_rows = 0xffffffff; /* these are not looked at */
+    CHECK(cq_encoder_bytes_at_most(&shape) > 0);
+    shape.num_vertices++;
+    CHECK_EQ(cq_encoder_bytes_at_most(&shape), 0);
+    shape.num_vertices = 4;
+    shape.num_faces++;
+    CHECK_EQ(cq_encoder_bytes_at_most(&shape), 0);
+}
+
 TEST(memory_for_no_shape_is_zero) {
     CHECK_EQ(cq_mesh_bytes(NULL), 0);
     CHECK_EQ(cq_decoder_bytes(NULL), 0);
     CHECK_EQ(cq_encoder_bytes(NULL), 0);
+    CHECK_EQ(cq_encoder_bytes_at_most(NULL), 0);
 }
 
 TEST(memory_for_more_channels_than_there_may_be_is_zero) {
@@ -568,6 +585,7 @@ TEST(memory_for_more_channels_than_there_may_be_is_zero) {
         shape->num_channels = many[k];
         CHECK_EQ(cq_decoder_bytes(shape), 0);
         CHECK_EQ(cq_encoder_bytes(shape), 0);
+        CHECK_EQ(cq_encoder_bytes_at_most(shape), 0);
         exact_free(shape);
     }
 }
@@ -613,6 +631,7 @@ int main(int argc, char **argv) {
 #endif
     RUN(the_macro_and_the_function_for_decoder_memory_agree);
     RUN(memory_for_counts_that_cannot_be_numbered_is_zero);
+    RUN(memory_at_most_is_there_for_all_counts_that_can_be_numbered);
     RUN(memory_for_no_shape_is_zero);
     RUN(memory_for_more_channels_than_there_may_be_is_zero);
     RUN(every_result_has_a_phrase_of_its_own);
