@@ -3,7 +3,8 @@
  * noise. */
 #include "surface.h"
 
-static stream take_pieces(input *in) {
+static stream take_pieces(input *in)
+{
     uint32_t kind = take(in), k;
     stream s;
     if (kind < 96) return take_headed_stream(in);
@@ -13,7 +14,8 @@ static stream take_pieces(input *in) {
     return s;
 }
 
-static void run_at_once(decoding *d, const stream *s) {
+static void run_at_once(decoding *d, const stream *s)
+{
     cq_bytes in;
     in.data = s->data;
     in.size = s->size;
@@ -21,7 +23,8 @@ static void run_at_once(decoding *d, const stream *s) {
 }
 
 /* Each piece lies in a block of its own that is gone after the call. */
-static void run_in_pieces(decoding *d, const stream *s, uint32_t choice, uint32_t seed) {
+static void run_in_pieces(decoding *d, const stream *s, uint32_t choice, uint32_t seed)
+{
     uint32_t most = 1 + seed % (choice & 1 ? 3 : 700), steps = 1 + seed % (choice & 2 ? 3 : 200);
     size_t at = 0;
     while (at < s->size && !is_permanent(d->result)) {
@@ -42,7 +45,8 @@ static void run_in_pieces(decoding *d, const stream *s, uint32_t choice, uint32_
     while (!is_permanent(d->result)) decoding_call(d, NULL, choice & 8 ? steps : CQ_NO_LIMIT, 0);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     uint32_t choice = take(&in), seed = take(&in);
     stream s = take_pieces(&in);

@@ -5,7 +5,8 @@
 
 /* The payload of a good stream up to some byte, then any bytes, behind a header that promises more vertices: so that
  * noise meets a decoder that has a base already. Zeros in between keep the last symbols of the head as they were. */
-static stream take_grafted_stream(input *in) {
+static stream take_grafted_stream(input *in)
+{
     uint32_t more = take_two(in) % 200, edges = take(in) % 4, zeros = take(in), kept;
     stream s = take_encoded_stream(in), grafted;
     cq_shape shape;
@@ -29,7 +30,8 @@ static stream take_grafted_stream(input *in) {
     return grafted;
 }
 
-static stream take_stream(input *in) {
+static stream take_stream(input *in)
+{
     uint32_t kind = take(in);
     stream s;
     if (kind >= 128) return take_grafted_stream(in);
@@ -39,7 +41,8 @@ static stream take_stream(input *in) {
     return s;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     stream s = take_stream(&in);
     decoding d = decoding_begin(&s);

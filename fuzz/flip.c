@@ -2,7 +2,8 @@
  * made right again: the damage that a check value does not find. */
 #include "surface.h"
 
-static void damage_stream(stream *s, input *in) {
+static void damage_stream(stream *s, input *in)
+{
     uint32_t kind = take(in), at = take_two(in) % (uint32_t)s->size, amount = take(in);
     switch (kind % 4) {
     case 0: s->data[at] ^= (uint8_t)(1u << amount % 8); break;
@@ -17,7 +18,8 @@ static void damage_stream(stream *s, input *in) {
     }
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size }, noted;
     uint32_t count = take(&in), k;
     uint8_t notes[4 * 8];

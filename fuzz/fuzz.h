@@ -23,7 +23,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 #define REQUIRE(condition) \
     do { if (!(condition)) broken(__FILE__, __LINE__, #condition); } while (0)
 
-static inline void broken(const char *file, int line, const char *condition) {
+static inline void broken(const char *file, int line, const char *condition)
+{
     fprintf(stderr, "%s:%d: not true: %s\n", file, line, condition);
     abort();
 }
@@ -36,18 +37,21 @@ typedef struct input {
 } input;
 
 /* The next byte; 0 when there are no more. */
-static inline uint32_t take(input *in) {
+static inline uint32_t take(input *in)
+{
     if (in->size == 0) return 0;
     in->size--;
     return *in->data++;
 }
 
-static inline uint32_t take_two(input *in) {
+static inline uint32_t take_two(input *in)
+{
     uint32_t low = take(in);
     return low | take(in) << 8;
 }
 
-static inline uint32_t take_four(input *in) {
+static inline uint32_t take_four(input *in)
+{
     uint32_t low = take_two(in);
     return low | take_two(in) << 16;
 }
@@ -59,13 +63,15 @@ static inline uint32_t take_below(input *in, uint32_t n) { return (n <= 256 ? ta
 
 /* Exactly `size` bytes, not initialised: one byte beyond them is an error of AddressSanitizer, and a branch on what was
  * never written one of MemorySanitizer. */
-static inline void *block(size_t size) {
+static inline void *block(size_t size)
+{
     void *memory = malloc(size);
     REQUIRE(memory != NULL || size == 0);
     return memory;
 }
 
-static inline void *copy_of(const void *data, size_t size) {
+static inline void *copy_of(const void *data, size_t size)
+{
     void *copy = block(size);
     if (size > 0) memcpy(copy, data, size);
     return copy;
@@ -86,7 +92,8 @@ typedef struct stream {
     size_t size;
 } stream;
 
-static inline stream stream_of(const uint8_t *data, size_t size) {
+static inline stream stream_of(const uint8_t *data, size_t size)
+{
     stream s;
     s.data = (uint8_t *)copy_of(data, size);
     s.size = size;
@@ -94,7 +101,8 @@ static inline stream stream_of(const uint8_t *data, size_t size) {
 }
 
 /* A header of this shape, with right check values, in front of the payload. */
-static inline stream frame(const cq_shape *shape, const uint8_t *payload, size_t size) {
+static inline stream frame(const cq_shape *shape, const uint8_t *payload, size_t size)
+{
     uint8_t header[CQ_MAX_HEADER_BYTES];
     size_t header_size = cqi_write_header(header, shape, size, cqi_crc32(0, payload, size));
     stream s;
@@ -107,7 +115,8 @@ static inline stream frame(const cq_shape *shape, const uint8_t *payload, size_t
 }
 
 /* Puts the right check values into whatever can be read as a header with a payload. */
-static inline void repair(stream *s) {
+static inline void repair(stream *s)
+{
     cq_shape shape;
     cqi_header header;
     cqi_reader r = { s->data, s->size, 3, CQ_OK };
@@ -127,7 +136,8 @@ static inline void repair(stream *s) {
 }
 
 /* Any kind and any way to predict, with as many components as they may have. */
-static inline void choose_form(cq_channel *channel, uint32_t choice) {
+static inline void choose_form(cq_channel *channel, uint32_t choice)
+{
     channel->kind = (uint8_t)(choice % (CQ_GROUP + 1));
     channel->merge = (uint8_t)(choice / (CQ_GROUP + 1) % (CQ_PER_FACE + 1));
     if (CQ_MAX_BITS == 24 && channel->bits % 3 == 0) channel->bits = CQ_EXACT_BITS;
@@ -137,7 +147,8 @@ static inline void choose_form(cq_channel *channel, uint32_t choice) {
     channel->components = 1;
 }
 
-static inline void take_channels(input *in, cq_shape *shape) {
+static inline void take_channels(input *in, cq_shape *shape)
+{
     uint32_t k, c;
     shape->num_channels = take_below(in, 4);
     for (k = 0; k < shape->num_channels; k++) {
@@ -153,7 +164,8 @@ static inline void take_channels(input *in, cq_shape *shape) {
 }
 
 /* Seams, things aside, metadata. */
-static inline void take_extension(input *in, cq_shape *shape) {
+static inline void take_extension(input *in, cq_shape *shape)
+{
     shape->num_rows = shape->num_vertices + take(in) % 64;
     if (shape->num_rows == shape->num_vertices) shape->num_rows = 0;
     shape->num_aside_rows = take(in) % 8;
@@ -162,7 +174,8 @@ static inline void take_extension(input *in, cq_shape *shape) {
 }
 
 /* Counts that a mesh may have: V, loops, edges and components minus genus decide the number of faces. */
-static inline stream take_headed_stream(input *in) {
+static inline stream take_headed_stream(input *in)
+{
     cq_shape shape;
     uint32_t size = take(in), loops = take(in);
     int64_t faces;
@@ -194,7 +207,8 @@ typedef struct decoding {
 } decoding;
 
 /* A decoder with exactly the memory that the header asks for, or with none worth the name. */
-static inline decoding decoding_begin(const stream *s) {
+static inline decoding decoding_begin(const stream *s)
+{
     decoding d;
     cq_shape shape;
     memset(&d, 0, sizeof d);
@@ -209,7 +223,8 @@ static inline decoding decoding_begin(const stream *s) {
     return d;
 }
 
-static inline void decoding_end(decoding *d) {
+static inline void decoding_end(decoding *d)
+{
     free(d->decoder);
     free(d->memory);
     free(d->report);
@@ -218,17 +233,20 @@ static inline void decoding_end(decoding *d) {
 static inline int is_permanent(cq_result result) { return result != CQ_OK && result != CQ_MORE && result != CQ_NEED_INPUT; }
 
 /* Channel k belongs to rows, of which there may be more than vertices. */
-static inline size_t num_owners(const cq_decoder *d, uint32_t k) {
+static inline size_t num_owners(const cq_decoder *d, uint32_t k)
+{
     return cqi_class(&d->shape, k) == CQI_OF_ROW ? d->num_rows : d->mesh.num_vertices;
 }
 
 /* Values of a channel, of all vertices or of all faces. */
-static inline size_t num_values(const cq_channel *c, size_t num_vertices, size_t num_faces) {
+static inline size_t num_values(const cq_channel *c, size_t num_vertices, size_t num_faces)
+{
     return c->merge == CQ_PER_FACE ? num_faces : num_vertices * c->components;
 }
 
 /* Every value of every vertex and face that is there is one that its channel may have. */
-static inline void check_values(const cq_decoder *d) {
+static inline void check_values(const cq_decoder *d)
+{
     uint32_t k;
     size_t j;
     for (k = 0; k < d->shape.num_channels; k++) {
@@ -240,7 +258,8 @@ static inline void check_values(const cq_decoder *d) {
 }
 
 /* The triangles alone, as a renderer has them, are an oriented manifold with the header's boundary loops. */
-static inline void check_triangles(const cq_mesh *m, uint32_t num_loops) {
+static inline void check_triangles(const cq_mesh *m, uint32_t num_loops)
+{
     cq_mesh again;
     cq_shape shape;
     void *memory = NULL;
@@ -264,7 +283,8 @@ static inline void check_triangles(const cq_mesh *m, uint32_t num_loops) {
 }
 
 /* The parts of a complete report add up. */
-static inline void check_report(const cq_report *r, const cq_decoder *d) {
+static inline void check_report(const cq_report *r, const cq_decoder *d)
+{
     uint32_t k, splits = 0;
     uint64_t flags = 0, indices = 0;
     REQUIRE(r->header + r->base + r->flags + r->indices + r->positions + r->channels + r->aside ==
@@ -281,7 +301,8 @@ static inline void check_report(const cq_report *r, const cq_decoder *d) {
 }
 
 /* What holds after every call, whatever it returned. Before the first level there are some components of the base. */
-static inline void check_decoder(const cq_decoder *d) {
+static inline void check_decoder(const cq_decoder *d)
+{
     const cq_mesh *m = &d->mesh;
     const cq_shape *s = &d->shape;
     uint32_t k, faces = 0;
@@ -308,7 +329,8 @@ static inline void check_decoder(const cq_decoder *d) {
 }
 
 /* One call of cq_decode. `thoroughly`: check the whole mesh after it, which takes time O(vertices). */
-static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget, int thoroughly) {
+static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget, int thoroughly)
+{
     const cq_decoder *r = d->decoder;
     size_t before = in != NULL ? in->size : 0;
     cq_result last = d->result;
@@ -340,7 +362,8 @@ static inline cq_result decoding_call(decoding *d, cq_bytes *in, uint32_t budget
 /* A level adds a vertex for every 16 that it walks over, a patch of a walk has two faces or more, and a split is a
  * step: so a stream takes at most 17 steps a vertex, one level that fails, and one call for the end of input. Before
  * that, the number of faces of each material is a step. */
-static inline uint64_t most_calls(const cq_decoder *d) {
+static inline uint64_t most_calls(const cq_decoder *d)
+{
     return 18 * (uint64_t)d->shape.num_vertices + 8 + d->shape.num_materials + most_calls_for_rows(&d->shape);
 }
 
@@ -350,7 +373,8 @@ enum { WORK_PER_COUNT = 1500, WORK_PER_CASE = 40000, WORK_PER_SPLIT = 40000 };
 
 /* All of it in one piece, one step at a time, then the end of the input. Bounds the steps, and the work where
  * counted. */
-static inline void decoding_run(decoding *d, const stream *s) {
+static inline void decoding_run(decoding *d, const stream *s)
+{
     cq_bytes in;
     uint64_t spent = 0, counts;
     int ended = 0;
@@ -376,7 +400,8 @@ static inline void decoding_run(decoding *d, const stream *s) {
 }
 
 /* Elements of faces that are there are the same; without materials all are. */
-static inline int same_of_faces(const cq_decoder *d, const void *a, const void *b, size_t size) {
+static inline int same_of_faces(const cq_decoder *d, const void *a, const void *b, size_t size)
+{
     size_t f;
     for (f = 0; f < d->mesh.num_faces; f++)
         if (face_is_there(d, (uint32_t)f) && memcmp((const uint8_t *)a + f * size, (const uint8_t *)b + f * size, size) != 0)
@@ -385,7 +410,8 @@ static inline int same_of_faces(const cq_decoder *d, const void *a, const void *
 }
 
 /* The same mesh, slot for slot, and the same values. out[] may be any of a vertex's halfedges. */
-static inline void check_equal(const cq_decoder *a, const cq_decoder *b) {
+static inline void check_equal(const cq_decoder *a, const cq_decoder *b)
+{
     const cq_mesh *m = &a->mesh, *n = &b->mesh;
     uint32_t k;
     REQUIRE(m->num_vertices == n->num_vertices && m->num_faces == n->num_faces);

@@ -2,7 +2,8 @@
  * what came of it is checked once. mutator.c changes single decisions of such streams. */
 #include "lean.h"
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     cq_shape shape;
     stream s;

@@ -6,7 +6,8 @@
 
 /* Up to 31 vertices and 3 boundary loops; counts that fit together, but for the genus, which may be too large. One in
  * eight has seams, triangles aside or metadata. */
-static inline void take_small_shape(input *in, cq_shape *shape) {
+static inline void take_small_shape(input *in, cq_shape *shape)
+{
     uint32_t size = take(in), loops = take(in);
     int32_t faces;
     memset(shape, 0, sizeof *shape);

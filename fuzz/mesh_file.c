@@ -17,7 +17,8 @@
 #include "../examples/mesh_file/write.c"
 
 /* Lines that begin with one of two words, and can be printed. */
-static void check_notes(const char *notes) {
+static void check_notes(const char *notes)
+{
     for (; notes != NULL && *notes != '\0'; notes = strchr(notes, '\n') + 1) {
         const char *c;
         REQUIRE(strncmp(notes, "dropped: ", 9) == 0 || strncmp(notes, "changed: ", 9) == 0);
@@ -27,7 +28,8 @@ static void check_notes(const char *notes) {
 }
 
 /* As many names as there are labels; each is a line that is not empty. */
-static void check_labels(const struct mesh_labels *l, size_t num_faces) {
+static void check_labels(const struct mesh_labels *l, size_t num_faces)
+{
     const char *name = l->names;
     size_t k;
     REQUIRE((l->of_face != NULL) == (l->count > 0) && (l->names != NULL) == (l->count > 0));
@@ -39,7 +41,8 @@ static void check_labels(const struct mesh_labels *l, size_t num_faces) {
     REQUIRE(name == NULL || *name == '\0');
 }
 
-static void check_attribute_values(const struct mesh_file *m, int attribute) {
+static void check_attribute_values(const struct mesh_file *m, int attribute)
+{
     const struct mesh_values *a = &m->attribute[attribute];
     size_t k;
     if (a->values == NULL) return;
@@ -53,7 +56,8 @@ static void check_attribute_values(const struct mesh_file *m, int attribute) {
         REQUIRE(a->corner[k] == MESH_NONE || a->corner[k] < a->count);
 }
 
-static void check_mesh(const struct mesh_file *m) {
+static void check_mesh(const struct mesh_file *m)
+{
     size_t k;
     int a;
     for (k = 0; k < 3 * (size_t)m->num_vertices; k++) REQUIRE(fabs(m->positions[k]) <= (double)FLT_MAX);
@@ -65,7 +69,8 @@ static void check_mesh(const struct mesh_file *m) {
     check_notes(m->attribute_notes);
 }
 
-static const float *value_of(const struct mesh_file *m, int attribute, size_t corner) {
+static const float *value_of(const struct mesh_file *m, int attribute, size_t corner)
+{
     const struct mesh_values *a = &m->attribute[attribute];
     uint32_t item;
     if (a->values == NULL || (m->marks != NULL && (m->marks[corner / 3] >> attribute & 1) != 0)) return NULL;
@@ -74,7 +79,8 @@ static const float *value_of(const struct mesh_file *m, int attribute, size_t co
 }
 
 /* Normals and texture coordinates come back as they were, colors of PLY to 8 bits. */
-static void require_equal_values(const struct mesh_file *a, const struct mesh_file *b, int i, enum mesh_format format) {
+static void require_equal_values(const struct mesh_file *a, const struct mesh_file *b, int i, enum mesh_format format)
+{
     int shared = a->attribute[i].components == 4 && format == MESH_OBJ ? 3 : a->attribute[i].components, n;
     size_t k;
     for (k = 0; k < 3 * (size_t)a->num_faces; k++) {
@@ -86,12 +92,14 @@ static void require_equal_values(const struct mesh_file *a, const struct mesh_fi
 }
 
 /* PLY has values where others had none, if its vertices had to be those of mesh_expand(). */
-static void require_equal_attributes(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format) {
+static void require_equal_attributes(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format)
+{
     int i;
     for (i = 0; i < MESH_NUM_ATTRIBUTES; i++) require_equal_values(a, b, i, format);
 }
 
-static void require_equal_labels(const struct mesh_file *a, const struct mesh_file *b, int kind) {
+static void require_equal_labels(const struct mesh_file *a, const struct mesh_file *b, int kind)
+{
     const struct mesh_labels *l = &a->label[kind], *m = &b->label[kind];
     REQUIRE(l->count == m->count);
     REQUIRE(l->count == 0 || strcmp(l->names, m->names) == 0);
@@ -99,13 +107,15 @@ static void require_equal_labels(const struct mesh_file *a, const struct mesh_fi
 }
 
 /* Text has nine digits of floats, STL holds floats only. */
-static void require_equal_coordinates(double x, double y, enum mesh_format format) {
+static void require_equal_coordinates(double x, double y, enum mesh_format format)
+{
     REQUIRE(x == y || (float)x == (float)y);
     REQUIRE(x == y || format == MESH_STL || x == (double)(float)x);
     REQUIRE(x == y || format != MESH_PLY);
 }
 
-static void require_equal_corners(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format) {
+static void require_equal_corners(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format)
+{
     size_t k, c;
     REQUIRE(a->num_faces == b->num_faces);
     for (k = 0; k < 3 * (size_t)a->num_faces; k++)
@@ -114,7 +124,8 @@ static void require_equal_corners(const struct mesh_file *a, const struct mesh_f
                                       b->positions[3 * (size_t)b->indices[k] + c], format);
 }
 
-static void check_same(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format) {
+static void check_same(const struct mesh_file *a, const struct mesh_file *b, enum mesh_format format)
+{
     size_t k;
     require_equal_corners(a, b, format);
     REQUIRE(a->num_vertices == b->num_vertices);
@@ -124,11 +135,13 @@ static void check_same(const struct mesh_file *a, const struct mesh_file *b, enu
 }
 
 /* Are there vertices of their own for what corners have? */
-static int has_values_of_corners_but_texture(const struct mesh_file *m) {
+static int has_values_of_corners_but_texture(const struct mesh_file *m)
+{
     return m->attribute[MESH_NORMALS].corner != NULL || m->attribute[MESH_COLORS].corner != NULL;
 }
 
-static void compare(const struct mesh_file *m, const struct mesh_file *again, enum mesh_format format) {
+static void compare(const struct mesh_file *m, const struct mesh_file *again, enum mesh_format format)
+{
     int k;
     if (format == MESH_STL) require_equal_corners(m, again, format);
     else check_same(m, again, format);
@@ -139,7 +152,8 @@ static void compare(const struct mesh_file *m, const struct mesh_file *again, en
     REQUIRE(format != MESH_OBJ || m->libraries == NULL || strcmp(m->libraries, again->libraries) == 0);
 }
 
-static void check_writing(struct mesh_file *m, enum mesh_format format) {
+static void check_writing(struct mesh_file *m, enum mesh_format format)
+{
     char *text = NULL, error[MESH_ERROR_BYTES];
     size_t size = 0;
     FILE *file = open_memstream(&text, &size);
@@ -167,7 +181,8 @@ static void check_writing(struct mesh_file *m, enum mesh_format format) {
 }
 
 /* All but PLY leave values to corners. A face that misses some has them then, as 0. */
-static void check_expanding(struct mesh_file *m) {
+static void check_expanding(struct mesh_file *m)
+{
     int a;
     REQUIRE(mesh_expand(m, (1u << MESH_NUM_ATTRIBUTES) - 1));
     check_mesh(m);
@@ -180,7 +195,8 @@ static void check_expanding(struct mesh_file *m) {
     for (a = 0; a < MESH_NUM_ATTRIBUTES; a++) REQUIRE(m->attribute[a].values == NULL);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     uint32_t kind = take(&in);
     char error[MESH_ERROR_BYTES];

@@ -9,7 +9,8 @@ typedef struct subject {
     void *memory;
 } subject;
 
-static cq_result build(subject *s, const cq_index *indices, uint32_t num_vertices, uint32_t num_faces) {
+static cq_result build(subject *s, const cq_index *indices, uint32_t num_vertices, uint32_t num_faces)
+{
     cq_result result = CQ_ERROR_MEMORY;
     int tries;
     memset(s, 0, sizeof *s);
@@ -27,12 +28,14 @@ static cq_result build(subject *s, const cq_index *indices, uint32_t num_vertice
 
 static uint32_t num_halfedges(const cq_mesh *m) { return 3 * ((uint32_t)m->first_virtual_face + m->num_virtual_faces); }
 
-static int is_used(const cq_mesh *m, uint32_t h) {
+static int is_used(const cq_mesh *m, uint32_t h)
+{
     if (h / 3 >= m->num_faces && h / 3 < m->first_virtual_face) return 0;
     return m->origin[h - h % 3] != CQ_NONE;
 }
 
-static int are_neighbours(const cq_mesh *m, cq_index a, cq_index b) {
+static int are_neighbours(const cq_mesh *m, cq_index a, cq_index b)
+{
     uint32_t h;
     for (h = 0; h < num_halfedges(m); h++)
         if (is_used(m, h) && m->origin[h] == a && cq_target(m, (cq_index)h) == b) return 1;
@@ -40,14 +43,16 @@ static int are_neighbours(const cq_mesh *m, cq_index a, cq_index b) {
 }
 
 /* The number of neighbours that a vertex has, or that two vertices have in common. */
-static uint32_t count_neighbours(const cq_mesh *m, cq_index a, cq_index b) {
+static uint32_t count_neighbours(const cq_mesh *m, cq_index a, cq_index b)
+{
     uint32_t h, n = 0;
     for (h = 0; h < num_halfedges(m); h++)
         if (is_used(m, h) && m->origin[h] == a) n += a == b || are_neighbours(m, b, cq_target(m, (cq_index)h));
     return n;
 }
 
-static int is_next_to_virtual(const cq_mesh *m, cq_index v) {
+static int is_next_to_virtual(const cq_mesh *m, cq_index v)
+{
     uint32_t k;
     for (k = 0; k < m->num_virtual; k++)
         if (are_neighbours(m, v, (cq_index)(m->first_virtual + k))) return 1;
@@ -55,7 +60,8 @@ static int is_next_to_virtual(const cq_mesh *m, cq_index v) {
 }
 
 /* What the manual of cq_mesh_can_collapse says, word for word. */
-static int may_collapse(const cq_mesh *m, cq_index h, uint32_t max_valence) {
+static int may_collapse(const cq_mesh *m, cq_index h, uint32_t max_valence)
+{
     cq_index a = m->origin[h], b = cq_target(m, h);
     cq_index p = m->origin[cq_prev(h)], q = m->origin[cq_prev(m->twin[h])];
     uint32_t va = count_neighbours(m, a, a), vb = count_neighbours(m, b, b);
@@ -67,7 +73,8 @@ static int may_collapse(const cq_mesh *m, cq_index h, uint32_t max_valence) {
 
 /* -- What must hold after each operation --------------------------------------------------------------------------- */
 
-static void check(const subject *s, uint32_t vertices, uint32_t faces) {
+static void check(const subject *s, uint32_t vertices, uint32_t faces)
+{
     const cq_mesh *m = &s->mesh;
     uint32_t slots = m->num_vertices, v, n = 0;
     cq_index *triangles = (cq_index *)block(3 * (size_t)m->num_faces * sizeof(cq_index));
@@ -88,7 +95,8 @@ static void check(const subject *s, uint32_t vertices, uint32_t faces) {
 }
 
 /* The triangles of all slots, each from its smallest vertex on: equal before a collapse and after it was undone. */
-static cq_index *picture_of(const cq_mesh *m) {
+static cq_index *picture_of(const cq_mesh *m)
+{
     uint32_t f, k, n = (uint32_t)m->first_virtual_face + m->num_virtual_faces;
     cq_index *picture = (cq_index *)block(3 * (size_t)n * sizeof(cq_index));
     for (f = 0; f < n; f++) {
@@ -115,11 +123,13 @@ typedef struct history {
     uint32_t size;
 } history;
 
-static void forget(history *done) {
+static void forget(history *done)
+{
     while (done->size > 0) free(done->picture[--done->size]);
 }
 
-static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence, uint32_t *vertices, uint32_t *faces) {
+static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence, uint32_t *vertices, uint32_t *faces)
+{
     cq_mesh *m = &s->mesh;
     cq_index first, last;
     uint32_t at = done->size, virtuals;
@@ -142,7 +152,8 @@ static void collapse(subject *s, history *done, cq_index h, uint32_t max_valence
     *faces -= 2 - virtuals;
 }
 
-static void undo(subject *s, history *done, uint32_t *vertices, uint32_t *faces) {
+static void undo(subject *s, history *done, uint32_t *vertices, uint32_t *faces)
+{
     cq_mesh *m = &s->mesh;
     cq_index *picture, first, last;
     uint32_t at;
@@ -161,7 +172,8 @@ static void undo(subject *s, history *done, uint32_t *vertices, uint32_t *faces)
 }
 
 /* Any split of a vertex. It fails if there is no room, and then changes nothing; else the past cannot be undone. */
-static void split(subject *s, history *done, cq_index first, uint32_t steps, uint32_t *vertices, uint32_t *faces) {
+static void split(subject *s, history *done, cq_index first, uint32_t steps, uint32_t *vertices, uint32_t *faces)
+{
     cq_mesh *m = &s->mesh;
     cq_index last = first, *before = picture_of(m), *after;
     size_t bytes = 3 * ((size_t)m->first_virtual_face + m->num_virtual_faces) * sizeof(cq_index);
@@ -183,7 +195,8 @@ static void split(subject *s, history *done, cq_index first, uint32_t steps, uin
 
 /* The check may be asked about any contents: numbers in the arrays, and counts up to the capacity. What it accepts
  * names no vertex that is not there. */
-static void damage_mesh(subject *s, input *in) {
+static void damage_mesh(subject *s, input *in)
+{
     cq_mesh *m = &s->mesh;
     size_t vertices = (size_t)m->first_virtual + m->max_virtual;
     size_t indices = 6 * ((size_t)m->first_virtual_face + m->max_virtual_faces) + 2 * vertices;
@@ -205,7 +218,8 @@ static void damage_mesh(subject *s, input *in) {
     free(triangles);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     surface *grown = (surface *)block(sizeof *grown);
     cq_index *indices;

@@ -34,14 +34,16 @@ static struct {
     uint32_t random;
 } state;
 
-static uint32_t random_bits(void) {
+static uint32_t random_bits(void)
+{
     state.random ^= state.random << 13;
     state.random ^= state.random >> 17;
     state.random ^= state.random << 5;
     return state.random;
 }
 
-static uint32_t note(kind kind, uint32_t value) {
+static uint32_t note(kind kind, uint32_t value)
+{
     decision d = { (uint8_t)kind, value };
     if (!state.writing && state.num_noted < MOST_DECISIONS) state.noted[state.num_noted++] = d;
     if (state.writing && state.num_written < MOST_DECISIONS) state.written[state.num_written++] = d;
@@ -49,7 +51,8 @@ static uint32_t note(kind kind, uint32_t value) {
 }
 
 /* What is to be written: the next decision of this kind that was noted, or when there are no more, any: `usual`. */
-static uint32_t next_of_kind(kind kind, uint32_t usual) {
+static uint32_t next_of_kind(kind kind, uint32_t usual)
+{
     size_t k;
     for (k = state.next; k < state.num_noted; k++)
         if (state.noted[k].kind == kind) {
@@ -59,7 +62,8 @@ static uint32_t next_of_kind(kind kind, uint32_t usual) {
     return usual;
 }
 
-static int cqi_decode_part(cq_range_decoder *d, uint32_t p) {
+static int cqi_decode_part(cq_range_decoder *d, uint32_t p)
+{
     uint32_t bit;
     if (!state.writing) return (int)note(BIT, (uint32_t)original_decode_part(d, p));
     bit = next_of_kind(BIT, random_bits() % 65536 < p) != 0;
@@ -68,7 +72,8 @@ static int cqi_decode_part(cq_range_decoder *d, uint32_t p) {
 }
 
 /* The original one asks the one above, but is one decision. */
-static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate) {
+static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
+{
     uint32_t bit;
     if (!state.writing) {
         const size_t before = state.num_noted;
@@ -81,20 +86,23 @@ static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rat
     return (int)note(BIT, bit);
 }
 
-static uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total) {
+static uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
+{
     if (!state.writing) return original_decode_slot(d, total);
     return next_of_kind(SLOT, random_bits()) % total;
 }
 
 /* Of the slots of a symbol the first one is noted. */
-static void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total) {
+static void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
+{
     if (!state.writing) original_decode_freq(d, start, freq, total);
     else cq_encode_freq(&state.encoder, start, freq, total);
     note(SLOT, start);
 }
 
 /* The original one asks the two above, but is one decision. */
-static uint32_t cq_decode_raw(cq_range_decoder *d, int bits) {
+static uint32_t cq_decode_raw(cq_range_decoder *d, int bits)
+{
     uint32_t value;
     if (!state.writing) {
         size_t before = state.num_noted;
@@ -110,7 +118,8 @@ static uint32_t cq_decode_raw(cq_range_decoder *d, int bits) {
 /* -- Reading and writing streams ----------------------------------------------------------------------------------- */
 
 /* Runs a decoder over a payload; whatever that returns, the decisions have been asked. */
-static void ask(const cq_shape *shape, const uint8_t *payload, size_t size) {
+static void ask(const cq_shape *shape, const uint8_t *payload, size_t size)
+{
     stream s = frame(shape, payload, size);
     size_t memory_size = cq_decoder_bytes(shape);
     void *memory = block(memory_size);
@@ -123,7 +132,8 @@ static void ask(const cq_shape *shape, const uint8_t *payload, size_t size) {
     free(s.data);
 }
 
-static void read_decisions(const cq_shape *shape, const uint8_t *payload, size_t size) {
+static void read_decisions(const cq_shape *shape, const uint8_t *payload, size_t size)
+{
     state.writing = 0;
     state.num_noted = 0;
     ask(shape, payload, size);
@@ -131,7 +141,8 @@ static void read_decisions(const cq_shape *shape, const uint8_t *payload, size_t
 
 /* The payload of what was noted; returns its size. The decoder reads zeros meanwhile, of which it has enough for any
  * step and takes none. */
-static size_t write_decisions(const cq_shape *shape) {
+static size_t write_decisions(const cq_shape *shape)
+{
     static const uint8_t zeros[CQI_BUFFER_BYTES];
     state.writing = 1;
     state.num_written = state.next = 0;
@@ -140,14 +151,16 @@ static size_t write_decisions(const cq_shape *shape) {
     return cq_range_encoder_finish(&state.encoder);
 }
 
-static uint32_t changed(uint8_t kind, uint32_t value) {
+static uint32_t changed(uint8_t kind, uint32_t value)
+{
     if (kind == BIT) return !value;
     if (random_bits() % 4 == 0) return random_bits();
     return random_bits() % 2 ? value + random_bits() % 4 : value ^ (uint32_t)1 << random_bits() % 32;
 }
 
 /* One decision is another one, missing, or there twice. */
-static void change_one(void) {
+static void change_one(void)
+{
     decision *const noted = state.noted;
     const size_t at = random_bits() % state.num_noted;
     switch (random_bits() % 8) {
@@ -165,7 +178,8 @@ static void change_one(void) {
 /* -- For libFuzzer and run.c --------------------------------------------------------------------------------------- */
 
 /* Of what was noted, how much is at the start of what was written. */
-static size_t num_equal(void) {
+static size_t num_equal(void)
+{
     size_t k = 0;
     while (k < state.num_noted && k < state.num_written && state.noted[k].kind == state.written[k].kind &&
            state.noted[k].value == state.written[k].value)
@@ -175,7 +189,8 @@ static size_t num_equal(void) {
 
 /* 1 if what is read from a payload and written again without a change is read as the same. Of a payload that ends early
  * more is written than was read. */
-int mutator_works(const uint8_t *data, size_t size) {
+int mutator_works(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     cq_shape shape;
     size_t written, n;
@@ -189,7 +204,8 @@ int mutator_works(const uint8_t *data, size_t size) {
     return num_equal() >= n;
 }
 
-size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed) {
+size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed)
+{
     input in = { data, size };
     cq_shape shape;
     size_t head, written;

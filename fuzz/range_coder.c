@@ -12,7 +12,8 @@ typedef struct symbol {
     int bits;
 } symbol;
 
-static symbol take_symbol(input *in) {
+static symbol take_symbol(input *in)
+{
     symbol s;
     uint32_t op = take(in);
     memset(&s, 0, sizeof s);
@@ -34,12 +35,14 @@ static symbol take_symbol(input *in) {
     return s;
 }
 
-static void begin(cq_bit_model *models) {
+static void begin(cq_bit_model *models)
+{
     uint32_t k;
     for (k = 0; k < MODELS; k++) models[k] = CQ_BIT_MODEL_INIT;
 }
 
-static size_t encode(input in, uint8_t *data, size_t size) {
+static size_t encode(input in, uint8_t *data, size_t size)
+{
     cq_range_encoder e;
     cq_bit_model models[MODELS];
     uint32_t n;
@@ -58,7 +61,8 @@ static size_t encode(input in, uint8_t *data, size_t size) {
 }
 
 /* Decodes what the bytes in `in` say, from any data. `faithful`: the data is theirs. */
-static void decode(input in, const uint8_t *data, size_t size, int faithful) {
+static void decode(input in, const uint8_t *data, size_t size, int faithful)
+{
     cq_range_decoder d;
     cq_bit_model models[MODELS];
     uint32_t n, k;
@@ -86,7 +90,8 @@ static void decode(input in, const uint8_t *data, size_t size, int faithful) {
     if (faithful) REQUIRE(d.count >= size);   /* no byte is in vain */
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size }, noise;
     uint32_t cut = take_two(&in);
     size_t bytes = encode(in, NULL, 0);

@@ -5,7 +5,8 @@
 #include "surface.h"
 
 /* Faces that name any vertices. */
-static model take_noise(input *in) {
+static model take_noise(input *in)
+{
     model m;
     uint32_t k, most = 1 + take(in) % 16;
     memset(&m, 0, sizeof m);
@@ -17,7 +18,8 @@ static model take_noise(input *in) {
     return m;
 }
 
-static void damage_faces(model *m, input *in) {
+static void damage_faces(model *m, input *in)
+{
     uint32_t count = take(in) % 4, k;
     for (k = 0; k < count && m->input.shape.num_faces > 0; k++) {
         uint32_t at = take_two(in) % (3 * m->input.shape.num_faces);
@@ -28,7 +30,8 @@ static void damage_faces(model *m, input *in) {
 static int compare_faces(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(cq_index)); }
 
 /* The faces through the map (NULL: as they are), each from its smallest vertex on, sorted. */
-static cq_index *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map) {
+static cq_index *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map)
+{
     cq_index *set = (cq_index *)block(3 * (size_t)num_faces * sizeof(cq_index));
     uint32_t f, k;
     for (f = 0; f < num_faces; f++) {
@@ -42,7 +45,8 @@ static cq_index *face_set(const cq_index *indices, uint32_t num_faces, const cq_
     return set;
 }
 
-static void check_permutation(const cq_index *map, uint32_t n) {
+static void check_permutation(const cq_index *map, uint32_t n)
+{
     uint32_t v;
     uint8_t *seen = (uint8_t *)block(n);
     memset(seen, 0, n);
@@ -54,14 +58,16 @@ static void check_permutation(const cq_index *map, uint32_t n) {
 }
 
 /* Does the triangle have the corners of the other one, through the map, in the same cyclic order? */
-static int is_turned(const cq_index *from, const cq_index *map, const cq_index *to) {
+static int is_turned(const cq_index *from, const cq_index *map, const cq_index *to)
+{
     uint32_t k;
     for (k = 0; k < 3; k++)
         if (map[from[0]] == to[k] && map[from[1]] == to[(k + 1) % 3] && map[from[2]] == to[(k + 2) % 3]) return 1;
     return 0;
 }
 
-static void check_decoded(const model *m, const cq_index *map, const cq_index *face_map, const cq_decoder *d) {
+static void check_decoded(const model *m, const cq_index *map, const cq_index *face_map, const cq_decoder *d)
+{
     uint32_t n = m->input.shape.num_vertices, faces = m->input.shape.num_faces, f, k;
     size_t j;
     cq_index *a, *b;
@@ -86,7 +92,8 @@ static void check_decoded(const model *m, const cq_index *map, const cq_index *f
 }
 
 /* Encoder and decoder spend the same bits on the same things. */
-static void check_same_report(const cq_report *a, const cq_report *b) {
+static void check_same_report(const cq_report *a, const cq_report *b)
+{
     REQUIRE(a->bytes == b->bytes && a->num_levels == b->num_levels && a->num_components == b->num_components);
     REQUIRE(a->base_vertices == b->base_vertices && a->base_faces == b->base_faces);
     REQUIRE(a->header == b->header && a->base == b->base && a->flags == b->flags);
@@ -96,7 +103,8 @@ static void check_same_report(const cq_report *a, const cq_report *b) {
 
 /* 1 if no two faces share an edge in one direction, no edge has three faces, and each vertex has one fan: by
  * counting. */
-static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t num_faces) {
+static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t num_faces)
+{
     uint32_t v, f, k;
     for (f = 0; f < 3 * num_faces; f++)
         if (indices[f] >= num_vertices || indices[f] == indices[f / 3 * 3 + (f % 3 + 1) % 3]) return 0;
@@ -121,7 +129,8 @@ static int is_manifold(const cq_index *indices, uint32_t num_vertices, uint32_t 
     return 1;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     uint32_t kind = take(&in), n, k, outside = 0;
     model m = kind < 16 ? take_noise(&in) : take_model(&in);

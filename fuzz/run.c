@@ -27,7 +27,8 @@ static const struct target {
 /* mutator.c, which need not be linked; and what libFuzzer has for it, which its check does not call. */
 __attribute__((weak)) int mutator_works(const uint8_t *data, size_t size);
 size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size);
-size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size) {
+size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t max_size)
+{
     (void)data, (void)max_size;
     return size;
 }
@@ -44,7 +45,8 @@ __attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void) { w
 static int passed, failed;
 
 /* Reads into a block of exactly the file's size. Exits with 0 if the target comes back. */
-static void run_here(const struct target *target, const char *path) {
+static void run_here(const struct target *target, const char *path)
+{
     FILE *file = fopen(path, "rb");
     uint8_t *all = (uint8_t *)malloc(MOST_BYTES), *data;
     size_t size = file != NULL && all != NULL ? fread(all, 1, MOST_BYTES, file) : MOST_BYTES;
@@ -66,7 +68,8 @@ static void run_here(const struct target *target, const char *path) {
     exit(0);
 }
 
-static void run(const struct target *target, const char *path) {
+static void run(const struct target *target, const char *path)
+{
     int status = 1;
     pid_t child;
     fflush(NULL);
@@ -82,7 +85,8 @@ static void run(const struct target *target, const char *path) {
 }
 
 /* All files of a folder; a folder that is not there has none. */
-static int run_folder(const struct target *target, const char *kind) {
+static int run_folder(const struct target *target, const char *kind)
+{
     char folder[PATH_BYTES], path[2 * PATH_BYTES];
     struct dirent **entries;
     int n, k, files = 0;
@@ -100,7 +104,8 @@ static int run_folder(const struct target *target, const char *kind) {
     return files;
 }
 
-static void run_committed(const struct target *target) {
+static void run_committed(const struct target *target)
+{
     int seeds = run_folder(target, "seeds"), regressions = run_folder(target, "regressions");
     printf("%-12s %4d seeds %3d regressions\n", target->name, seeds, regressions);
     if (seeds == 0) {
@@ -109,7 +114,8 @@ static void run_committed(const struct target *target) {
     }
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     int k, j;
     for (k = 0; k < NUM_TARGETS; k++) {
         if (argc == 1) run_committed(&targets[k]);

@@ -12,19 +12,22 @@ typedef struct surface {
     uint32_t face[SURFACE_FACES][3];
 } surface;
 
-static inline void add_face(surface *s, uint32_t a, uint32_t b, uint32_t c) {
+static inline void add_face(surface *s, uint32_t a, uint32_t b, uint32_t c)
+{
     uint32_t *face = s->face[s->num_faces++];
     face[0] = a, face[1] = b, face[2] = c;
 }
 
-static inline int has_room(const surface *s, uint32_t vertices, uint32_t faces) {
+static inline int has_room(const surface *s, uint32_t vertices, uint32_t faces)
+{
     return s->num_vertices + vertices <= SURFACE_VERTICES && s->num_faces + faces <= SURFACE_FACES;
 }
 
 enum { NOWHERE = 3 * SURFACE_FACES };
 
 /* The halfedge 3 * face + corner that runs from a to b, or NOWHERE. */
-static inline uint32_t find(const surface *s, uint32_t a, uint32_t b) {
+static inline uint32_t find(const surface *s, uint32_t a, uint32_t b)
+{
     uint32_t h;
     for (h = 0; h < 3 * s->num_faces; h++)
         if (s->face[h / 3][h % 3] == a && s->face[h / 3][(h % 3 + 1) % 3] == b) return h;
@@ -34,14 +37,16 @@ static inline uint32_t find(const surface *s, uint32_t a, uint32_t b) {
 /* Where the vertex `steps` corners behind the start of h is. */
 static inline uint32_t *corner(surface *s, uint32_t h, uint32_t steps) { return &s->face[h / 3][(h % 3 + steps) % 3]; }
 
-static inline int has_edge(const surface *s, uint32_t a, uint32_t b) {
+static inline int has_edge(const surface *s, uint32_t a, uint32_t b)
+{
     return find(s, a, b) != NOWHERE || find(s, b, a) != NOWHERE;
 }
 
 /* -- Growing ------------------------------------------------------------------------------------------------------- */
 
 /* A ring of w x h quads, both ways closed. */
-static inline void add_torus(surface *s, uint32_t w, uint32_t h) {
+static inline void add_torus(surface *s, uint32_t w, uint32_t h)
+{
     uint32_t n = s->num_vertices, x, y;
     for (y = 0; y < h; y++)
         for (x = 0; x < w; x++) {
@@ -54,7 +59,8 @@ static inline void add_torus(surface *s, uint32_t w, uint32_t h) {
 }
 
 /* Two poles and n rim vertices: 3 is a bipyramid over a triangle, many are hubs. */
-static inline void add_bipyramid(surface *s, uint32_t n) {
+static inline void add_bipyramid(surface *s, uint32_t n)
+{
     uint32_t first = s->num_vertices, k;
     for (k = 0; k < n; k++) {
         add_face(s, first + k, first + (k + 1) % n, first + n);
@@ -63,7 +69,8 @@ static inline void add_bipyramid(surface *s, uint32_t n) {
     s->num_vertices += n + 2;
 }
 
-static inline void add_component(surface *s, input *in) {
+static inline void add_component(surface *s, input *in)
+{
     uint32_t kind = take(in), n = s->num_vertices;
     if (kind < 100 && has_room(s, 4, 4)) {
         add_face(s, n, n + 1, n + 2);
@@ -83,7 +90,8 @@ static inline void add_component(surface *s, input *in) {
 }
 
 /* A new vertex in the face of h. */
-static inline void split_face(surface *s, uint32_t h) {
+static inline void split_face(surface *s, uint32_t h)
+{
     uint32_t a = *corner(s, h, 0), b = *corner(s, h, 1), c = *corner(s, h, 2), v = s->num_vertices;
     if (!has_room(s, 1, 2)) return;
     s->num_vertices++;
@@ -93,7 +101,8 @@ static inline void split_face(surface *s, uint32_t h) {
 }
 
 /* A new vertex on the edge of h; not between two faces back to back. */
-static inline void split_edge(surface *s, uint32_t h) {
+static inline void split_edge(surface *s, uint32_t h)
+{
     uint32_t a = *corner(s, h, 0), b = *corner(s, h, 1), c = *corner(s, h, 2), v = s->num_vertices;
     uint32_t g = find(s, b, a), d = *corner(s, g, 2);
     if (c == d || !has_room(s, 1, 2)) return;
@@ -105,7 +114,8 @@ static inline void split_edge(surface *s, uint32_t h) {
 }
 
 /* The edge of h becomes the other diagonal, if there is no such edge yet. */
-static inline void flip_edge(surface *s, uint32_t h) {
+static inline void flip_edge(surface *s, uint32_t h)
+{
     uint32_t a = *corner(s, h, 0), b = *corner(s, h, 1), c = *corner(s, h, 2), g = find(s, b, a), d = *corner(s, g, 2);
     if (c == d || has_edge(s, c, d)) return;
     *corner(s, h, 1) = d;   /* a, b, c -> a, d, c */
@@ -113,7 +123,8 @@ static inline void flip_edge(surface *s, uint32_t h) {
 }
 
 /* The start of h keeps its other neighbours; a new vertex takes those behind the `count` faces from h on. */
-static inline void split_vertex(surface *s, uint32_t h, uint32_t count) {
+static inline void split_vertex(surface *s, uint32_t h, uint32_t count)
+{
     uint32_t v = *corner(s, h, 0), p = *corner(s, h, 1), q = p, w = s->num_vertices, taken[8], k;
     if (!has_room(s, 1, 2)) return;
     for (k = 0; k < count; k++) {
@@ -128,7 +139,8 @@ static inline void split_vertex(surface *s, uint32_t h, uint32_t count) {
 }
 
 /* A tube between two faces: a handle, or two components become one. No edge may occur twice. */
-static inline void add_tube(surface *s, uint32_t f, uint32_t g) {
+static inline void add_tube(surface *s, uint32_t f, uint32_t g)
+{
     uint32_t a[3], b[3], i, j;
     if (f == g || !has_room(s, 0, 4)) return;
     for (i = 0; i < 3; i++) a[i] = s->face[f][i], b[i] = s->face[g][2 - i];
@@ -144,7 +156,8 @@ static inline void add_tube(surface *s, uint32_t f, uint32_t g) {
     }
 }
 
-static inline void grow(surface *s, input *in) {
+static inline void grow(surface *s, input *in)
+{
     uint32_t op = take(in), h = take_below(in, 3 * s->num_faces);
     switch (op % 8) {
     case 0: split_face(s, h); break;
@@ -158,7 +171,8 @@ static inline void grow(surface *s, input *in) {
 
 /* -- Holes --------------------------------------------------------------------------------------------------------- */
 
-static inline int on_boundary(const surface *s, uint32_t v) {
+static inline int on_boundary(const surface *s, uint32_t v)
+{
     uint32_t h;
     for (h = 0; h < 3 * s->num_faces; h++)
         if (s->face[h / 3][h % 3] == v && find(s, s->face[h / 3][(h % 3 + 1) % 3], v) == NOWHERE) return 1;
@@ -166,7 +180,8 @@ static inline int on_boundary(const surface *s, uint32_t v) {
 }
 
 /* Removes face f if each of its vertices keeps one fan: a new hole, or one that grows over an edge. */
-static inline void cut(surface *s, uint32_t f) {
+static inline void cut(surface *s, uint32_t f)
+{
     uint32_t *v = s->face[f], k, open = 0, edge = 0;
     for (k = 0; k < 3; k++)
         if (find(s, v[(k + 1) % 3], v[k]) == NOWHERE) open++, edge = k;
@@ -178,13 +193,15 @@ static inline void cut(surface *s, uint32_t f) {
 
 /* -- Numbering ----------------------------------------------------------------------------------------------------- */
 
-static inline uint32_t next_random(uint32_t *state) {
+static inline uint32_t next_random(uint32_t *state)
+{
     *state = *state * 1664525u + 1013904223u;
     return *state >> 8;
 }
 
 /* Vertices that no face names go away, the others get new numbers, and faces another order and first corner. */
-static inline void renumber(surface *s, uint32_t seed) {
+static inline void renumber(surface *s, uint32_t seed)
+{
     uint32_t number[SURFACE_VERTICES], f, k, j, n = 0;
     for (k = 0; k < s->num_vertices; k++) number[k] = SURFACE_VERTICES;
     for (f = 0; f < s->num_faces; f++)
@@ -206,7 +223,8 @@ static inline void renumber(surface *s, uint32_t seed) {
     s->num_vertices = n;
 }
 
-static inline void take_surface(surface *s, input *in) {
+static inline void take_surface(surface *s, input *in)
+{
     uint32_t steps = take(in) % 160, cuts = take(in), seed = take(in), k;
     s->num_vertices = s->num_faces = 0;
     add_component(s, in);
@@ -224,7 +242,8 @@ typedef struct model {
 } model;
 
 /* Values: near to each other, all alike, only the limits, or noise. */
-static inline void fill_values(model *m, uint32_t k, uint32_t texture) {
+static inline void fill_values(model *m, uint32_t k, uint32_t texture)
+{
     const cq_channel *c = &m->input.shape.channel[k];
     size_t n = num_values(c, m->input.shape.num_vertices, m->input.shape.num_faces), j;
     uint32_t top = c->bits == CQ_EXACT_BITS ? 0xffffffffu : ((uint32_t)1 << c->bits) - 1, seed = texture;
@@ -238,7 +257,8 @@ static inline void fill_values(model *m, uint32_t k, uint32_t texture) {
     m->input.values[k] = m->values[k];
 }
 
-static inline model take_model(input *in) {
+static inline model take_model(input *in)
+{
     model m;
     surface s;
     uint32_t k;
@@ -255,7 +275,8 @@ static inline model take_model(input *in) {
     return m;
 }
 
-static inline void model_free(model *m) {
+static inline void model_free(model *m)
+{
     uint32_t k;
     free(m->indices);
     for (k = 0; k < CQ_MAX_CHANNELS; k++) free(m->values[k]);
@@ -263,7 +284,8 @@ static inline void model_free(model *m) {
 
 /* Encodes as the manual says, in exactly the memory and the output that it takes. An output that is a byte short must
  * be refused, with the same size. The maps and `report` may be NULL. */
-static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *face_map, cq_report *report) {
+static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *face_map, cq_report *report)
+{
     void *memory = NULL;
     size_t memory_size = 0, size = 0, again = 0;
     cq_result result = CQ_ERROR_MEMORY;
@@ -293,7 +315,8 @@ static inline cq_result encode(model *m, stream *s, cq_index *map, cq_index *fac
 }
 
 /* The stream of a surface that the bytes direct. */
-static inline stream take_encoded_stream(input *in) {
+static inline stream take_encoded_stream(input *in)
+{
     model m = take_model(in);
     stream s;
     REQUIRE(encode(&m, &s, NULL, NULL, NULL) == CQ_OK);

@@ -5,7 +5,8 @@
 enum { MOST_FACES = 160 };
 static cq_index *materials;
 
-static void add_values(model *m, uint32_t kind, uint32_t components, uint32_t bits, input *in) {
+static void add_values(model *m, uint32_t kind, uint32_t components, uint32_t bits, input *in)
+{
     const uint32_t k = m->input.shape.num_channels++, n = m->input.shape.num_vertices * components;
     cq_channel *channel = &m->input.shape.channel[k];
     uint32_t j;
@@ -22,7 +23,8 @@ static void add_values(model *m, uint32_t kind, uint32_t components, uint32_t bi
 }
 
 /* They follow the number of the first row. */
-static void add_materials(model *m, uint32_t count, input *in) {
+static void add_materials(model *m, uint32_t count, input *in)
+{
     const uint32_t width = 1 + take(in) % 16;
     uint32_t f;
     cq_index *material = (cq_index *)block(m->input.shape.num_faces * sizeof(cq_index));
@@ -31,7 +33,8 @@ static void add_materials(model *m, uint32_t count, input *in) {
     m->input.materials = materials = material;
 }
 
-static model take_triangles(input *in) {
+static model take_triangles(input *in)
+{
     model m;
     uint32_t form = take(in), size = take(in), f, k;
     memset(&m, 0, sizeof m);
@@ -67,7 +70,8 @@ static model take_triangles(input *in) {
     return m;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     model m = take_triangles(&in);
     cq_index *map = (cq_index *)block(m.input.shape.num_vertices * sizeof(cq_index));

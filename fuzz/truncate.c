@@ -4,7 +4,8 @@
 
 /* Decodes the first `size` bytes and then, from the start, as many steps of the whole stream as give as many
  * vertices. */
-static uint32_t check_cut(const stream *s, size_t size) {
+static uint32_t check_cut(const stream *s, size_t size)
+{
     decoding cut = decoding_begin(s), whole = decoding_begin(s);
     uint8_t *bytes = (uint8_t *)copy_of(s->data, size);
     cq_bytes head, all;
@@ -25,7 +26,8 @@ static uint32_t check_cut(const stream *s, size_t size) {
     return vertices;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     input in = { data, size };
     uint32_t first = take_two(&in), second = take_two(&in), few, more;
     stream s = take_encoded_stream(&in);

@@ -22,7 +22,8 @@ typedef struct faces {
     cq_value *position, *texcoord;   /* of each vertex, or NULL: connectivity alone */
 } faces;
 
-static void add(faces *f, uint32_t a, uint32_t b, uint32_t c) {
+static void add(faces *f, uint32_t a, uint32_t b, uint32_t c)
+{
     cq_index *at;
     if (f->num_faces == f->room) {
         f->room = 2 * f->room + 64;
@@ -33,45 +34,52 @@ static void add(faces *f, uint32_t a, uint32_t b, uint32_t c) {
     at[0] = (cq_index)a, at[1] = (cq_index)b, at[2] = (cq_index)c;
 }
 
-static uint32_t next_random(uint32_t *state) {
+static uint32_t next_random(uint32_t *state)
+{
     *state = *state * 1664525u + 1013904223u;
     return *state >> 8;
 }
 
 /* -- Meshes of about n faces --------------------------------------------------------------------------------------- */
 
-static void cone(faces *f, uint32_t n) {
+static void cone(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, n, k, (k + 1) % n);
     f->num_vertices = n + 1;
 }
 
-static void hub_in_the_first_gate(faces *f, uint32_t n) {
+static void hub_in_the_first_gate(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 0, 1 + k, 1 + (k + 1) % n);
     f->num_vertices = n + 1;
 }
 
-static void bipyramid(faces *f, uint32_t n) {
+static void bipyramid(faces *f, uint32_t n)
+{
     uint32_t k, m = n / 2;
     for (k = 0; k < m; k++) add(f, k, (k + 1) % m, m), add(f, (k + 1) % m, k, m + 1);
     f->num_vertices = m + 2;
 }
 
-static void open_fan(faces *f, uint32_t n) {
+static void open_fan(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 0, k + 1, k + 2);
     f->num_vertices = n + 2;
 }
 
-static void strip(faces *f, uint32_t n) {
+static void strip(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, k + k % 2, k + 1 - k % 2, k + 2);
     f->num_vertices = n + 2;
 }
 
 /* A polygon cut into triangles at random: every vertex is on the one boundary. */
-static void polygon(faces *f, uint32_t n) {
+static void polygon(faces *f, uint32_t n)
+{
     uint32_t *stack = (uint32_t *)block(2 * ((size_t)n + 2) * sizeof *stack), size = 0, seed = 1;
     stack[size++] = 0, stack[size++] = n + 1;
     while (size > 0) {
@@ -87,14 +95,16 @@ static void polygon(faces *f, uint32_t n) {
 }
 
 /* The same with a hub that closes its boundary: the hub is far from the first gate, or in it. */
-static void capped_polygon(faces *f, uint32_t n) {
+static void capped_polygon(faces *f, uint32_t n)
+{
     uint32_t k;
     polygon(f, n / 2);
     for (k = 0; k < f->num_vertices; k++) add(f, (k + 1) % f->num_vertices, k, f->num_vertices);
     f->num_vertices++;
 }
 
-static void tetrahedra(faces *f, uint32_t n) {
+static void tetrahedra(faces *f, uint32_t n)
+{
     for (; 4 * (f->num_vertices / 4) < n; f->num_vertices += 4) {
         uint32_t v = f->num_vertices;
         add(f, v, v + 1, v + 2), add(f, v, v + 2, v + 3), add(f, v, v + 3, v + 1), add(f, v + 1, v + 3, v + 2);
@@ -102,7 +112,8 @@ static void tetrahedra(faces *f, uint32_t n) {
 }
 
 /* So many components that no level is worth coding: all is base, and the hub's faces come in its order. */
-static void capped_polygon_among_tetrahedra(faces *f, uint32_t n) {
+static void capped_polygon_among_tetrahedra(faces *f, uint32_t n)
+{
     uint32_t v;
     capped_polygon(f, n / 3);
     v = f->num_vertices;
@@ -113,20 +124,23 @@ static void capped_polygon_among_tetrahedra(faces *f, uint32_t n) {
     f->num_vertices = v;
 }
 
-static void pairs_of_faces(faces *f, uint32_t n) {
+static void pairs_of_faces(faces *f, uint32_t n)
+{
     uint32_t v;
     for (v = 0; f->num_faces < n; v += 3) add(f, v, v + 1, v + 2), add(f, v + 2, v + 1, v);
     f->num_vertices = v;
 }
 
-static void single_faces(faces *f, uint32_t n) {
+static void single_faces(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 3 * k, 3 * k + 1, 3 * k + 2);
     f->num_vertices = 3 * n;
 }
 
 /* Two tori of w x w quads, one inside the other, with a tube at every fourth crossing of every fourth row. */
-static void handles(faces *f, uint32_t n) {
+static void handles(faces *f, uint32_t n)
+{
     uint32_t w = 4, layer, x, y, k;
     while (4 * (w + 4) * (w + 4) <= n) w += 4;
     for (y = 0; y < w; y++)
@@ -148,7 +162,8 @@ static void handles(faces *f, uint32_t n) {
     f->num_vertices = 2 * w * w;
 }
 
-static void grid(faces *f, uint32_t n) {
+static void grid(faces *f, uint32_t n)
+{
     uint32_t w = 3, x, y;
     while (2 * w * w < n) w++;
     for (y = 0; y + 1 < w; y++)
@@ -160,7 +175,8 @@ static void grid(faces *f, uint32_t n) {
 }
 
 /* A grid with a hole of one face in each square of two by two. */
-static void holes(faces *f, uint32_t n) {
+static void holes(faces *f, uint32_t n)
+{
     uint32_t w = 4, x, y;
     while (7 * (w / 2) * (w / 2) < n) w += 2;
     for (y = 0; y < w; y++)
@@ -175,7 +191,8 @@ static void holes(faces *f, uint32_t n) {
 /* -- Rows of vertex buffers: seams, copies, faces that lie on each other ------------------------------------------ */
 
 /* A row for each corner of n faces. */
-static void add_corners(faces *f, uint32_t n) {
+static void add_corners(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 3 * k, 3 * k + 1, 3 * k + 2);
     f->num_vertices = 3 * n;
@@ -183,13 +200,15 @@ static void add_corners(faces *f, uint32_t n) {
     f->texcoord = (cq_value *)block(6 * (size_t)n * sizeof(cq_value));
 }
 
-static void set_corner(faces *f, uint32_t row, uint32_t x, uint32_t y, uint32_t texcoord) {
+static void set_corner(faces *f, uint32_t row, uint32_t x, uint32_t y, uint32_t texcoord)
+{
     f->position[3 * row] = (cq_value)x, f->position[3 * row + 1] = (cq_value)y, f->position[3 * row + 2] = 0;
     f->texcoord[2 * row] = (cq_value)(texcoord & 1023), f->texcoord[2 * row + 1] = (cq_value)(texcoord >> 10 & 1023);
 }
 
 /* A grid of which every edge is a seam. */
-static void grid_of_seams(faces *f, uint32_t n) {
+static void grid_of_seams(faces *f, uint32_t n)
+{
     uint32_t w = 2, k, c, seed = 5;
     while (2 * w * w < n) w++;
     add_corners(f, 2 * w * w);
@@ -202,7 +221,8 @@ static void grid_of_seams(faces *f, uint32_t n) {
 }
 
 /* All corners at random places of few: edges of any number of faces, faces that repeat, faces without area. */
-static void crowd(faces *f, uint32_t n) {
+static void crowd(faces *f, uint32_t n)
+{
     uint32_t k, side = 2, seed = 9;
     while (side * side < n / 8) side++;
     add_corners(f, n);
@@ -210,14 +230,16 @@ static void crowd(faces *f, uint32_t n) {
 }
 
 /* All corners at two places. */
-static void no_area(faces *f, uint32_t n) {
+static void no_area(faces *f, uint32_t n)
+{
     uint32_t k;
     add_corners(f, n);
     for (k = 0; k < 3 * n; k++) set_corner(f, k, k % 2, 0, k);
 }
 
 /* All faces have one edge in common. */
-static void book_of_rows(faces *f, uint32_t n) {
+static void book_of_rows(faces *f, uint32_t n)
+{
     uint32_t k;
     add_corners(f, n);
     for (k = 0; k < n; k++)
@@ -226,32 +248,37 @@ static void book_of_rows(faces *f, uint32_t n) {
 
 /* -- Faces that are no oriented manifold: must be refused, as fast ------------------------------------------------- */
 
-static void book(faces *f, uint32_t n) {
+static void book(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 0, 1, k + 2);
     f->num_vertices = n + 2;
 }
 
-static void faces_at_one_vertex(faces *f, uint32_t n) {
+static void faces_at_one_vertex(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 0, 2 * k + 1, 2 * k + 2);
     f->num_vertices = 2 * n + 1;
 }
 
-static void cones_at_one_vertex(faces *f, uint32_t n) {
+static void cones_at_one_vertex(faces *f, uint32_t n)
+{
     uint32_t k, j;
     for (k = 0; k < n / 4; k++)
         for (j = 0; j < 4; j++) add(f, 0, 4 * k + j + 1, 4 * k + (j + 1) % 4 + 1);
     f->num_vertices = n / 4 * 4 + 1;
 }
 
-static void one_face_many_times(faces *f, uint32_t n) {
+static void one_face_many_times(faces *f, uint32_t n)
+{
     uint32_t k;
     for (k = 0; k < n; k++) add(f, 0, 1, 2);
     f->num_vertices = 3;
 }
 
-static void noise(faces *f, uint32_t n) {
+static void noise(faces *f, uint32_t n)
+{
     uint32_t k, seed = 7;
     for (k = 0; k < n; k++) {
         uint32_t a = next_random(&seed) % n, b = (a + 1 + next_random(&seed) % (n - 2)) % n;
@@ -269,7 +296,8 @@ typedef struct cost {
 
 static uint8_t fill(int byte, uint32_t *seed) { return (uint8_t)(byte >= 0 ? (uint32_t)byte : next_random(seed)); }
 
-static uint64_t decoding_work(const uint8_t *data, size_t size, cq_result *result) {
+static uint64_t decoding_work(const uint8_t *data, size_t size, cq_result *result)
+{
     cq_shape shape;
     cq_decoder *d = (cq_decoder *)block(sizeof *d);
     void *memory;
@@ -288,7 +316,8 @@ static uint64_t decoding_work(const uint8_t *data, size_t size, cq_result *resul
 }
 
 /* The most work of a good stream whose second half of the payload is zeros, ones or noise, under right check values. */
-static uint64_t damaged_work(const uint8_t *data, size_t size) {
+static uint64_t damaged_work(const uint8_t *data, size_t size)
+{
     static const int bytes[3] = { 0, 0xff, -1 };
     uint64_t most = 0;
     cq_shape shape;
@@ -313,7 +342,8 @@ static uint64_t damaged_work(const uint8_t *data, size_t size) {
     return most;
 }
 
-static void set_channel(cq_input *in, cq_kind kind, uint32_t components, const cq_value *values) {
+static void set_channel(cq_input *in, cq_kind kind, uint32_t components, const cq_value *values)
+{
     cq_channel *c = &in->shape.channel[in->shape.num_channels];
     c->kind = (uint8_t)kind;
     c->components = (uint8_t)components;
@@ -321,7 +351,8 @@ static void set_channel(cq_input *in, cq_kind kind, uint32_t components, const c
     in->values[in->shape.num_channels++] = values;
 }
 
-static cost measure(const faces *f) {
+static cost measure(const faces *f)
+{
     cost c = { 0, 0, 0, 0, CQ_ERROR_MEMORY };
     cq_input in;
     size_t size = 0, capacity = 64 + 4 * ((size_t)f->num_vertices + f->num_faces);
@@ -363,7 +394,8 @@ static struct { double encoding, decoding, growth; } worst;
 
 static void at_least(double *most, double x) { *most = x > *most ? x : *most; }
 
-static void verdict(const char *name, uint64_t small, uint64_t large, uint64_t counts, const char *result) {
+static void verdict(const char *name, uint64_t small, uint64_t large, uint64_t counts, const char *result)
+{
     const int encoding = strncmp(name, "encode", 6) == 0;
     int ok = large <= 5 * small + 10000 && large <= (encoding ? MOST_PER_COUNT_TO_ENCODE : MOST_PER_COUNT) * counts;
     at_least(encoding ? &worst.encoding : &worst.decoding, (double)large / (double)counts);
@@ -373,7 +405,8 @@ static void verdict(const char *name, uint64_t small, uint64_t large, uint64_t c
     ok ? passed++ : failed++;
 }
 
-static void check_mesh(const char *name, void (*make)(faces *f, uint32_t n), int is_manifold) {
+static void check_mesh(const char *name, void (*make)(faces *f, uint32_t n), int is_manifold)
+{
     cost c[2];
     char label[100];
     int k;
@@ -397,7 +430,8 @@ static void check_mesh(const char *name, void (*make)(faces *f, uint32_t n), int
 
 enum { PLAIN, REGULAR, POSITIONS, SEAMS, MATERIALS };   /* what a header says beside counts */
 
-static void set_feature(cq_shape *shape, int feature) {
+static void set_feature(cq_shape *shape, int feature)
+{
     cq_input in;
     memset(&in, 0, sizeof in);
     in.shape = *shape;
@@ -412,7 +446,8 @@ static void set_feature(cq_shape *shape, int feature) {
 }
 
 /* A header of many vertices, and a payload of one byte repeated, or of noise. */
-static void check_stream(const char *name, uint32_t components, uint32_t loops, size_t bytes, int byte, int feature) {
+static void check_stream(const char *name, uint32_t components, uint32_t loops, size_t bytes, int byte, int feature)
+{
     uint64_t small = 0, large = 0, counts = 0;
     cq_result result = CQ_OK;
     int k;
@@ -439,7 +474,8 @@ static void check_stream(const char *name, uint32_t components, uint32_t loops, 
     verdict(name, small, large, counts, cq_result_string(result));
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     if (argc > 1) most_faces = (uint32_t)strtoul(argv[1], NULL, 10);
     REQUIRE(most_faces >= 100000 && most_faces <= 10000000);
 #define MESH(name, is_manifold) check_mesh(#name, name, is_manifold)

@@ -133,7 +133,8 @@ private:
     }
 };
 
-std::vector<Face> sorted(std::vector<Face> faces) {
+std::vector<Face> sorted(std::vector<Face> faces)
+{
     for (Face &f : faces) std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
     std::sort(faces.begin(), faces.end());
     return faces;
@@ -150,7 +151,8 @@ struct Topology {
     }
 };
 
-bool stars_are_fans(const Mesh &mesh) {
+bool stars_are_fans(const Mesh &mesh)
+{
     std::vector<size_t> spokes(mesh.number_of_vertices());
     for (Halfedge h : mesh.halfedges()) spokes[mesh.target(h)]++;
     for (Vertex v : mesh.vertices())
@@ -158,13 +160,15 @@ bool stars_are_fans(const Mesh &mesh) {
     return true;
 }
 
-size_t num_components(const Mesh &mesh) {
+size_t num_components(const Mesh &mesh)
+{
     std::vector<size_t> component(mesh.number_of_faces());
     return PMP::connected_components(mesh, CGAL::make_property_map(component));
 }
 
 // Real and virtual faces: closed. Real faces alone: as many boundary loops as there are virtual vertices.
-const char *examine_whole(const cq_mesh &m, Topology &found) {
+const char *examine_whole(const cq_mesh &m, Topology &found)
+{
     Numbered closed, open;
     std::vector<Halfedge> loops;
     if (!closed.add(faces_of(m, true, true))) return "CGAL can't join the triangles";
@@ -198,7 +202,8 @@ struct Split {
 };
 
 // Rotates a face so that v comes first.
-bool begin_with(Face &f, uint32_t v) {
+bool begin_with(Face &f, uint32_t v)
+{
     std::rotate(f.begin(), std::find(f.begin(), f.end(), v), f.end());
     return f[0] == v;
 }
@@ -210,7 +215,8 @@ using Edges = std::vector<Edge>;
 enum { MOST_FLIPS = 3 };   // in one step
 
 // The two faces at the edge from corner k of faces[f] to the next one, flipped; false if no other face has it.
-bool flip_in(std::vector<Face> &faces, size_t f, size_t k) {
+bool flip_in(std::vector<Face> &faces, size_t f, size_t k)
+{
     uint32_t a = faces[f][k], b = faces[f][(k + 1) % 3], x = faces[f][(k + 2) % 3];
     for (Face &g : faces)
         for (size_t j = 0; j < 3; ++j)
@@ -224,7 +230,8 @@ bool flip_in(std::vector<Face> &faces, size_t f, size_t k) {
 }
 
 // Not more than `most` flips that make `to` of `from`.
-bool find_flips(const std::vector<Face> &from, const std::vector<Face> &to, size_t most, Edges &found) {
+bool find_flips(const std::vector<Face> &from, const std::vector<Face> &to, size_t most, Edges &found)
+{
     if (sorted(from) == to) return true;
     for (size_t f = 0; most > 0 && f < from.size(); ++f)
         for (size_t k = 0; k < 3; ++k) {
@@ -412,7 +419,8 @@ struct Input {
     std::vector<cq_value> texcoords;   // or empty; then vertices are rows
 };
 
-const char *follow(const Input &input, const coded &coded, Tally &tally) {
+const char *follow(const Input &input, const coded &coded, Tally &tally)
+{
     decoding d;
     decoding_begin(&d, coded.bytes, coded.size);
     Follower follower(d, tally);
@@ -432,7 +440,8 @@ const char *follow(const Input &input, const coded &coded, Tally &tally) {
     return error;
 }
 
-void run(const std::string &what, const Input &input, Tally &tally, Report &report) {
+void run(const std::string &what, const Input &input, Tally &tally, Report &report)
+{
     std::vector<cq_index> indices;
     for (const Face &f : input.faces)
         for (uint32_t v : f) indices.push_back(static_cast<cq_index>(v));
@@ -462,7 +471,8 @@ void run(const std::string &what, const Input &input, Tally &tally, Report &repo
 }
 
 // Positions with 12 bits in a cube around all points.
-std::vector<cq_value> quantised(const std::vector<Point> &points) {
+std::vector<cq_value> quantised(const std::vector<Point> &points)
+{
     double low[3], size = 0;
     for (int k = 0; k < 3; ++k) {
         auto by = [k](const Point &p, const Point &q) { return p[k] < q[k]; };
@@ -477,13 +487,15 @@ std::vector<cq_value> quantised(const std::vector<Point> &points) {
     return values;
 }
 
-std::string counts(const Tally &t) {
+std::string counts(const Tally &t)
+{
     return std::to_string(t.splits) + " splits, " + std::to_string(t.whole) + " comparisons as a whole, "
          + std::to_string(t.local) + " around a change; in regular levels " + std::to_string(t.insertions)
          + " insertions, " + std::to_string(t.flips) + " flips";
 }
 
-void run_file(const std::string &path, uint32_t small, Tally &all, Report &report) {
+void run_file(const std::string &path, uint32_t small, Tally &all, Report &report)
+{
     std::vector<Point> points;
     std::vector<std::vector<size_t>> polygons;
     Input input;
@@ -503,7 +515,8 @@ void run_file(const std::string &path, uint32_t small, Tally &all, Report &repor
     report.end(path + ": " + counts(tally));
 }
 
-Recipe random_recipe(Random &random, size_t growth) {
+Recipe random_recipe(Random &random, size_t growth)
+{
     Recipe recipe = {};
     auto add = [&](std::vector<uint32_t> &numbers, size_t n) {
         while (n-- > 0) numbers.push_back(static_cast<uint32_t>(random()));
@@ -517,7 +530,8 @@ Recipe random_recipe(Random &random, size_t growth) {
 
 // A mesh with seams between the charts that its faces belong to: a row for each vertex and chart. Vertices that have no
 // position of their own would be glued.
-Input with_seams(const Input &mesh, Random &random) {
+Input with_seams(const Input &mesh, Random &random)
+{
     const uint32_t charts = 2 + random.below(3), width = 1 + random.below(9);
     std::map<std::pair<uint32_t, uint32_t>, uint32_t> rows;
     Input out;
@@ -540,14 +554,16 @@ Input with_seams(const Input &mesh, Random &random) {
 }
 
 // Of two faces with the same rows one is set aside.
-bool has_repeated_faces(const std::vector<Face> &faces) {
+bool has_repeated_faces(const std::vector<Face> &faces)
+{
     std::set<std::set<uint32_t>> seen;
     for (const Face &f : faces)
         if (!seen.emplace(f.begin(), f.end()).second) return true;
     return false;
 }
 
-void run_seams(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report) {
+void run_seams(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report)
+{
     Random random{growth + 1};
     Tally tally;
     tally.small = small;
@@ -564,7 +580,8 @@ void run_seams(size_t meshes, size_t growth, uint32_t small, Tally &all, Report 
     report.end(std::to_string(meshes) + " random meshes with seams: " + counts(tally));
 }
 
-void run_random(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report) {
+void run_random(size_t meshes, size_t growth, uint32_t small, Tally &all, Report &report)
+{
     Random random{growth};
     Tally tally;
     tally.small = small;
@@ -586,7 +603,8 @@ void run_random(size_t meshes, size_t growth, uint32_t small, Tally &all, Report
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     uint32_t small = argc > 1 ? static_cast<uint32_t>(std::atoi(argv[1])) : 0;
     report.expect(small > 0 && argc > 2, "usage: splits SMALL FILE ...");

@@ -24,7 +24,8 @@ constexpr size_t NUM_TORI[] = {0, 0, 0, 0, 0, 0, 0, 1, 7, 112, 2109};
 constexpr size_t NUM_IRREDUCIBLE_TORI[] = {0, 0, 0, 0, 0, 0, 0, 1, 4, 15, 1};
 constexpr size_t NUM_DISCS[] = {0, 0, 0, 1, 2, 4, 16, 63, 328, 1933, 12633};
 
-inline Triangulation tetrahedron() {
+inline Triangulation tetrahedron()
+{
     Triangulation t(4);
     t.put(0, 1, 2), t.put(0, 2, 3), t.put(0, 3, 1), t.put(1, 3, 2);
     return t;
@@ -32,7 +33,8 @@ inline Triangulation tetrahedron() {
 
 // All (p, q), p != q, around a.
 template <typename Visit>
-void for_each_split(const Triangulation &t, int a, Visit visit) {
+void for_each_split(const Triangulation &t, int a, Visit visit)
+{
     std::vector<int> ring = t.ring(a);
     for (int p : ring)
         for (int q : ring)
@@ -40,7 +42,8 @@ void for_each_split(const Triangulation &t, int a, Visit visit) {
 }
 
 // What all splits of all triangulations lead to.
-inline Catalogue split_all(const Catalogue &from) {
+inline Catalogue split_all(const Catalogue &from)
+{
     Catalogue to;
     for (const auto &[code, t] : from)
         for (int a = 0; a < t.n; ++a)
@@ -52,7 +55,8 @@ inline Catalogue split_all(const Catalogue &from) {
     return to;
 }
 
-inline Catalogue spheres(int vertices) {
+inline Catalogue spheres(int vertices)
+{
     Catalogue all = {{code_of(tetrahedron()), tetrahedron()}};
     for (int n = 4; n < vertices; ++n) all = split_all(all);
     return all;
@@ -118,7 +122,8 @@ inline Catalogue closed_surfaces(int vertices, int euler) { return Search(vertic
 inline Catalogue tori(int vertices) { return closed_surfaces(vertices, 0); }
 
 // Those that no edge can be collapsed in: each edge lies in a cycle of three edges that is not a triangle.
-inline bool is_irreducible(const Triangulation &t) {
+inline bool is_irreducible(const Triangulation &t)
+{
     for (int a = 0; a < t.n; ++a)
         for (int b = 0; b < t.n; ++b) {
             if (!t.has_edge(a, b)) continue;
@@ -131,14 +136,16 @@ inline bool is_irreducible(const Triangulation &t) {
 
 // -- Discs ----------------------------------------------------------------------------------------------------------
 
-inline Triangulation with_last(const Triangulation &t, int v) {
+inline Triangulation with_last(const Triangulation &t, int v)
+{
     std::vector<int> number(static_cast<size_t>(t.n));
     for (int k = 0; k < t.n; ++k) number[static_cast<size_t>(k)] = k == v ? t.n - 1 : k == t.n - 1 ? v : k;
     return t.renumbered(number);
 }
 
 // `vertices` without the cone.
-inline Catalogue discs(int vertices) {
+inline Catalogue discs(int vertices)
+{
     Catalogue all;
     for (const auto &[code, t] : spheres(vertices + 1))
         for (int v = 0; v < t.n; ++v) {
@@ -149,7 +156,8 @@ inline Catalogue discs(int vertices) {
 }
 
 // The boundary of a disc, as the directed edges that have their triangle on the left.
-inline std::vector<std::array<int, 2>> boundary_of(const Triangulation &open) {
+inline std::vector<std::array<int, 2>> boundary_of(const Triangulation &open)
+{
     std::vector<std::array<int, 2>> edges;
     for (int a = 0; a < open.n; ++a)
         for (int b = 0; b < open.n; ++b)
@@ -157,7 +165,8 @@ inline std::vector<std::array<int, 2>> boundary_of(const Triangulation &open) {
     return edges;
 }
 
-inline Triangulation coned(const Triangulation &open) {
+inline Triangulation coned(const Triangulation &open)
+{
     Triangulation t = open;
     int cone = t.n++;
     for (auto [a, b] : boundary_of(open)) t.put(b, a, cone);

@@ -18,7 +18,8 @@ struct Case {
     bool located;
 };
 
-inline std::string name(const Case &c, const char *what) {
+inline std::string name(const Case &c, const char *what)
+{
     std::string text = std::string(what) + ": gate " + std::to_string(c.u) + " " + std::to_string(c.v)
                      + (c.located ? ", with positions, faces" : ", faces");
     for (Triangle f : c.t.triangles())
@@ -27,7 +28,8 @@ inline std::string name(const Case &c, const char *what) {
 }
 
 // No two vertices have the same: the low bits of z are the number.
-inline std::vector<cq_value> positions(int num_vertices, uint64_t seed) {
+inline std::vector<cq_value> positions(int num_vertices, uint64_t seed)
+{
     std::vector<cq_value> values;
     for (int v = 0; v < num_vertices; ++v) {
         values.push_back(static_cast<cq_value>(next_random(&seed) % 1024));
@@ -38,7 +40,8 @@ inline std::vector<cq_value> positions(int num_vertices, uint64_t seed) {
 }
 
 // After each split, from the complete base on, a closed triangulation, one vertex larger.
-inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case &c, Tally &tally) {
+inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case &c, Tally &tally)
+{
     cq_bytes in = {coded.bytes, coded.size};
     int before = 0;
     do {
@@ -55,7 +58,8 @@ inline bool decodes_through_surfaces(decoding &d, const coded &coded, const Case
     return d.result == CQ_DONE && in.size == 0;
 }
 
-inline bool is_permutation(const coded &coded) {
+inline bool is_permutation(const coded &coded)
+{
     std::vector<bool> seen(coded.num_vertices);
     for (uint32_t v = 0; v < coded.num_vertices; ++v) {
         if (coded.map[v] >= coded.num_vertices || seen[coded.map[v]]) return false;
@@ -65,7 +69,8 @@ inline bool is_permutation(const coded &coded) {
 }
 
 // Isomorphic through the map; cones have no number of their own, but there is only one.
-inline bool is_same(const Case &c, const coded &coded, const decoding &d, const std::vector<cq_value> &values) {
+inline bool is_same(const Case &c, const coded &coded, const decoding &d, const std::vector<cq_value> &values)
+{
     std::vector<int> number = identity(c.t.n);
     for (int v = 0; v < c.num_real; ++v) number[coded.map[v]] = v;
     if (!(triangulation_of(d.decoder->mesh, number) == c.t)) return false;
@@ -75,7 +80,8 @@ inline bool is_same(const Case &c, const coded &coded, const decoding &d, const 
     return true;
 }
 
-inline const char *compare(const Case &c, const coded &coded, const std::vector<cq_value> &values, Tally &tally) {
+inline const char *compare(const Case &c, const coded &coded, const std::vector<cq_value> &values, Tally &tally)
+{
     if (coded.result != CQ_OK) return "not encoded";
     if (!is_permutation(coded)) return "the map is no permutation";
     if (coded.map[c.u] != 0 || coded.map[c.v] != 1) return "another first gate";

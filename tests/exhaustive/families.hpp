@@ -29,12 +29,14 @@ struct Family {
 };
 
 // All families of a topology, from one number of vertices to another.
-inline void add_families(std::vector<Family> &to, Topology topology, int first, int last) {
+inline void add_families(std::vector<Family> &to, Topology topology, int first, int last)
+{
     for (int n = first; n <= last; ++n) to.push_back({topology, n});
 }
 
 // What `make test` runs, and one vertex more of each for `make verify`.
-inline std::vector<Family> small_families() {
+inline std::vector<Family> small_families()
+{
     std::vector<Family> families;
     add_families(families, Topology::sphere, 4, 10);
     add_families(families, Topology::torus, 7, 9);
@@ -42,7 +44,8 @@ inline std::vector<Family> small_families() {
     return families;
 }
 
-inline std::vector<Family> larger_families() {
+inline std::vector<Family> larger_families()
+{
     std::vector<Family> families;
     add_families(families, Topology::sphere, 11, 11);
     add_families(families, Topology::torus, 10, 10);
@@ -51,7 +54,8 @@ inline std::vector<Family> larger_families() {
 }
 
 // The triangles without the cone, `first` in front; vertices below num_real.
-inline std::vector<cq_index> index_buffer(const Triangulation &t, int num_real, Triangle first = {-1, -1, -1}) {
+inline std::vector<cq_index> index_buffer(const Triangulation &t, int num_real, Triangle first = {-1, -1, -1})
+{
     std::vector<cq_index> indices;
     auto add = [&](Triangle f) {
         for (int v : f) indices.push_back(static_cast<cq_index>(v));
@@ -67,7 +71,8 @@ inline std::vector<cq_index> index_buffer(const Triangulation &t, int num_real, 
 
 // All faces of a mesh, vertex v as number[v]; real vertices first, then the virtual ones. An empty triangulation if two
 // faces claim one directed edge, or a vertex is out of range.
-inline Triangulation triangulation_of(const cq_mesh &m, const std::vector<int> &number) {
+inline Triangulation triangulation_of(const cq_mesh &m, const std::vector<int> &number)
+{
     Triangulation t(static_cast<int>(number.size()));
     size_t faces = 0;
     bool in_range = true;
@@ -89,7 +94,8 @@ inline Triangulation triangulation_of(const cq_mesh &m, const std::vector<int> &
     return in_range && t.triangles().size() == faces ? t : Triangulation();
 }
 
-inline std::vector<int> identity(int n) {
+inline std::vector<int> identity(int n)
+{
     std::vector<int> number;
     for (int k = 0; k < n; ++k) number.push_back(k);
     return number;

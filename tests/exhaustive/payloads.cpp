@@ -23,7 +23,8 @@ uint64_t work;   // of one decoding
 enum { MOST_WORK = 5000 };
 }
 extern "C" void __sanitizer_cov_trace_pc(void);
-extern "C" __attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void) {
+extern "C" __attribute__((no_sanitize("coverage"))) void __sanitizer_cov_trace_pc(void)
+{
     if (++work > 1000 * uint64_t(MOST_WORK)) abort();
 }
 #else
@@ -45,7 +46,8 @@ struct Tally {
 enum { MOST_VERTICES = 5, MOST_LOOPS = 2, MOST_EDGES = 6, MOST_FACES = 10 };
 
 // Euler's formula with any genus and number of components: F = 2 (V + loops) - edges, give or take multiples of 4.
-std::vector<cq_shape> small_shapes() {
+std::vector<cq_shape> small_shapes()
+{
     std::vector<cq_shape> shapes;
     for (uint32_t v = 0; v <= MOST_VERTICES; ++v)
         for (uint32_t loops = 0; loops <= (v > 0 ? MOST_LOOPS : 0); ++loops)
@@ -61,7 +63,8 @@ std::vector<cq_shape> small_shapes() {
     return shapes;
 }
 
-cq_shape with_channel(cq_shape shape, cq_kind kind, cq_merge merge, int components, int bits) {
+cq_shape with_channel(cq_shape shape, cq_kind kind, cq_merge merge, int components, int bits)
+{
     cq_channel &c = shape.channel[shape.num_channels++];
     c.kind = static_cast<uint8_t>(kind);
     c.merge = static_cast<uint8_t>(merge);
@@ -70,23 +73,27 @@ cq_shape with_channel(cq_shape shape, cq_kind kind, cq_merge merge, int componen
     return shape;
 }
 
-cq_shape with_seams(cq_shape shape, uint32_t more_rows) {
+cq_shape with_seams(cq_shape shape, uint32_t more_rows)
+{
     shape.num_rows = shape.num_vertices + more_rows;
     return with_channel(shape, CQ_TEXCOORD, CQ_AVERAGE, 2, 1);
 }
 
-cq_shape with_materials(cq_shape shape) {
+cq_shape with_materials(cq_shape shape)
+{
     shape.num_materials = 2;
     return shape;
 }
 
 // A row, a face and a byte beside the mesh.
-cq_shape with_aside(cq_shape shape) {
+cq_shape with_aside(cq_shape shape)
+{
     shape.num_aside_rows = shape.num_aside_faces = shape.metadata_bytes = 1;
     return with_channel(shape, CQ_GENERIC, CQ_AVERAGE, 1, 1);
 }
 
-std::string name(const cq_shape &s) {
+std::string name(const cq_shape &s)
+{
     return std::to_string(s.num_vertices) + " vertices, " + std::to_string(s.num_faces) + " faces, "
          + std::to_string(s.num_boundary_loops) + " loops, " + std::to_string(s.num_boundary_edges) + " edges, "
          + std::to_string(s.num_channels) + " channels, " + std::to_string(s.num_rows) + " rows, "
@@ -97,21 +104,25 @@ std::string name(const cq_shape &s) {
 
 // Patches and splits of all levels, their ends: each level adds a vertex. One of patches has a patch for three faces at
 // most, a regular one passes over its faces a few times.
-uint64_t most_calls(const cq_shape &s) {
+uint64_t most_calls(const cq_shape &s)
+{
     return 2 + uint64_t(s.num_vertices) * (4 * (s.num_faces + s.num_boundary_edges) + 8) + most_calls_for_rows(&s);
 }
 
-bool is_final(cq_result result, bool complete) {
+bool is_final(cq_result result, bool complete)
+{
     if (result == CQ_ERROR_CORRUPT) return true;
     return result == (complete ? CQ_DONE : CQ_TRUNCATED);
 }
 
-bool is_valid(const cq_decoder &d) {
+bool is_valid(const cq_decoder &d)
+{
     if (d.mesh.num_vertices == 0) return true;
     return cq_mesh_check(&d.mesh, nullptr) == CQ_OK && examine(d.mesh).empty() && rows_are_valid(&d);
 }
 
-bool is_complete(const cq_decoder &d) {
+bool is_complete(const cq_decoder &d)
+{
     const uint32_t rows = d.shape.num_rows ? d.shape.num_rows : d.shape.num_vertices;
     return d.mesh.num_vertices == d.shape.num_vertices && d.mesh.num_faces == d.shape.num_faces && d.num_rows == rows
         && d.aside.num_rows == d.shape.num_aside_rows && d.aside.num_faces == d.shape.num_aside_faces
@@ -120,7 +131,8 @@ bool is_complete(const cq_decoder &d) {
 
 // The decoded mesh as input: a second stream of it decodes to a mesh of the same counts. With seams that need not be:
 // rows of equal values become one.
-bool codes_again(const cq_decoder &d) {
+bool codes_again(const cq_decoder &d)
+{
     cq_input in = {};
     in.shape = d.shape;
     in.indices = d.mesh.origin;
@@ -224,7 +236,8 @@ private:
 
 // -- All of them ----------------------------------------------------------------------------------------------------
 
-void end(const std::string &what, size_t expected, const Tally &t, Report &report) {
+void end(const std::string &what, size_t expected, const Tally &t, Report &report)
+{
     report.expect(expected > 0 && t.payloads == expected, std::to_string(t.payloads) + " payloads");
     report.expect(t.done > 0 && t.corrupt > 0 && t.truncated > 0, "a result did not occur");
     report.end(what + ": " + std::to_string(t.payloads) + " payloads, " + std::to_string(t.done) + " meshes, "
@@ -232,7 +245,8 @@ void end(const std::string &what, size_t expected, const Tally &t, Report &repor
                + std::to_string(t.truncated) + " cut; at most " + std::to_string(t.most_calls) + " calls, " + std::to_string(t.most_work) + " blocks");
 }
 
-bool is_valid_header(const cq_shape &shape) {
+bool is_valid_header(const cq_shape &shape)
+{
     uint8_t header[CQ_MAX_HEADER_BYTES];
     size_t size = cqi_write_header(header, &shape, 0, 0), header_size = 0, stream_size = 0;
     cq_shape seen;
@@ -240,7 +254,8 @@ bool is_valid_header(const cq_shape &shape) {
         && stream_size == size && seen.num_vertices == shape.num_vertices && seen.num_faces == shape.num_faces;
 }
 
-size_t up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Report &report) {
+size_t up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Report &report)
+{
     Tally tally;
     size_t expected = 0;
     for (const cq_shape &shape : shapes) {
@@ -256,7 +271,8 @@ size_t up_to_two_bytes(const char *what, const std::vector<cq_shape> &shapes, Re
     return shapes.size();
 }
 
-void three_bytes(Report &report) {
+void three_bytes(Report &report)
+{
     cq_shape shape = {};
     shape.num_vertices = 5;
     shape.num_faces = 6;
@@ -268,7 +284,8 @@ void three_bytes(Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     if (argc > 1 && std::string(argv[1]) == "3") {
         three_bytes(report);

@@ -36,7 +36,8 @@ struct {
     std::vector<Question> questions;
 } asked;
 
-int answer(int index) {
+int answer(int index)
+{
     if (index == CQI_OTHER_LEVEL) return 1;
     if (index < CQI_MARK || index >= CQI_NEW_ALONG) return 0;
     asked.questions.push_back(index < CQI_DISSOLVED ? MARK : index < CQI_SECOND_FLIP ? DISSOLVE : OTHER);
@@ -45,7 +46,8 @@ int answer(int index) {
 }
 
 // The next answers of a step in their order; false if these were the last.
-bool advance(std::vector<uint8_t> &answers) {
+bool advance(std::vector<uint8_t> &answers)
+{
     while (!answers.empty() && answers.back() == 1) answers.pop_back();
     if (answers.empty()) return false;
     answers.back() = 1;
@@ -54,15 +56,18 @@ bool advance(std::vector<uint8_t> &answers) {
 
 }  // namespace
 
-static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate) {
+static int cqi_decode_adaptive(cq_range_decoder *d, cq_bit_model *model, int rate)
+{
     if (!asked.decoder) return original_decode_adaptive(d, model, rate);
     return answer(static_cast<int>(model - asked.decoder->model.bit));
 }
 static int cqi_decode_part(cq_range_decoder *d, uint32_t p) { return asked.decoder ? 0 : original_decode_part(d, p); }
-uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total) {
+uint32_t cq_decode_slot(cq_range_decoder *d, uint32_t total)
+{
     return asked.decoder ? 0 : original_decode_slot(d, total);
 }
-void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total) {
+void cq_decode_freq(cq_range_decoder *d, uint32_t start, uint32_t freq, uint32_t total)
+{
     if (!asked.decoder) original_decode_freq(d, start, freq, total);
 }
 uint32_t cq_decode_raw(cq_range_decoder *d, int bits) { return asked.decoder ? 0 : original_decode_raw(d, bits); }
@@ -72,7 +77,8 @@ namespace {
 // -- A stream that ends with its base --------------------------------------------------------------------------------
 
 // The payload of a mesh whose base is all of it. The inside of cq_encode without a simplification.
-std::vector<uint8_t> code_base(const Triangulation &t, int num_real, cq_shape &shape) {
+std::vector<uint8_t> code_base(const Triangulation &t, int num_real, cq_shape &shape)
+{
     enum { MOST_BYTES = 1000 };
     std::vector<cq_index> indices = index_buffer(t, num_real), map(static_cast<size_t>(num_real));
     std::vector<uint8_t> payload(MOST_BYTES);
@@ -101,7 +107,8 @@ std::vector<uint8_t> code_base(const Triangulation &t, int num_real, cq_shape &s
     return payload;
 }
 
-std::vector<uint8_t> wrapped(const std::vector<uint8_t> &payload, const cq_shape &shape) {
+std::vector<uint8_t> wrapped(const std::vector<uint8_t> &payload, const cq_shape &shape)
+{
     std::vector<uint8_t> stream(CQ_MAX_HEADER_BYTES);
     stream.resize(cqi_write_header(stream.data(), &shape, payload.size(), cqi_crc32(0, payload.data(), payload.size())));
     stream.insert(stream.end(), payload.begin(), payload.end());
@@ -528,7 +535,8 @@ struct Bound {
     size_t most_marks, most_dissolved;   // of a level
 };
 
-void run_family(const Bound &bound, Report &report) {
+void run_family(const Bound &bound, Report &report)
+{
     const Family &family = bound.family;
     Catalogue bases = family.all();
     Tally tally;
@@ -556,7 +564,8 @@ void run_family(const Bound &bound, Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     const bool large = argc > 1 && std::string(argv[1]) == "all";
     std::vector<Bound> bounds = {

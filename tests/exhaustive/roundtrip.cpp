@@ -15,7 +15,8 @@
 
 namespace {
 
-void round_trip(const Case &c, Tally &tally, Report &report) {
+void round_trip(const Case &c, Tally &tally, Report &report)
+{
     CaseInput input(c, tally.streams);
     coded coded;
     Report::watch();
@@ -25,7 +26,8 @@ void round_trip(const Case &c, Tally &tally, Report &report) {
 }
 
 // Each halfedge with a real face on its left.
-void all_gates(const Triangulation &t, int num_real, int euler, Tally &tally, Report &report) {
+void all_gates(const Triangulation &t, int num_real, int euler, Tally &tally, Report &report)
+{
     for (int u = 0; u < num_real; ++u)
         for (int v = 0; v < num_real; ++v) {
             if (t.apex(u, v) == NO_VERTEX || t.apex(u, v) >= num_real) continue;
@@ -37,7 +39,8 @@ void all_gates(const Triangulation &t, int num_real, int euler, Tally &tally, Re
 size_t num_real_halfedges(const Triangulation &t, int num_real) { return index_buffer(t, num_real).size(); }
 
 // Returns the number of streams.
-size_t run_family(const Family &family, Report &report) {
+size_t run_family(const Family &family, Report &report)
+{
     Catalogue all = family.all();
     Tally tally;
     size_t gates = 0;
@@ -56,7 +59,8 @@ size_t run_family(const Family &family, Report &report) {
     return tally.streams;
 }
 
-void run_families(const std::vector<Family> &families, Report &report) {
+void run_families(const std::vector<Family> &families, Report &report)
+{
     size_t streams = 0;
     for (const Family &family : families) streams += run_family(family, report);
     report.end(std::to_string(streams) + " streams in all");
@@ -64,7 +68,8 @@ void run_families(const std::vector<Family> &families, Report &report) {
 
 // -- Counts in a second way -----------------------------------------------------------------------------------------
 
-void search_spheres(int vertices, Report &report) {
+void search_spheres(int vertices, Report &report)
+{
     Catalogue a = spheres(vertices), b = closed_surfaces(vertices, 2);
     report.expect(a.size() == b.size(), std::to_string(b.size()) + " found");
     for (const auto &[code, t] : a) report.expect(b.count(code) == 1, "one is missing");
@@ -72,7 +77,8 @@ void search_spheres(int vertices, Report &report) {
 }
 
 // Splits of the smaller tori and the irreducible ones are all of them.
-void split_tori(int vertices, Report &report) {
+void split_tori(int vertices, Report &report)
+{
     Catalogue all = tori(vertices), split = split_all(tori(vertices - 1));
     size_t irreducible = 0;
     for (const auto &[code, t] : all) {
@@ -85,7 +91,8 @@ void split_tori(int vertices, Report &report) {
                + " vertices are irreducible, the others are splits of smaller ones");
 }
 
-void shell_discs(int vertices, Report &report) {
+void shell_discs(int vertices, Report &report)
+{
     Shelling shelling(vertices);
     for (int n = 3; n <= vertices; ++n) {
         Catalogue marked = discs(n);
@@ -97,14 +104,16 @@ void shell_discs(int vertices, Report &report) {
                + " vertices");
 }
 
-void run_small(Report &report) {
+void run_small(Report &report)
+{
     for (int n = 4; n <= 9; ++n) search_spheres(n, report);
     for (int n = 7; n <= 9; ++n) split_tori(n, report);
     shell_discs(8, report);
     run_families(small_families(), report);
 }
 
-void run_large(Report &report) {
+void run_large(Report &report)
+{
     std::vector<Family> families = larger_families();
     search_spheres(10, report);
     search_spheres(11, report);
@@ -116,7 +125,8 @@ void run_large(Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     if (argc > 1 && std::string(argv[1]) == "all") run_large(report);
     else run_small(report);

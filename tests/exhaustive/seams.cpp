@@ -20,7 +20,8 @@ namespace {
 // than all before it.
 using Sharing = std::vector<int>;
 
-std::vector<Sharing> all_sharings(int corners) {
+std::vector<Sharing> all_sharings(int corners)
+{
     std::vector<Sharing> all = {{}};
     for (int k = 0; k < corners; ++k) {
         std::vector<Sharing> longer;
@@ -101,7 +102,8 @@ struct Count {
 };
 
 // Moved rows of the last step are those that cq_moved_rows tells: none if the stream is clean.
-const char *decodes(decoding &d, const coded &coded, bool clean, Count &count) {
+const char *decodes(decoding &d, const coded &coded, bool clean, Count &count)
+{
     cq_bytes in = {coded.bytes, coded.size};
     std::vector<cq_index> before;
     cq_index vertices = 0;
@@ -121,7 +123,8 @@ const char *decodes(decoding &d, const coded &coded, bool clean, Count &count) {
     return d.result == CQ_DONE && in.size == 0 ? nullptr : "not complete";
 }
 
-const char *round_trip(cq_input &in, Count &count) {
+const char *round_trip(cq_input &in, Count &count)
+{
     coded coded;
     decoding d;
     code(&coded, &in);
@@ -138,7 +141,8 @@ const char *round_trip(cq_input &in, Count &count) {
     return error;
 }
 
-void run_mesh(const Triangulation &t, int num_real, size_t step, size_t &expected, Count &count, Report &report) {
+void run_mesh(const Triangulation &t, int num_real, size_t step, size_t &expected, Count &count, Report &report)
+{
     Seams seams(t, num_real);
     expected += 2 * ((seams.ways() + step - 1) / step);
     for (size_t way = 0; way < seams.ways(); way += step)
@@ -150,7 +154,8 @@ void run_mesh(const Triangulation &t, int num_real, size_t step, size_t &expecte
         }
 }
 
-size_t run_family(const Family &family, size_t step, Report &report) {
+size_t run_family(const Family &family, size_t step, Report &report)
+{
     Count count;
     size_t expected = 0;
     for (const auto &[code, t] : family.all()) run_mesh(t, t.n - family.is_open(), step, expected, count, report);
@@ -160,7 +165,8 @@ size_t run_family(const Family &family, size_t step, Report &report) {
     return count.streams;
 }
 
-size_t run(Topology topology, int from, int to, size_t step, Report &report) {
+size_t run(Topology topology, int from, int to, size_t step, Report &report)
+{
     std::vector<Family> families;
     size_t streams = 0;
     add_families(families, topology, from, to);
@@ -170,7 +176,8 @@ size_t run(Topology topology, int from, int to, size_t step, Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     size_t streams = run(Topology::sphere, 4, 5, 1, report);
     streams += run(Topology::disc, 3, 5, 1, report);

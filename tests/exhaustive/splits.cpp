@@ -91,7 +91,8 @@ struct Tally {
     size_t splits = 0, collapses = 0, refused = 0, cones = 0;
 };
 
-std::string name(const Triangulation &t, const char *what, int a, int p, int q) {
+std::string name(const Triangulation &t, const char *what, int a, int p, int q)
+{
     std::string text = std::string(what) + ": " + std::to_string(a) + ", " + std::to_string(p) + ", "
                      + std::to_string(q) + " of";
     for (Triangle f : t.triangles())
@@ -100,7 +101,8 @@ std::string name(const Triangulation &t, const char *what, int a, int p, int q) 
 }
 
 // Numbers of the mesh's vertices in the triangulation: those of before; behind the cones those of splits.
-std::vector<int> numbers(const RoomyMesh &m, int num_real, int num_before) {
+std::vector<int> numbers(const RoomyMesh &m, int num_real, int num_before)
+{
     std::vector<int> number;
     for (int v = 0; v < int(m.mesh.num_vertices); ++v) number.push_back(v < num_real ? v : v - num_real + num_before);
     for (int v = num_real; v < num_before; ++v) number.push_back(v);
@@ -108,24 +110,28 @@ std::vector<int> numbers(const RoomyMesh &m, int num_real, int num_before) {
 }
 
 // Same triangles, and all arrays as the manual says.
-bool shows(const RoomyMesh &m, int num_real, int num_before, const Triangulation &t) {
+bool shows(const RoomyMesh &m, int num_real, int num_before, const Triangulation &t)
+{
     return triangulation_of(m.mesh, numbers(m, num_real, num_before)) == t && cq_mesh_check(&m.mesh, nullptr) == CQ_OK
         && examine(m.mesh).empty();
 }
 
 // The mesh before the split, with the slots of the new vertex and faces free.
-bool shows_again(const RoomyMesh &m, int num_real, const Triangulation &before) {
+bool shows_again(const RoomyMesh &m, int num_real, const Triangulation &before)
+{
     Triangulation with_slot = before;
     with_slot.n++;
     return shows(m, num_real, before.n, with_slot);
 }
 
 // The split of a between its neighbours p and q can't be made: a is virtual, or there is no room.
-bool refuses(RoomyMesh &m, cq_index a, cq_index p, cq_index q) {
+bool refuses(RoomyMesh &m, cq_index a, cq_index p, cq_index q)
+{
     return cq_mesh_split(&m.mesh, find_halfedge(&m.mesh, a, p), find_halfedge(&m.mesh, a, q)) == CQ_NONE;
 }
 
-const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_real, int a, int p, int q) {
+const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_real, int a, int p, int q)
+{
     RoomyMesh m = from;
     Triangulation after = t;
     after.split(a, p, q);
@@ -146,7 +152,8 @@ const char *try_split(const RoomyMesh &from, const Triangulation &t, int num_rea
 }
 
 // Cones are not split, and the mesh stays.
-void no_split_of_cones(const RoomyMesh &from, const Triangulation &t, int num_real, Tally &tally, Report &report) {
+void no_split_of_cones(const RoomyMesh &from, const Triangulation &t, int num_real, Tally &tally, Report &report)
+{
     RoomyMesh m = from;
     for (int a = num_real; a < t.n; ++a)
         for_each_split(t, a, [&](int p, int q) {
@@ -156,7 +163,8 @@ void no_split_of_cones(const RoomyMesh &from, const Triangulation &t, int num_re
     report.expect(shows(m, num_real, t.n, t), name(t, "a refused split changes the mesh", num_real, 0, 0));
 }
 
-size_t all_splits(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report) {
+size_t all_splits(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report)
+{
     size_t expected = 0;
     Report::watch();
     for (int a = 0; a < num_real; ++a) {
@@ -170,13 +178,15 @@ size_t all_splits(const RoomyMesh &m, const Triangulation &t, int num_real, Tall
 }
 
 // Is there a surface behind the collapse? a stays, hence must be real, and so must b.
-bool is_collapsible(const Triangulation &t, int num_real, int a, int b) {
+bool is_collapsible(const Triangulation &t, int num_real, int a, int b)
+{
     if (a >= num_real || b >= num_real) return false;
     Triangulation after = t.collapsed(a, b);
     return after.is_closed_surface(b) && after.triangles().size() + 2 == t.triangles().size();
 }
 
-const char *try_collapse(const RoomyMesh &from, const Triangulation &t, int num_real, int a, int b, Tally &tally) {
+const char *try_collapse(const RoomyMesh &from, const Triangulation &t, int num_real, int a, int b, Tally &tally)
+{
     RoomyMesh m = from;
     cq_index h = find_halfedge(&m.mesh, m.vertex(a), m.vertex(b)), first, last;
     int can = cq_mesh_can_collapse(&m.mesh, h, CQ_MAX_VALENCE);
@@ -188,7 +198,8 @@ const char *try_collapse(const RoomyMesh &from, const Triangulation &t, int num_
     return shows(m, num_real, t.n, t.collapsed(a, b)) ? nullptr : "another mesh after the collapse";
 }
 
-void all_collapses(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report) {
+void all_collapses(const RoomyMesh &m, const Triangulation &t, int num_real, Tally &tally, Report &report)
+{
     for (int a = 0; a < t.n; ++a)
         for (int b = 0; b < t.n; ++b) {
             if (!t.has_edge(a, b)) continue;
@@ -196,7 +207,8 @@ void all_collapses(const RoomyMesh &m, const Triangulation &t, int num_real, Tal
         }
 }
 
-void run_family(const Family &family, Report &report) {
+void run_family(const Family &family, Report &report)
+{
     Catalogue all = family.all();
     Tally tally;
     size_t splits = 0, halfedges = 0;
@@ -219,7 +231,8 @@ void run_family(const Family &family, Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     bool large = argc > 1 && std::string(argv[1]) == "all";
     for (const Family &family : large ? larger_families() : small_families()) run_family(family, report);

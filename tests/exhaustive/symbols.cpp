@@ -25,7 +25,8 @@ struct Symbol {
 // -- An encoder that collapses one edge, b into a, and nothing else --------------------------------------------------
 
 // Its first and only patch.
-void note_collapse(cqi_plan *plan, const Symbol &s, int b) {
+void note_collapse(cqi_plan *plan, const Symbol &s, int b)
+{
     cq_mesh *mesh = &plan->mesh;
     cqi_seed *seed = &plan->seed[plan->num_seeds++];
     seed->l = static_cast<cq_index>(s.l);
@@ -43,7 +44,8 @@ void note_collapse(cqi_plan *plan, const Symbol &s, int b) {
 
 // The inside of cq_encode with another simplification.
 cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, size_t size, uint8_t *out,
-                          size_t out_size, size_t *stream_size, cq_report *report) {
+                          size_t out_size, size_t *stream_size, cq_report *report)
+{
     cqi_encoder *e = static_cast<cqi_encoder *>(memory);
     cqi_arena arena = {static_cast<uint8_t *>(memory) + CQI_ENCODER_BYTES, size - CQI_ENCODER_BYTES};
     uint8_t header[CQ_MAX_HEADER_BYTES];
@@ -65,7 +67,8 @@ cq_result encode_collapse(cq_input &in, const Symbol &s, int b, void *memory, si
     return cqi_wrap(&in.shape, out, out_size, gap, payload_size, stream_size);
 }
 
-void code_collapse(coded *c, const cq_input &input, const Symbol &s, int b, int num_cones, int cone_degree) {
+void code_collapse(coded *c, const cq_input &input, const Symbol &s, int b, int num_cones, int cone_degree)
+{
     enum { MOST_BYTES = 1000 };
     cq_input in = input;
     memset(c, 0, sizeof *c);
@@ -84,7 +87,8 @@ void code_collapse(coded *c, const cq_input &input, const Symbol &s, int b, int 
 // -- All symbols -----------------------------------------------------------------------------------------------------
 
 // The new vertex comes behind the real ones, before the cones.
-Triangulation after_split(const Triangulation &before, int num_real, const Symbol &s) {
+Triangulation after_split(const Triangulation &before, int num_real, const Symbol &s)
+{
     Triangulation t = before;
     t.split(s.a, s.p, s.q);
     std::vector<int> number = identity(t.n);
@@ -153,7 +157,8 @@ private:
 };
 
 // Returns the number of streams.
-size_t run_family(const Family &family, Report &report) {
+size_t run_family(const Family &family, Report &report)
+{
     Catalogue all = family.all();
     size_t streams = 0, expected = 0, splits = 0;
     report.expect(all.size() == family.known_count(), std::to_string(all.size()) + " found");
@@ -173,7 +178,8 @@ size_t run_family(const Family &family, Report &report) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Report report;
     bool large = argc > 1 && std::string(argv[1]) == "all";
     size_t streams = 0;

@@ -2,6 +2,7 @@
 # What a reader should not have to notice. Prints each line that fails, and last `N passed, N failed`, in files and rules.
 #
 #   - .editorconfig: no tabs but in makefiles, no blanks at ends of lines, a newline at the end; lines of 120 columns but for some
+#   - one brace style: that of a function has a line of its own
 #   - names: what the header defines begins with cq_, CQ_, cqi_ or CQI_, whatever is private included
 #   - a function of the header is defined before it is called: sections do not call upwards, but for a few that are named
 #   - the shell has nothing to say of scripts (shellcheck, if it is there, else bash -n), nor python of its own
@@ -43,6 +44,7 @@ texts | xargs grep -nE '[[:blank:]]+$' | check 'blanks at the end of a line'
 texts | while read -r file; do [ -z "$(tail -c 1 "$file")" ] || echo "$file"; done | check 'no newline at the end'
 texts | xargs awk -v most=$most_long 'length($0) > 120 { text = text "\n" FILENAME ":" FNR; n++ }
     END { if (n > most) print n " lines, at most " most ": " text }' | check 'lines of more than 120 columns'
+git ls-files '*.[ch]' '*.[ch]pp' | xargs grep -nE '^[A-Za-z_].*\)( const)? \{$' | check 'braces of functions'
 { [ "$(names | wc -l)" -gt 500 ] || echo "only $(names | wc -l) names were found"; } | check 'names are found'
 names | grep -vE '^(cqi?_|CQI?_)|^CONQUEST_IMPLEMENTATION' | check 'names that do not begin with cq'
 declared | grep -vwE "$upwards" | check 'functions that are called before they are defined'

@@ -7,7 +7,8 @@
 namespace {
 
 // Every mesh that a full decoding goes through, by its number of vertices.
-std::map<uint32_t, Picture> all_pictures(const Stream &s) {
+std::map<uint32_t, Picture> all_pictures(const Stream &s)
+{
     Decoding d(s);
     std::map<uint32_t, Picture> pictures;
     cq_bytes in = {s.c.bytes, s.c.size};
@@ -20,7 +21,8 @@ std::map<uint32_t, Picture> all_pictures(const Stream &s) {
     return pictures;
 }
 
-void decoding_gives_back_the_faces_and_values_through_the_map() {
+void decoding_gives_back_the_faces_and_values_through_the_map()
+{
     Model model(*any_recipe(4.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -35,7 +37,8 @@ void decoding_gives_back_the_faces_and_values_through_the_map() {
     RC_TAG(s.c.report->num_levels == 0 ? "no level" : s.c.report->num_levels < 5 ? "1 to 4 levels" : "more levels");
 }
 
-void both_goals_give_back_the_same_mesh() {
+void both_goals_give_back_the_same_mesh()
+{
     Model model(*any_recipe(4.0));
     for (cq_goal goal : {CQ_BALANCED, CQ_LEAST_CONNECTIVITY}) {
         model.input.goal = goal;
@@ -47,7 +50,8 @@ void both_goals_give_back_the_same_mesh() {
     }
 }
 
-void large_meshes_come_back_too() {
+void large_meshes_come_back_too()
+{
     Model model(*any_recipe(25.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -58,7 +62,8 @@ void large_meshes_come_back_too() {
     RC_TAG(model.mesh.num_vertices > 1000 ? "more than 1000 vertices" : "up to 1000");
 }
 
-void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
+void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology()
+{
     Model model(*any_recipe(0.6));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -86,7 +91,8 @@ void every_step_of_the_decoder_leaves_a_mesh_of_the_same_topology() {
 }
 
 // Cut anywhere in the base, a stream gives some components, and those of any shorter prefix are the first of them.
-void every_prefix_of_the_base_is_a_mesh_that_only_grew() {
+void every_prefix_of_the_base_is_a_mesh_that_only_grew()
+{
     Model model(*any_recipe(0.8));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -108,7 +114,8 @@ void every_prefix_of_the_base_is_a_mesh_that_only_grew() {
 
 using Values = std::vector<std::vector<int64_t>>;   // by channel
 
-Values values_of(const cq_decoder &d) {
+Values values_of(const cq_decoder &d)
+{
     Values values(d.shape.num_channels);
     for (uint32_t k = 0; k < d.shape.num_channels; ++k)
         values[k].assign(d.channel[k], d.channel[k] + num_shown(&d, k));
@@ -116,14 +123,16 @@ Values values_of(const cq_decoder &d) {
 }
 
 // Is everything that was there as it was?
-bool only_grew(const Values &before, const Values &after) {
+bool only_grew(const Values &before, const Values &after)
+{
     for (size_t k = 0; k < before.size(); ++k)
         if (before[k].size() > after[k].size() || !std::equal(before[k].begin(), before[k].end(), after[k].begin()))
             return false;
     return true;
 }
 
-void values_never_change_once_they_have_arrived() {
+void values_never_change_once_they_have_arrived()
+{
     Model model(*any_recipe(1.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -140,7 +149,8 @@ void values_never_change_once_they_have_arrived() {
     RC_ASSERT(result == CQ_DONE);
 }
 
-void every_prefix_is_a_mesh_on_the_way_to_the_full_one() {
+void every_prefix_is_a_mesh_on_the_way_to_the_full_one()
+{
     Model model(*any_recipe(0.8));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -161,7 +171,8 @@ void every_prefix_is_a_mesh_on_the_way_to_the_full_one() {
     }
 }
 
-void any_pieces_and_any_budgets_give_the_same_mesh() {
+void any_pieces_and_any_budgets_give_the_same_mesh()
+{
     Model model(*any_recipe(2.0));
     auto numbers = *any_numbers(0.5);
     Stream s(model);
@@ -185,7 +196,8 @@ void any_pieces_and_any_budgets_give_the_same_mesh() {
 }
 
 // A call with a budget that stops in the middle of a piece leaves the rest of it to be given again.
-void a_decoder_can_be_stopped_anywhere_and_go_on_later() {
+void a_decoder_can_be_stopped_anywhere_and_go_on_later()
+{
     Model model(*any_recipe(1.5));
     auto numbers = *any_numbers(0.5);
     Stream s(model);
@@ -212,7 +224,8 @@ void a_decoder_can_be_stopped_anywhere_and_go_on_later() {
 }
 
 // What a decoder may say to a damaged stream; it must not take the damage for the mesh.
-void check_damaged(const Model &model, const Stream &s, const std::vector<uint8_t> &bytes) {
+void check_damaged(const Model &model, const Stream &s, const std::vector<uint8_t> &bytes)
+{
     Decoding d(bytes.data(), bytes.size());
     size_t chunk = 1 + bytes.size() / 3;
     cq_result result = decoding_run(&d.d, bytes.data(), bytes.size(), chunk, CQ_NO_LIMIT);
@@ -224,7 +237,8 @@ void check_damaged(const Model &model, const Stream &s, const std::vector<uint8_
 
 std::vector<uint8_t> bytes_of(const Stream &s) { return std::vector<uint8_t>(s.c.bytes, s.c.bytes + s.c.size); }
 
-void flipped_bits_give_an_error_or_a_coarser_mesh() {
+void flipped_bits_give_an_error_or_a_coarser_mesh()
+{
     Model model(*any_recipe(1.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -237,7 +251,8 @@ void flipped_bits_give_an_error_or_a_coarser_mesh() {
     }
 }
 
-void replaced_inserted_and_missing_bytes_give_an_error_or_a_coarser_mesh() {
+void replaced_inserted_and_missing_bytes_give_an_error_or_a_coarser_mesh()
+{
     Model model(*any_recipe(1.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -258,7 +273,8 @@ void replaced_inserted_and_missing_bytes_give_an_error_or_a_coarser_mesh() {
     }
 }
 
-uint32_t crc32(const uint8_t *data, size_t size) {
+uint32_t crc32(const uint8_t *data, size_t size)
+{
     uint32_t crc = 0xffffffffu;
     for (size_t k = 0; k < size; ++k) {
         crc ^= data[k];
@@ -268,7 +284,8 @@ uint32_t crc32(const uint8_t *data, size_t size) {
 }
 
 // Both check values are made right again, so that the damage gets as far as it can: any mesh is then fine.
-void damage_with_right_check_values_gives_an_error_or_a_valid_mesh() {
+void damage_with_right_check_values_gives_an_error_or_a_valid_mesh()
+{
     Model model(*any_recipe(1.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -309,7 +326,8 @@ void damage_with_right_check_values_gives_an_error_or_a_valid_mesh() {
     RC_TAG(complete > 0 ? "some complete" : "none complete");
 }
 
-void noise_behind_a_good_header_gives_an_error_or_a_valid_mesh() {
+void noise_behind_a_good_header_gives_an_error_or_a_valid_mesh()
+{
     Model model(*any_recipe(1.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -324,7 +342,8 @@ void noise_behind_a_good_header_gives_an_error_or_a_valid_mesh() {
     }
 }
 
-void the_parts_of_the_report_add_up_and_both_sides_agree() {
+void the_parts_of_the_report_add_up_and_both_sides_agree()
+{
     Model model(*any_recipe(2.0));
     Stream s(model);
     RC_ASSERT(s.c.result == CQ_OK);
@@ -354,7 +373,8 @@ void the_parts_of_the_report_add_up_and_both_sides_agree() {
     RC_ASSERT(vertices == model.mesh.num_vertices);
 }
 
-void encoding_twice_gives_the_same_bytes() {
+void encoding_twice_gives_the_same_bytes()
+{
     Recipe recipe = *any_recipe(2.0);
     Model one(recipe), two(recipe);
     Stream s(one), t(two);
@@ -363,7 +383,8 @@ void encoding_twice_gives_the_same_bytes() {
 }
 
 // The finest mesh of a stream can be encoded again, and what comes out is that mesh.
-void a_decoded_mesh_can_be_encoded_again() {
+void a_decoded_mesh_can_be_encoded_again()
+{
     Model model(*any_recipe(1.5));
     Stream s(model);
     Decoding d(s);
@@ -382,7 +403,8 @@ void a_decoded_mesh_can_be_encoded_again() {
 }
 
 // The encoder meets faces that are no manifold with an error, never with a stream.
-void faces_that_are_no_manifold_are_never_encoded() {
+void faces_that_are_no_manifold_are_never_encoded()
+{
     Recipe recipe = *any_recipe(0.5);
     auto damage = *any_numbers(0.06);
     Sculptor mesh(recipe);
@@ -409,7 +431,8 @@ void faces_that_are_no_manifold_are_never_encoded() {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Properties property(argc, argv);
     property("decoding gives back the faces and values through the map",
              decoding_gives_back_the_faces_and_values_through_the_map);

@@ -38,7 +38,8 @@ private:
 };
 
 // The narrow build takes values of up to 15 bits only.
-bool fits_both(const Model &model) {
+bool fits_both(const Model &model)
+{
     for (uint32_t k = 0; k < model.input.shape.num_channels; ++k)
         if (model.input.shape.channel[k].bits > 15) return false;
     return true;
@@ -57,7 +58,8 @@ struct OtherDecoding {
 };
 
 template <typename A, typename B>
-bool same_picture(const A &a, const B &b) {
+bool same_picture(const A &a, const B &b)
+{
     if (a.mesh.num_vertices != b.mesh.num_vertices || a.mesh.num_faces != b.mesh.num_faces) return false;
     for (uint32_t h = 0; h < 3u * a.mesh.num_faces; ++h)
         if (a.mesh.origin[h] != b.mesh.origin[h] || a.mesh.twin[h] != b.mesh.twin[h]) return false;
@@ -67,7 +69,8 @@ bool same_picture(const A &a, const B &b) {
     return true;
 }
 
-void both_widths_write_the_same_bytes_and_the_same_map() {
+void both_widths_write_the_same_bytes_and_the_same_map()
+{
     Model model(*any_recipe(2.0));
     RC_PRE(fits_both(model));
     Stream s(model);
@@ -79,7 +82,8 @@ void both_widths_write_the_same_bytes_and_the_same_map() {
     RC_ASSERT(std::equal(t.c.map, t.c.map + model.mesh.num_vertices, s.c.map));
 }
 
-void both_widths_read_the_same_mesh_at_every_prefix() {
+void both_widths_read_the_same_mesh_at_every_prefix()
+{
     Model model(*any_recipe(1.0));
     RC_PRE(fits_both(model));
     Stream s(model);
@@ -94,7 +98,8 @@ void both_widths_read_the_same_mesh_at_every_prefix() {
     }
 }
 
-void both_widths_say_the_same_to_damaged_streams() {
+void both_widths_say_the_same_to_damaged_streams()
+{
     Model model(*any_recipe(1.0));
     RC_PRE(fits_both(model));
     Stream s(model);
@@ -116,7 +121,8 @@ void both_widths_say_the_same_to_damaged_streams() {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Properties property(argc, argv);
     property("both widths write the same bytes and the same map", both_widths_write_the_same_bytes_and_the_same_map);
     property("both widths read the same mesh at every prefix", both_widths_read_the_same_mesh_at_every_prefix);

@@ -42,7 +42,8 @@ private:
     built b;
 };
 
-Face turned(Face f) {
+Face turned(Face f)
+{
     std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
     return f;
 }
@@ -68,7 +69,8 @@ struct Slots {
 // -- Collapse as relabelling ------------------------------------------------------------------------------------------
 
 // The faces after a collapse of B into A: B's name is A, and the faces that had both are gone.
-std::map<uint32_t, Face> collapsed(std::map<uint32_t, Face> faces, uint32_t a, uint32_t b) {
+std::map<uint32_t, Face> collapsed(std::map<uint32_t, Face> faces, uint32_t a, uint32_t b)
+{
     for (auto it = faces.begin(); it != faces.end();) {
         Face &f = it->second;
         bool has_a = std::count(f.begin(), f.end(), a) != 0;
@@ -80,7 +82,8 @@ std::map<uint32_t, Face> collapsed(std::map<uint32_t, Face> faces, uint32_t a, u
     return faces;
 }
 
-std::set<uint32_t> neighbours(const std::map<uint32_t, Face> &faces, uint32_t v) {
+std::set<uint32_t> neighbours(const std::map<uint32_t, Face> &faces, uint32_t v)
+{
     std::set<uint32_t> n;
     for (const auto &[k, f] : faces)
         if (std::count(f.begin(), f.end(), v)) n.insert(f.begin(), f.end());
@@ -90,7 +93,8 @@ std::set<uint32_t> neighbours(const std::map<uint32_t, Face> &faces, uint32_t v)
 
 // May B be collapsed into A? Simply does it and looks at what comes out: the closed mesh must still be one, of the
 // same topology, without two faces back to back, boundaries apart, and no vertex above the valence.
-bool may_collapse(const cq_mesh &m, uint32_t a, uint32_t b, uint32_t max_valence) {
+bool may_collapse(const cq_mesh &m, uint32_t a, uint32_t b, uint32_t max_valence)
+{
     if (!is_real_vertex(m, a) || !is_real_vertex(m, b)) return false;
     std::map<uint32_t, Face> faces;
     for (uint32_t f : used_slots(m, true, true)) faces[f] = slot(m, f);
@@ -113,13 +117,15 @@ bool may_collapse(const cq_mesh &m, uint32_t a, uint32_t b, uint32_t max_valence
 
 // -- Random operations ------------------------------------------------------------------------------------------------
 
-uint32_t random_used_halfedge(const Mesh &mesh, Random &random) {
+uint32_t random_used_halfedge(const Mesh &mesh, Random &random)
+{
     std::vector<uint32_t> slots = used_slots(mesh.m, true, true);
     return 3 * slots[random.below(slots.size())] + random.below(3);
 }
 
 // The end of a random halfedge that can be collapsed, of the first 30 tried; CQ_NONE if there was none.
-cq_index random_collapsible(const Mesh &mesh, Random &random) {
+cq_index random_collapsible(const Mesh &mesh, Random &random)
+{
     for (int tries = 0; tries < 30; ++tries) {
         auto h = static_cast<cq_index>(random_used_halfedge(mesh, random));
         if (cq_mesh_can_collapse(&mesh.m, h, CQ_MAX_VALENCE)) return h;
@@ -127,14 +133,16 @@ cq_index random_collapsible(const Mesh &mesh, Random &random) {
     return CQ_NONE;
 }
 
-bool random_collapse(Mesh &mesh, Random &random) {
+bool random_collapse(Mesh &mesh, Random &random)
+{
     cq_index h = random_collapsible(mesh, random), first, last;
     if (h != CQ_NONE) cq_mesh_collapse(&mesh.m, h, &first, &last);
     return h != CQ_NONE;
 }
 
 // Two different spokes of a random vertex.
-void random_spokes(const Mesh &mesh, Random &random, cq_index &first, cq_index &last) {
+void random_spokes(const Mesh &mesh, Random &random, cq_index &first, cq_index &last)
+{
     first = last = static_cast<cq_index>(random_used_halfedge(mesh, random));
     uint32_t steps = 1 + random.below(mesh.m.valence[mesh.m.origin[first]] - 1u);
     for (; steps > 0; --steps) last = cq_clockwise(&mesh.m, last);
@@ -142,7 +150,8 @@ void random_spokes(const Mesh &mesh, Random &random, cq_index &first, cq_index &
 
 // -- Properties -------------------------------------------------------------------------------------------------------
 
-void generated_meshes_are_manifolds() {
+void generated_meshes_are_manifolds()
+{
     Recipe recipe = *any_recipe(3.0);
     Sculptor s(recipe);
     Surface surface = examine(s.faces);
@@ -151,7 +160,8 @@ void generated_meshes_are_manifolds() {
     RC_ASSERT(surface.vertices == s.num_vertices);
 }
 
-void building_counts_what_an_independent_count_finds() {
+void building_counts_what_an_independent_count_finds()
+{
     Recipe recipe = *any_recipe(3.0);
     Sculptor s(recipe);
     Mesh mesh(s);
@@ -169,7 +179,8 @@ void building_counts_what_an_independent_count_finds() {
 }
 
 // Any damage to the faces is found exactly when the independent check finds one.
-void building_fails_exactly_when_the_faces_are_no_manifold() {
+void building_fails_exactly_when_the_faces_are_no_manifold()
+{
     Recipe recipe = *any_recipe(0.4);
     auto damage = *any_numbers(0.06);
     Sculptor s(recipe);
@@ -194,7 +205,8 @@ void building_fails_exactly_when_the_faces_are_no_manifold() {
     if (!good) RC_ASSERT(mesh.result <= CQ_ERROR_INDEX && mesh.result >= CQ_ERROR_UNUSED);
 }
 
-void an_edge_can_be_collapsed_exactly_when_the_result_is_good() {
+void an_edge_can_be_collapsed_exactly_when_the_result_is_good()
+{
     Recipe recipe = *any_recipe(0.3);
     auto collapses = *rc::gen::inRange(0, 20);
     auto max_valence = *rc::gen::inRange<uint32_t>(3, 40);
@@ -217,7 +229,8 @@ void an_edge_can_be_collapsed_exactly_when_the_result_is_good() {
     RC_ASSERT(examine(mesh.m) == "");
 }
 
-void a_collapse_relabels_b_and_takes_two_faces_away() {
+void a_collapse_relabels_b_and_takes_two_faces_away()
+{
     Recipe recipe = *any_recipe(1.0);
     Sculptor s(recipe);
     Mesh mesh(s);
@@ -239,7 +252,8 @@ void a_collapse_relabels_b_and_takes_two_faces_away() {
     }
 }
 
-void collapses_and_then_splits_in_reverse_restore_every_slot() {
+void collapses_and_then_splits_in_reverse_restore_every_slot()
+{
     Recipe recipe = *any_recipe(2.0);
     Sculptor s(recipe);
     Mesh mesh(s);
@@ -271,7 +285,8 @@ void collapses_and_then_splits_in_reverse_restore_every_slot() {
     RC_ASSERT(examine(mesh.m) == "");
 }
 
-void a_split_and_then_a_collapse_restore_every_slot() {
+void a_split_and_then_a_collapse_restore_every_slot()
+{
     Recipe recipe = *any_recipe(1.0);
     Sculptor s(recipe);
     Mesh mesh(s);
@@ -304,7 +319,8 @@ void a_split_and_then_a_collapse_restore_every_slot() {
     RC_TAG(tried > 0 ? "split" : "no room");
 }
 
-void any_sequence_of_operations_keeps_every_invariant_and_the_topology() {
+void any_sequence_of_operations_keeps_every_invariant_and_the_topology()
+{
     Recipe recipe = *any_recipe(1.0);
     auto operations = *any_numbers(0.6);
     Sculptor s(recipe);
@@ -326,7 +342,8 @@ void any_sequence_of_operations_keeps_every_invariant_and_the_topology() {
 }
 
 // One wrong number anywhere: the check finds it exactly when the exhaustive one does.
-void the_check_finds_any_single_wrong_number() {
+void the_check_finds_any_single_wrong_number()
+{
     Recipe recipe = *any_recipe(0.3);
     Sculptor s(recipe);
     Mesh mesh(s);
@@ -356,7 +373,8 @@ void the_check_finds_any_single_wrong_number() {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Properties property(argc, argv);
     property("generated meshes are manifolds", generated_meshes_are_manifolds);
     property("building counts what an independent count finds", building_counts_what_an_independent_count_finds);

@@ -18,7 +18,8 @@ double uniform(Random &random) { return random.below(1u << 31) / 2147483648.0; }
 
 // Coordinates of up to 40 vertices. The box has any size between the smallest and the largest float, is around zero,
 // beside it or far from it, and may be flat in some directions, or a point.
-Floats any_box(Random &random, uint32_t components) {
+Floats any_box(Random &random, uint32_t components)
+{
     double size = std::ldexp(1 + uniform(random), static_cast<int>(random.below(276)) - 149);
     double shift = random.below(3) == 0 ? -0.5 : std::ldexp(uniform(random) - 0.5, static_cast<int>(random.below(30)));
     uint32_t flat = random.below(2) ? 0 : random.below(1u << components);
@@ -30,11 +31,13 @@ Floats any_box(Random &random, uint32_t components) {
     return box;
 }
 
-int any_bits(Random &random, int limit) {
+int any_bits(Random &random, int limit)
+{
     return 1 + static_cast<int>(random.below(static_cast<size_t>(std::min(limit, CQ_MAX_BITS))));
 }
 
-cq_channel any_channel(Random &random) {
+cq_channel any_channel(Random &random)
+{
     cq_channel c{};
     c.kind = CQ_GENERIC;
     c.components = static_cast<uint8_t>(1 + random.below(CQ_MAX_COMPONENTS));
@@ -44,26 +47,30 @@ cq_channel any_channel(Random &random) {
 
 double step_of(const cq_channel &c) { return static_cast<double>(cq_channel_step(&c)); }
 
-Values quantise(const cq_channel &c, const Floats &from) {
+Values quantise(const cq_channel &c, const Floats &from)
+{
     Values to(from.size());
     RC_ASSERT(cq_quantise(&c, from.data(), from.size() / c.components, to.data(), nullptr) == CQ_OK);
     for (cq_value x : to) RC_ASSERT(x >= 0 && x >> c.bits == 0);
     return to;
 }
 
-Floats reconstruct(const cq_channel &c, const Values &from) {
+Floats reconstruct(const cq_channel &c, const Values &from)
+{
     Floats to(from.size());
     cq_reconstruct(&c, from.data(), from.size() / c.components, to.data());
     return to;
 }
 
 // Half the distance from x to the next float away from zero.
-double half_ulp(float x) {
+double half_ulp(float x)
+{
     float magnitude = std::fabs(x);
     return (static_cast<double>(std::nextafter(magnitude, HUGE_VALF)) - static_cast<double>(magnitude)) / 2;
 }
 
-void check_bound(const cq_channel &c, const Floats &from, const Floats &back) {
+void check_bound(const cq_channel &c, const Floats &from, const Floats &back)
+{
     double bound = (0.5 + std::ldexp(1.0, -26)) * step_of(c);
     for (size_t i = 0; i < from.size(); ++i) {
         double error = std::fabs(static_cast<double>(from[i]) - static_cast<double>(back[i]));
@@ -71,13 +78,15 @@ void check_bound(const cq_channel &c, const Floats &from, const Floats &back) {
     }
 }
 
-bool same_floats(const Floats &a, const Floats &b) {
+bool same_floats(const Floats &a, const Floats &b)
+{
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
 Random any_random() { return Random{*rc::gen::noShrink(rc::gen::arbitrary<uint32_t>())}; }
 
-void coordinates_come_back_within_half_a_step_and_then_for_ever() {
+void coordinates_come_back_within_half_a_step_and_then_for_ever()
+{
     Random random = any_random();
     cq_channel c = any_channel(random);
     Floats box = any_box(random, c.components);
@@ -92,7 +101,8 @@ void coordinates_come_back_within_half_a_step_and_then_for_ever() {
     RC_TAG(step_of(c) == 0 ? "flat" : step_of(c) < 1e-36 ? "tiny" : step_of(c) > 1e30 ? "huge" : "usual");
 }
 
-void all_points_of_a_grid_within_the_box_are_different_floats() {
+void all_points_of_a_grid_within_the_box_are_different_floats()
+{
     Random random = any_random();
     cq_channel c = any_channel(random);
     Floats box = any_box(random, c.components);
@@ -106,11 +116,13 @@ void all_points_of_a_grid_within_the_box_are_different_floats() {
 }
 
 // The longest side then does not reach the last point.
-bool is_lengthened(const cq_channel &c, const Values &values) {
+bool is_lengthened(const cq_channel &c, const Values &values)
+{
     return *std::max_element(values.begin(), values.end()) < (1 << c.bits) - 1;
 }
 
-void a_new_grid_for_what_came_back_gives_the_same_values() {
+void a_new_grid_for_what_came_back_gives_the_same_values()
+{
     Random random = any_random();
     cq_channel c = any_channel(random);
     c.bits = static_cast<uint8_t>(any_bits(random, 22));
@@ -125,7 +137,8 @@ void a_new_grid_for_what_came_back_gives_the_same_values() {
 }
 
 // Two meshes that share some vertices, each with a grid of its own of the same step.
-void meshes_with_the_same_step_meet_without_cracks() {
+void meshes_with_the_same_step_meet_without_cracks()
+{
     Random random = any_random();
     cq_channel one = any_channel(random), two;
     Floats shared = any_box(random, one.components), a = shared, b = shared;
@@ -154,7 +167,8 @@ void meshes_with_the_same_step_meet_without_cracks() {
     RC_TAG(std::memcmp(one.origin, two.origin, sizeof one.origin) ? "other origin" : "same origin");
 }
 
-void directions_come_back_within_their_bound_and_then_for_ever() {
+void directions_come_back_within_their_bound_and_then_for_ever()
+{
     Random random = any_random();
     int bits = std::max(2, any_bits(random, CQ_MAX_BITS));
     float normal[3], back[3], again[3];
@@ -184,7 +198,8 @@ void directions_come_back_within_their_bound_and_then_for_ever() {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Properties property(argc, argv);
     property("coordinates come back within half a step, and then for ever",
              coordinates_come_back_within_half_a_step_and_then_for_ever);

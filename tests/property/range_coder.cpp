@@ -16,7 +16,8 @@ struct Operation {
 enum { MODELS = 4 };
 
 // A sequence that depends on nothing but the numbers. `skew` 0 .. 3: how improbable the improbable symbols are.
-std::vector<Operation> operations_from(const std::vector<uint32_t> &numbers, uint32_t skew) {
+std::vector<Operation> operations_from(const std::vector<uint32_t> &numbers, uint32_t skew)
+{
     std::vector<Operation> all;
     for (uint32_t number : numbers) {
         Random random{number};
@@ -87,7 +88,8 @@ struct Code {
 
 // How many operations come back right.
 size_t decode(const std::vector<Operation> &all, const std::vector<uint8_t> &bytes, Models &models,
-              cq_range_decoder &d) {
+              cq_range_decoder &d)
+{
     Exact data(bytes.data(), bytes.size());
     cq_range_decoder_init(&d, data.data(), bytes.size());
     size_t right = 0;
@@ -110,12 +112,14 @@ size_t decode(const std::vector<Operation> &all, const std::vector<uint8_t> &byt
 
 enum { PLENTY = 1 << 16 };
 
-std::vector<Operation> any_operations(double scale) {
+std::vector<Operation> any_operations(double scale)
+{
     auto skew = *rc::gen::inRange<uint32_t>(0, 4);
     return operations_from(*any_numbers(scale), skew);
 }
 
-void any_mixture_comes_back() {
+void any_mixture_comes_back()
+{
     auto all = any_operations(10.0);
     Code code(all, PLENTY);
     RC_ASSERT(code.bytes.size() == code.size);
@@ -125,7 +129,8 @@ void any_mixture_comes_back() {
     for (int k = 0; k < MODELS; ++k) RC_ASSERT(models.m[k] == code.models.m[k]);
 }
 
-void a_buffer_of_the_exact_size_is_enough_and_a_smaller_one_gets_the_head() {
+void a_buffer_of_the_exact_size_is_enough_and_a_smaller_one_gets_the_head()
+{
     auto all = any_operations(1.0);
     Code whole(all, PLENTY);
     for (size_t capacity = 0; capacity <= whole.size; ++capacity) {
@@ -136,7 +141,8 @@ void a_buffer_of_the_exact_size_is_enough_and_a_smaller_one_gets_the_head() {
 }
 
 // Ends in 32 bits of ones, so that the end of the code cannot be left out as zeros by good luck.
-void the_bytes_are_within_one_percent_of_the_entropy() {
+void the_bytes_are_within_one_percent_of_the_entropy()
+{
     auto skew = *rc::gen::inRange<uint32_t>(0, 3);
     Random random{*rc::gen::arbitrary<uint32_t>()};
     std::vector<uint32_t> numbers(3000);
@@ -149,7 +155,8 @@ void the_bytes_are_within_one_percent_of_the_entropy() {
     RC_ASSERT(bits <= code.bits * 1.01 + 16);
 }
 
-void the_code_alone_needs_no_end_marker() {
+void the_code_alone_needs_no_end_marker()
+{
     // Any bytes may follow a code that was given its size: the decoder never looks at them.
     auto all = any_operations(2.0);
     Code code(all, PLENTY);
@@ -165,7 +172,8 @@ void the_code_alone_needs_no_end_marker() {
     }
 }
 
-void any_bytes_decode_to_something_in_range() {
+void any_bytes_decode_to_something_in_range()
+{
     auto numbers = *any_numbers(4.0);
     auto noise = *rc::gen::container<std::vector<uint8_t>>(rc::gen::arbitrary<uint8_t>());
     bool ones = *rc::gen::arbitrary<bool>();
@@ -195,7 +203,8 @@ void any_bytes_decode_to_something_in_range() {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     Properties property(argc, argv);
     property("any mixture comes back", any_mixture_comes_back);
     property("a buffer of the exact size is enough and a smaller one gets the head",

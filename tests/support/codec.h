@@ -20,7 +20,8 @@ typedef struct coded {
 
 /* Encodes as the manual says: encoder memory on a second try if there are boundaries; the output is measured with an
  * empty buffer and then written into one of exactly that size. */
-static inline void code(coded *c, const cq_input *input) {
+static inline void code(coded *c, const cq_input *input)
+{
     cq_input in = *input;
     void *memory = NULL;
     size_t memory_size = 0, size = 0;
@@ -48,7 +49,8 @@ static inline void code(coded *c, const cq_input *input) {
     exact_free(memory);
 }
 
-static inline void uncode(coded *c) {
+static inline void uncode(coded *c)
+{
     exact_free(c->bytes);
     exact_free(c->map);
     exact_free(c->face_map);
@@ -61,16 +63,19 @@ static inline void uncode(coded *c) {
 static inline int is_per_face(const cq_channel *channel) { return channel->merge == CQ_PER_FACE; }
 
 /* Vertices or faces of a mesh: what the channel has values for. */
-static inline uint32_t num_owners(const cq_channel *channel, uint32_t num_vertices, uint32_t num_faces) {
+static inline uint32_t num_owners(const cq_channel *channel, uint32_t num_vertices, uint32_t num_faces)
+{
     return is_per_face(channel) ? num_faces : num_vertices;
 }
 
-static inline int value_is_in_range(const cq_channel *channel, cq_value value) {
+static inline int value_is_in_range(const cq_channel *channel, cq_value value)
+{
     return channel->bits == CQ_EXACT_BITS || (value >= 0 && (int32_t)value >> channel->bits == 0);
 }
 
 /* Numbers of channel k that a decoder shows. */
-static inline uint32_t num_shown(const cq_decoder *d, uint32_t k) {
+static inline uint32_t num_shown(const cq_decoder *d, uint32_t k)
+{
     const cq_channel *channel = &d->shape.channel[k];
     return num_owners(channel, d->mesh.num_vertices, d->mesh.num_faces) * channel->components;
 }
@@ -86,7 +91,8 @@ typedef struct decoding {
     size_t used;           /* bytes consumed */
 } decoding;
 
-static inline void decoding_begin_with(decoding *d, size_t memory_size) {
+static inline void decoding_begin_with(decoding *d, size_t memory_size)
+{
     memset(d, 0, sizeof *d);
     d->decoder = (cq_decoder *)exact_alloc(sizeof(cq_decoder));
     d->memory = exact_alloc(memory_size);
@@ -95,20 +101,23 @@ static inline void decoding_begin_with(decoding *d, size_t memory_size) {
 }
 
 /* A decoder with exactly the memory that the header of the stream asks for; none if the header is not one. */
-static inline void decoding_begin(decoding *d, const uint8_t *bytes, size_t size) {
+static inline void decoding_begin(decoding *d, const uint8_t *bytes, size_t size)
+{
     cq_shape shape;
     size_t memory_size = 0;
     if (cq_peek(bytes, size, &shape, NULL, NULL) == CQ_OK) memory_size = cq_decoder_bytes(&shape);
     decoding_begin_with(d, memory_size);
 }
 
-static inline void decoding_report(decoding *d) {
+static inline void decoding_report(decoding *d)
+{
     d->report = (cq_report *)exact_alloc(sizeof(cq_report));
     d->decoder->report = d->report;
 }
 
 /* Feeds a piece, which lies in a block of its own, in steps of `budget` until it is used up or the decoder is done. */
-static inline cq_result decoding_feed(decoding *d, const uint8_t *bytes, size_t size, uint32_t budget) {
+static inline cq_result decoding_feed(decoding *d, const uint8_t *bytes, size_t size, uint32_t budget)
+{
     uint8_t *piece = (uint8_t *)exact_copy(bytes, size);
     cq_bytes in;
     in.data = piece;
@@ -122,7 +131,8 @@ static inline cq_result decoding_feed(decoding *d, const uint8_t *bytes, size_t 
 }
 
 /* No more input will come. */
-static inline cq_result decoding_end(decoding *d, uint32_t budget) {
+static inline cq_result decoding_end(decoding *d, uint32_t budget)
+{
     do {
         d->result = cq_decode(d->decoder, NULL, budget);
     } while (d->result == CQ_MORE);
@@ -130,7 +140,8 @@ static inline cq_result decoding_end(decoding *d, uint32_t budget) {
 }
 
 /* The whole stream in pieces of `chunk` bytes, then the end of input if it is still wanted. */
-static inline cq_result decoding_run(decoding *d, const uint8_t *bytes, size_t size, size_t chunk, uint32_t budget) {
+static inline cq_result decoding_run(decoding *d, const uint8_t *bytes, size_t size, size_t chunk, uint32_t budget)
+{
     size_t at = 0;
     d->result = CQ_NEED_INPUT;
     while (at < size && d->result == CQ_NEED_INPUT) {
@@ -141,7 +152,8 @@ static inline cq_result decoding_run(decoding *d, const uint8_t *bytes, size_t s
     return d->result == CQ_NEED_INPUT ? decoding_end(d, budget) : d->result;
 }
 
-static inline void decoding_free(decoding *d) {
+static inline void decoding_free(decoding *d)
+{
     exact_free(d->decoder);
     exact_free(d->memory);
     exact_free(d->report);

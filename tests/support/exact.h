@@ -21,7 +21,8 @@
 
 enum { EXACT_GUARD = 64 };  /* bytes on each side; the first holds the size. A multiple of every alignment in use */
 
-static inline void *exact_alloc(size_t size) {
+static inline void *exact_alloc(size_t size)
+{
 #ifdef EXACT_SANITIZER
     void *block = malloc(size > 0 ? size : 1);
     if (block == NULL) abort();
@@ -39,13 +40,15 @@ static inline void *exact_alloc(size_t size) {
 }
 
 /* A copy of `size` bytes in a block of their own; data may be NULL if size is 0. */
-static inline void *exact_copy(const void *data, size_t size) {
+static inline void *exact_copy(const void *data, size_t size)
+{
     void *block = exact_alloc(size);
     if (size > 0) memcpy(block, data, size);
     return block;
 }
 
-static inline void exact_free(void *memory) {
+static inline void exact_free(void *memory)
+{
 #ifdef EXACT_SANITIZER
     free(memory);
 #else

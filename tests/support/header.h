@@ -9,17 +9,20 @@ typedef struct header {
     size_t size;
 } header;
 
-static inline void put(header *h, uint32_t value, int bytes) {
+static inline void put(header *h, uint32_t value, int bytes)
+{
     for (; bytes > 0; --bytes, value >>= 8) h->bytes[h->size++] = (uint8_t)value;
 }
 
-static inline void put_varint(header *h, uint32_t value) {
+static inline void put_varint(header *h, uint32_t value)
+{
     for (; value >= 128; value >>= 7) h->bytes[h->size++] = (uint8_t)(value | 128);
     h->bytes[h->size++] = (uint8_t)value;
 }
 
 /* CRC-32 of IEEE 802.3, bit by bit; a header ends in its low 16 bits. */
-static inline uint32_t crc32(const uint8_t *data, size_t size) {
+static inline uint32_t crc32(const uint8_t *data, size_t size)
+{
     uint32_t crc = 0xffffffffu;
     size_t k;
     int bit;
@@ -30,7 +33,8 @@ static inline uint32_t crc32(const uint8_t *data, size_t size) {
     return ~crc;
 }
 
-static inline void put_start(header *h, uint32_t vertices, uint32_t loops, uint32_t edges, int32_t euler) {
+static inline void put_start(header *h, uint32_t vertices, uint32_t loops, uint32_t edges, int32_t euler)
+{
     h->size = 0;
     put(h, 'C', 1);
     put(h, 'Q', 1);
@@ -44,7 +48,8 @@ static inline void put_start(header *h, uint32_t vertices, uint32_t loops, uint3
 enum { NO_GRID = 64 };                 /* bit of the form: step and origin are not there */
 enum { REGULAR = 64, EXTENDED = 128 }; /* bits of the number of channels */
 
-static inline void put_channel(header *h, uint32_t form, uint32_t components, uint32_t bits) {
+static inline void put_channel(header *h, uint32_t form, uint32_t components, uint32_t bits)
+{
     uint32_t k;
     put(h, form, 1);
     put(h, components, 1);
@@ -54,7 +59,8 @@ static inline void put_channel(header *h, uint32_t form, uint32_t components, ui
     for (k = 0; k < components; ++k) put(h, k, 4);
 }
 
-static inline void put_end(header *h, uint32_t payload) {
+static inline void put_end(header *h, uint32_t payload)
+{
     put_varint(h, payload);
     put(h, 0x12345678u, 4);
     put(h, crc32(h->bytes, h->size), 2);

@@ -16,7 +16,8 @@ struct Recipe {
     uint32_t seed;                 // numbering, values
 };
 
-inline std::ostream &operator<<(std::ostream &out, const Recipe &r) {
+inline std::ostream &operator<<(std::ostream &out, const Recipe &r)
+{
     auto list = [&](const char *what, const std::vector<uint32_t> &numbers) {
         out << what << " {";
         for (uint32_t n : numbers) out << n << "u, ";

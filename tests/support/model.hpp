@@ -196,7 +196,8 @@ struct Picture {
     bool operator!=(const Picture &p) const { return numbers != p.numbers; }
 };
 
-inline bool values_in_range(const cq_decoder &d) {
+inline bool values_in_range(const cq_decoder &d)
+{
     for (uint32_t k = 0; k < d.shape.num_channels; ++k)
         for (uint32_t j = 0; j < num_shown(&d, k); ++j)
             if (!value_is_in_range(&d.shape.channel[k], d.channel[k][j])) return false;
@@ -204,7 +205,8 @@ inline bool values_in_range(const cq_decoder &d) {
 }
 
 // A mesh that may be shown: valid, without gaps, its values in range.
-inline bool is_presentable(const cq_decoder &d) {
+inline bool is_presentable(const cq_decoder &d)
+{
     const cq_mesh &m = d.mesh;
     if (cq_mesh_check(&m, nullptr) != CQ_OK || (m.num_vertices > 0 && examine(m) != "")) return false;
     for (uint32_t v = 0; v < m.num_vertices; ++v)
@@ -215,14 +217,16 @@ inline bool is_presentable(const cq_decoder &d) {
 }
 
 // Faces as a set: each starts at its smallest vertex.
-inline std::vector<Face> face_set(std::vector<Face> faces) {
+inline std::vector<Face> face_set(std::vector<Face> faces)
+{
     for (Face &f : faces) std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
     std::sort(faces.begin(), faces.end());
     return faces;
 }
 
 // Is the decoded mesh the model, vertex v of it being map[v] and face f face_map[f]?
-inline bool same_mesh(const Model &model, const cq_index *map, const cq_index *face_map, const cq_decoder &d) {
+inline bool same_mesh(const Model &model, const cq_index *map, const cq_index *face_map, const cq_decoder &d)
+{
     std::vector<Face> mapped = model.mesh.faces, decoded = faces_of(d.mesh);
     for (Face &f : mapped)
         for (uint32_t &v : f) v = map[v];
@@ -239,7 +243,8 @@ inline bool same_mesh(const Model &model, const cq_index *map, const cq_index *f
     return true;
 }
 
-inline bool same_mesh(const Model &model, const coded &c, const cq_decoder &d) {
+inline bool same_mesh(const Model &model, const coded &c, const cq_decoder &d)
+{
     return same_mesh(model, c.map, c.face_map, d);
 }
 

@@ -61,13 +61,15 @@ private:
 };
 
 // Numbers of all 32 bits at any size of a case; only their count shrinks.
-inline rc::Gen<std::vector<uint32_t>> any_numbers(double scale) {
+inline rc::Gen<std::vector<uint32_t>> any_numbers(double scale)
+{
     auto number = rc::gen::noShrink(rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<uint32_t>()));
     return rc::gen::scale(scale, rc::gen::container<std::vector<uint32_t>>(number));
 }
 
 // Recipes of meshes with up to about 100 * scale operations.
-inline rc::Gen<Recipe> any_recipe(double scale) {
+inline rc::Gen<Recipe> any_recipe(double scale)
+{
     auto seed = rc::gen::resize(rc::kNominalSize, rc::gen::arbitrary<uint32_t>());
     auto parts = rc::gen::tuple(any_numbers(0.04), any_numbers(scale), any_numbers(0.12), seed);
     return rc::gen::map(parts, [](const auto &t) {

@@ -23,7 +23,8 @@ typedef struct triangle_record {
 static inline int compare_row_records(const void *a, const void *b) { return memcmp(a, b, sizeof(row_record)); }
 static inline int compare_triangle_records(const void *a, const void *b) { return memcmp(a, b, sizeof(triangle_record)); }
 
-static inline row_record row_of_input(const cq_input *in, cq_index v) {
+static inline row_record row_of_input(const cq_input *in, cq_index v)
+{
     row_record r;
     uint32_t k, c, n = 0;
     memset(&r, 0, sizeof r);
@@ -33,11 +34,13 @@ static inline row_record row_of_input(const cq_input *in, cq_index v) {
     return r;
 }
 
-static inline cq_index rows_of_mesh(const cq_decoder *d) {
+static inline cq_index rows_of_mesh(const cq_decoder *d)
+{
     return (cq_index)(d->vertex != NULL ? d->shape.num_rows : d->shape.num_vertices);
 }
 
-static inline row_record row_of_output(const cq_decoder *d, cq_index row) {
+static inline row_record row_of_output(const cq_decoder *d, cq_index row)
+{
     const cq_index rows = rows_of_mesh(d);
     row_record r;
     uint32_t k, c, n = 0;
@@ -54,7 +57,8 @@ static inline row_record row_of_output(const cq_decoder *d, cq_index row) {
 }
 
 /* The corners from the least one on. */
-static inline void turn_record(triangle_record *t) {
+static inline void turn_record(triangle_record *t)
+{
     int best = 0, k, j;
     triangle_record turned[3];
     for (k = 0; k < 3; ++k) {
@@ -65,7 +69,8 @@ static inline void turn_record(triangle_record *t) {
     *t = turned[best];
 }
 
-static inline triangle_record *triangles_of_input(const cq_input *in) {
+static inline triangle_record *triangles_of_input(const cq_input *in)
+{
     triangle_record *all = (triangle_record *)calloc(in->shape.num_faces + 1, sizeof *all);
     uint32_t f, k;
     for (f = 0; f < in->shape.num_faces; ++f) {
@@ -80,7 +85,8 @@ static inline triangle_record *triangles_of_input(const cq_input *in) {
 }
 
 /* The material that has a face of the mesh, 0 without any. */
-static inline uint32_t material_of_face(const cq_decoder *d, uint32_t f) {
+static inline uint32_t material_of_face(const cq_decoder *d, uint32_t f)
+{
     cq_index first = 0, count = 0;
     uint32_t m;
     for (m = 0; m < d->shape.num_materials; ++m) {
@@ -91,7 +97,8 @@ static inline uint32_t material_of_face(const cq_decoder *d, uint32_t f) {
 }
 
 /* Triangle f of a complete mesh; those aside follow the others. */
-static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f) {
+static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f)
+{
     const int aside = f >= d->mesh.num_faces;
     const uint32_t g = aside ? f - d->mesh.num_faces : f;
     triangle_record t;
@@ -110,7 +117,8 @@ static inline triangle_record triangle_of_output(const cq_decoder *d, uint32_t f
 }
 
 /* 1 if all triangles come out that went in, and no other ones. */
-static inline int same_triangles(const cq_input *in, const cq_decoder *d) {
+static inline int same_triangles(const cq_input *in, const cq_decoder *d)
+{
     const uint32_t n = in->shape.num_faces, m = d->mesh.num_faces + d->aside.num_faces;
     triangle_record *a, *b;
     uint32_t f;
@@ -127,7 +135,8 @@ static inline int same_triangles(const cq_input *in, const cq_decoder *d) {
 }
 
 /* The same for rows that no triangle has. */
-static inline int same_unused_rows(const cq_input *in, const cq_decoder *d) {
+static inline int same_unused_rows(const cq_input *in, const cq_decoder *d)
+{
     const uint32_t rows = rows_of_mesh(d), most = in->shape.num_vertices + d->aside.num_rows;
     row_record *a = (row_record *)calloc(most + 1, sizeof *a), *b = (row_record *)calloc(most + 1, sizeof *b);
     uint8_t *used = (uint8_t *)calloc(most + 1, 1);
@@ -151,7 +160,8 @@ static inline int same_unused_rows(const cq_input *in, const cq_decoder *d) {
 }
 
 /* Maps lead to rows with the same values, and to the same triangles. */
-static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const cq_index *map, const cq_index *face_map) {
+static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const cq_index *map, const cq_index *face_map)
+{
     uint32_t k, j;
     for (k = 0; k < in->shape.num_vertices; ++k) {
         const row_record a = row_of_input(in, (cq_index)k), b = row_of_output(d, map[k]);
@@ -173,14 +183,16 @@ static inline int maps_are_right(const cq_input *in, const cq_decoder *d, const 
 }
 
 /* Materials leave gaps until all is there. */
-static inline int face_is_there(const cq_decoder *d, uint32_t f) {
+static inline int face_is_there(const cq_decoder *d, uint32_t f)
+{
     const cq_index v = d->mesh.origin[3 * f];
     return v != CQ_NONE && !(d->mesh.is_partial && v >= d->mesh.num_vertices);
 }
 
 /* A face is there if and only if it is one of those that are told of its material; these fill their ranges from the start, and
  * the ranges all numbers. */
-static inline int materials_are_valid(const cq_decoder *d) {
+static inline int materials_are_valid(const cq_decoder *d)
+{
     uint32_t f = 0, m;
     for (m = 0; m < d->shape.num_materials; ++m) {
         cq_index first, count, next = (cq_index)d->shape.num_faces;
@@ -204,7 +216,8 @@ typedef struct shared_edge {
 
 static inline int compare_shared_edges(const void *a, const void *b) { return memcmp(a, b, 6 * sizeof(int32_t)); }
 
-static inline shared_edge edge_of_input(const cq_input *in, uint32_t f, uint32_t k) {
+static inline shared_edge edge_of_input(const cq_input *in, uint32_t f, uint32_t k)
+{
     const cq_value *x = in->values[0] + 3 * in->indices[3 * f + k], *y = in->values[0] + 3 * in->indices[3 * f + (k + 1) % 3];
     shared_edge e;
     uint32_t j;
@@ -221,7 +234,8 @@ static inline shared_edge edge_of_input(const cq_input *in, uint32_t f, uint32_t
 }
 
 /* Mesh vertex of a decoded corner that has the values of an input corner. */
-static inline cq_index vertex_at(const cq_input *in, const cq_decoder *d, cq_index face, cq_index row) {
+static inline cq_index vertex_at(const cq_input *in, const cq_decoder *d, cq_index face, cq_index row)
+{
     const row_record wanted = row_of_input(in, row);
     uint32_t k;
     for (k = 0; k < 3; ++k) {
@@ -234,7 +248,8 @@ static inline cq_index vertex_at(const cq_input *in, const cq_decoder *d, cq_ind
 /* In a complete mesh without edges of more than two faces, those that two triangles of the input share by position have both
  * sides on the same two mesh vertices: nowhere can they come apart. Channel 0 has positions. Returns how many edges there are,
  * or 0 if one is open. */
-static inline uint32_t shared_edges(const cq_input *in, const cq_decoder *d, const cq_index *face_map) {
+static inline uint32_t shared_edges(const cq_input *in, const cq_decoder *d, const cq_index *face_map)
+{
     const uint32_t n = 3 * in->shape.num_faces;
     shared_edge *e = (shared_edge *)calloc(n + 1u, sizeof *e);
     uint32_t k, shared = 0, open = 0;
@@ -260,7 +275,8 @@ static inline uint32_t shared_edges(const cq_input *in, const cq_decoder *d, con
 }
 
 /* Corners with one row have one vertex, which is the row's; and each row has a corner. */
-static inline int rows_are_valid(const cq_decoder *d) {
+static inline int rows_are_valid(const cq_decoder *d)
+{
     uint8_t *used;
     uint32_t h, n = 0;
     if (d->vertex == NULL) return d->index == d->mesh.origin;
@@ -278,7 +294,8 @@ static inline int rows_are_valid(const cq_decoder *d) {
 
 /* With seams a split takes three steps, each corner and row of the base two, and each channel of a row one; what is aside
  * takes one for each channel of a row, each face and each byte. */
-static inline uint64_t most_calls_for_rows(const cq_shape *s) {
+static inline uint64_t most_calls_for_rows(const cq_shape *s)
+{
     uint64_t n = s->num_aside_rows * (s->num_channels + (uint64_t)1) + s->num_aside_faces + s->metadata_bytes + 2;
     if (s->num_rows) n += 3 * (uint64_t)s->num_vertices + 6 * (uint64_t)s->num_faces + 2 * (uint64_t)s->num_boundary_edges;
     if (s->num_rows) n += s->num_rows * (s->num_channels + (uint64_t)2);

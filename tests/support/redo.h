@@ -23,7 +23,8 @@ typedef struct redo {
 static inline void redo_wrong(redo *r) { r->bad++; }
 
 /* A sum over all faces, that does not depend on their order, nor on where a face starts. */
-static inline uint64_t redo_hash(const cq_mesh *m) {
+static inline uint64_t redo_hash(const cq_mesh *m)
+{
     uint64_t sum = 0;
     uint32_t f, faces = (uint32_t)m->first_virtual_face + m->max_virtual_faces;
     for (f = 0; f < faces; ++f) {
@@ -42,7 +43,8 @@ static inline uint64_t redo_hash(const cq_mesh *m) {
 static inline size_t redo_vertices(const redo *r) { return (size_t)r->full.mesh.first_virtual + r->full.mesh.max_virtual; }
 static inline size_t redo_faces(const redo *r) { return (size_t)r->full.mesh.first_virtual_face + r->full.mesh.max_virtual_faces; }
 
-static inline void redo_free(redo *r) {
+static inline void redo_free(redo *r)
+{
     unbuild(&r->full);
     exact_free(r->scratch);
     exact_free(r->note);
@@ -53,7 +55,8 @@ static inline void redo_free(redo *r) {
 }
 
 /* Builds the mesh and makes room; frees the triangles. */
-static inline cq_result redo_init(redo *r, triangles t, const cq_value *positions) {
+static inline cq_result redo_init(redo *r, triangles t, const cq_value *positions)
+{
     size_t v, f, bytes;
     cq_result result;
     memset(r, 0, sizeof *r);
@@ -80,12 +83,14 @@ static inline cq_result redo_init(redo *r, triangles t, const cq_value *position
     return CQ_OK;
 }
 
-static inline void redo_verify(redo *r) {
+static inline void redo_verify(redo *r)
+{
     if (r->check && cq_mesh_check(&r->full.mesh, NULL) != CQ_OK) redo_wrong(r);
 }
 
 /* Undoes levels as long as at least `least` percent of the vertices are odd. Returns their number. */
-static inline int redo_undo(redo *r, int least, cq_index (*find)(cqi_labels *)) {
+static inline int redo_undo(redo *r, int least, cq_index (*find)(cqi_labels *))
+{
     cq_mesh *m = &r->full.mesh;
     uint32_t v, live = 0;
     for (v = 0; v < m->num_vertices; ++v) live += m->out[v] != CQ_NONE;
@@ -101,7 +106,8 @@ static inline int redo_undo(redo *r, int least, cq_index (*find)(cqi_labels *)) 
     return r->levels;
 }
 
-static inline void redo_insert(redo *r, cq_index a, cq_index b, cq_index input) {
+static inline void redo_insert(redo *r, cq_index a, cq_index b, cq_index input)
+{
     cq_mesh *m = &r->full.mesh;
     cq_index h = cqi_find_edge(m, a, b), v;
     v = cq_mesh_split(m, cq_counterclockwise(m, h), cq_clockwise(m, h));
@@ -112,7 +118,8 @@ static inline void redo_insert(redo *r, cq_index a, cq_index b, cq_index input) 
 }
 
 /* Returns 1 if that was done. */
-static inline int redo_flip(redo *r, cq_index h, long *count) {
+static inline int redo_flip(redo *r, cq_index h, long *count)
+{
     cq_mesh *m = &r->full.mesh;
     if (!cqi_can_flip(m, h)) {
         redo_wrong(r);
@@ -128,13 +135,15 @@ static inline int redo_flip(redo *r, cq_index h, long *count) {
 static inline cq_index redo_mark(const redo *r, uint32_t f, int k) { return r->corners[6 * f + 3 + (uint32_t)k % 3]; }
 static inline cq_index redo_corner(const redo *r, uint32_t f, int k) { return r->corners[6 * f + (uint32_t)k % 3]; }
 static inline cq_index redo_odd(const redo *r, uint32_t f, int k) { return r->plan.decoded[redo_mark(r, f, k)]; }
-static inline int redo_marks(const redo *r, uint32_t f) {
+static inline int redo_marks(const redo *r, uint32_t f)
+{
     return (redo_mark(r, f, 0) != CQ_NONE) + (redo_mark(r, f, 1) != CQ_NONE) + (redo_mark(r, f, 2) != CQ_NONE);
 }
 
 static inline int redo_inserted(const redo *r, cq_index input) { return r->plan.decoded[input] != CQ_NONE; }
 
-static inline void redo_split_face(redo *r, uint32_t f) {
+static inline void redo_split_face(redo *r, uint32_t f)
+{
     int k;
     for (k = 0; k < 3; ++k)
         if (redo_mark(r, f, k) != CQ_NONE && !redo_inserted(r, redo_mark(r, f, k)))
@@ -142,13 +151,15 @@ static inline void redo_split_face(redo *r, uint32_t f) {
 }
 
 /* The spoke from the odd vertex on side k that runs inside the face: clockwise of the one to the corner at its start. */
-static inline cq_index redo_inner_spoke(const redo *r, uint32_t f, int k) {
+static inline cq_index redo_inner_spoke(const redo *r, uint32_t f, int k)
+{
     const cq_mesh *m = &r->full.mesh;
     return cq_clockwise(m, cqi_find_spoke(m, redo_odd(r, f, k), redo_corner(r, f, k)));
 }
 
 /* Is the odd vertex on side k the hub of the face? Its note knows that of the face on the left of its parents' edge a -> b in p. */
-static inline int redo_is_hub(const redo *r, uint32_t f, int k) {
+static inline int redo_is_hub(const redo *r, uint32_t f, int k)
+{
     const cqi_collapse *c = cqi_plan_odd(&r->plan, redo_odd(r, f, k));
     return ((r->plan.decoded[c->kept] == redo_corner(r, f, k) ? c->p : c->q) & CQI_SIDE_HUB) != 0;
 }
@@ -156,7 +167,8 @@ static inline int redo_is_hub(const redo *r, uint32_t f, int k) {
 /* Flips until the face with two or three marks is triangulated as the plan wants. Then the hub is joined to its opposite
  * corner, others are not: a vertex that is and should not be flips that edge; the central triangle then flips what
  * joins the wanted hub's neighbours. */
-static inline void redo_pattern(redo *r, uint32_t f) {
+static inline void redo_pattern(redo *r, uint32_t f)
+{
     const cq_mesh *m = &r->full.mesh;
     int k, hub = -1;
     if (redo_marks(r, f) < 2) return;
@@ -179,7 +191,8 @@ static inline void redo_pattern(redo *r, uint32_t f) {
 }
 
 /* Is the edge inside a face with one mark, on that side, flipped in the end? */
-static inline int redo_wants_second(const redo *r, uint32_t f, int *side) {
+static inline int redo_wants_second(const redo *r, uint32_t f, int *side)
+{
     int k;
     if (redo_marks(r, f) != 1) return 0;
     for (k = 0; redo_mark(r, f, k) == CQ_NONE;) ++k;
@@ -187,13 +200,15 @@ static inline int redo_wants_second(const redo *r, uint32_t f, int *side) {
     return cqi_plan_second(&r->plan, &r->full.mesh, redo_inner_spoke(r, f, k));
 }
 
-static inline void redo_second(redo *r, uint32_t f, int side) {
+static inline void redo_second(redo *r, uint32_t f, int side)
+{
     const cq_mesh *m = &r->full.mesh;
     redo_flip(r, cqi_find_spoke(m, redo_odd(r, f, side), redo_corner(r, f, side + 2)), &r->seconds);
 }
 
 /* Dissolves the edge on side k of f, and then does the second flips of both faces. */
-static inline void redo_dissolve(redo *r, uint32_t f, int k, uint32_t g) {
+static inline void redo_dissolve(redo *r, uint32_t f, int k, uint32_t g)
+{
     const cq_mesh *m = &r->full.mesh;
     int side[2] = {0, 0}, second[2];
     second[0] = redo_wants_second(r, f, &side[0]);
@@ -205,7 +220,8 @@ static inline void redo_dissolve(redo *r, uint32_t f, int k, uint32_t g) {
 
 /* Redoes the last level that was undone. order 0: face by face, dissolving as soon as both faces are there, as a decoder;
  * 1: the same in random order; 2: all insertions, then all patterns, then all dissolves, in random order. */
-static inline void redo_level(redo *r, int order) {
+static inline void redo_level(redo *r, int order)
+{
     cq_mesh *m = &r->full.mesh;
     const int level = --r->levels;
     const uint32_t faces = (uint32_t)redo_faces(r);
@@ -258,7 +274,8 @@ static inline void redo_level(redo *r, int order) {
 }
 
 /* Gives the vertices of the mesh their input numbers: a decoder reuses free slots in its own order. */
-static inline void redo_renumber(redo *r) {
+static inline void redo_renumber(redo *r)
+{
     cq_mesh *m = &r->full.mesh;
     uint32_t h, n = 3 * (uint32_t)redo_faces(r);
     size_t v, bytes = redo_vertices(r) * sizeof(cq_index);
@@ -275,7 +292,8 @@ static inline void redo_renumber(redo *r) {
 }
 
 /* Redoes all levels; counts what is not as it was. */
-static inline void redo_all(redo *r, int order) {
+static inline void redo_all(redo *r, int order)
+{
     while (r->levels && r->bad == 0) {
         redo_level(r, order);
         redo_renumber(r);

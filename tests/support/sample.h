@@ -11,7 +11,8 @@ typedef struct sample {
     cq_input input;       /* points to the two above */
 } sample;
 
-static inline void sample_begin(sample *s, triangles mesh) {
+static inline void sample_begin(sample *s, triangles mesh)
+{
     memset(s, 0, sizeof *s);
     s->mesh = mesh;
     s->input.shape.num_vertices = mesh.num_vertices;
@@ -20,13 +21,15 @@ static inline void sample_begin(sample *s, triangles mesh) {
 }
 
 /* A float near 1, sometimes one that arithmetic would not give back: -0, NaNs with payloads, infinity. */
-static inline uint32_t sample_float(uint32_t ramp, uint64_t random) {
+static inline uint32_t sample_float(uint32_t ramp, uint64_t random)
+{
     static const uint32_t odd[] = {0x80000000u, 0, 0x7fc00001u, 0xffc12345u, 0x7f800001u, 0xff800000u, 0xffffffffu};
     return random % 4 == 0 ? odd[random / 4 % 7] : 0x3f800000u + (ramp << 14) + (uint32_t)(random % 5000);
 }
 
 /* Adds a channel of values: neighbours in numbering are near each other, with some noise; faces are in groups. */
-static inline void sample_merged(sample *s, cq_kind kind, cq_merge merge, int components, int bits) {
+static inline void sample_merged(sample *s, cq_kind kind, cq_merge merge, int components, int bits)
+{
     uint32_t k = s->input.shape.num_channels++, v, n;
     cq_channel *channel = &s->input.shape.channel[k];
     uint64_t random = 1000 + k;
@@ -52,11 +55,13 @@ static inline void sample_merged(sample *s, cq_kind kind, cq_merge merge, int co
     s->input.values[k] = s->values[k];
 }
 
-static inline void sample_channel(sample *s, cq_kind kind, int components, int bits) {
+static inline void sample_channel(sample *s, cq_kind kind, int components, int bits)
+{
     sample_merged(s, kind, CQ_AVERAGE, components, bits);
 }
 
-static inline void sample_free(sample *s) {
+static inline void sample_free(sample *s)
+{
     uint32_t k;
     triangles_free(&s->mesh);
     for (k = 0; k < CQ_MAX_CHANNELS; ++k) exact_free(s->values[k]);
@@ -70,7 +75,8 @@ enum { SAMPLES = 9 };
 
 /* Samples that between them have every feature: no channels and some, closed and not, one level and many, one component
  * and many, a component that is a single triangle, a mesh whose base is all of it, all ways to predict. */
-static inline void sample_make(sample *s, int which) {
+static inline void sample_make(sample *s, int which)
+{
     triangles t;
     int k;
     switch (which) {
@@ -119,7 +125,8 @@ static inline void sample_make(sample *s, int which) {
 }
 
 /* A sample and its stream. */
-static inline cq_result sample_code(sample *s, coded *c, int which) {
+static inline cq_result sample_code(sample *s, coded *c, int which)
+{
     sample_make(s, which);
     code(c, &s->input);
     return c->result;

@@ -31,12 +31,14 @@ struct Surface {
     }
 };
 
-inline std::string name(const char *what, uint32_t a, uint32_t b) {
+inline std::string name(const char *what, uint32_t a, uint32_t b)
+{
     return std::string(what) + " " + std::to_string(a) + " " + std::to_string(b);
 }
 
 // The faces around v as link edges a -> b of its faces v, a, b must be one path or one cycle.
-inline bool is_one_fan(const std::map<uint32_t, uint32_t> &link) {
+inline bool is_one_fan(const std::map<uint32_t, uint32_t> &link)
+{
     std::set<uint32_t> ends;
     for (auto [a, b] : link)
         if (!ends.insert(b).second) return false;
@@ -53,7 +55,8 @@ inline bool is_one_fan(const std::map<uint32_t, uint32_t> &link) {
     return steps == link.size();
 }
 
-inline Surface examine(const std::vector<Face> &faces) {
+inline Surface examine(const std::vector<Face> &faces)
+{
     Surface s;
     std::set<Edge> directed;
     std::map<uint32_t, std::map<uint32_t, uint32_t>> links;
@@ -102,12 +105,14 @@ inline Surface examine(const std::vector<Face> &faces) {
 
 inline bool slot_is_used(const cq_mesh &m, uint32_t f) { return m.origin[3 * f] != CQ_NONE; }
 
-inline Face slot(const cq_mesh &m, uint32_t f) {
+inline Face slot(const cq_mesh &m, uint32_t f)
+{
     return {m.origin[3 * f], m.origin[3 * f + 1], m.origin[3 * f + 2]};
 }
 
 // The numbers of the face slots in use: real, virtual or both.
-inline std::vector<uint32_t> used_slots(const cq_mesh &m, bool real, bool virtuals) {
+inline std::vector<uint32_t> used_slots(const cq_mesh &m, bool real, bool virtuals)
+{
     std::vector<uint32_t> slots;
     for (uint32_t f = 0; real && f < m.num_faces; ++f)
         if (slot_is_used(m, f)) slots.push_back(f);
@@ -116,7 +121,8 @@ inline std::vector<uint32_t> used_slots(const cq_mesh &m, bool real, bool virtua
     return slots;
 }
 
-inline std::vector<Face> faces_of(const cq_mesh &m, bool real = true, bool virtuals = false) {
+inline std::vector<Face> faces_of(const cq_mesh &m, bool real = true, bool virtuals = false)
+{
     std::vector<Face> faces;
     for (uint32_t f : used_slots(m, real, virtuals)) faces.push_back(slot(m, f));
     return faces;
@@ -124,12 +130,14 @@ inline std::vector<Face> faces_of(const cq_mesh &m, bool real = true, bool virtu
 
 inline bool is_real_vertex(const cq_mesh &m, uint32_t v) { return v < m.num_vertices; }
 
-inline bool is_virtual_vertex(const cq_mesh &m, uint32_t v) {
+inline bool is_virtual_vertex(const cq_mesh &m, uint32_t v)
+{
     return v >= m.first_virtual && v - m.first_virtual < m.num_virtual;
 }
 
 // Why the mesh breaks an invariant of the manual, or "".
-inline std::string examine(const cq_mesh &m) {
+inline std::string examine(const cq_mesh &m)
+{
     if (m.num_vertices > m.first_virtual || m.num_faces > m.first_virtual_face || m.num_virtual > m.max_virtual
         || m.num_virtual_faces > m.max_virtual_faces)
         return "more slots in use than there are";

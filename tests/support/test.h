@@ -23,18 +23,21 @@ static struct test_state {
     int failures;              /* of the test that is running */
 } test_state;
 
-static inline void test_fail(const char *file, int line, const char *what) {
+static inline void test_fail(const char *file, int line, const char *what)
+{
     if (test_state.failures++ < TEST_MAX_LINES) printf("  %s:%d: not true: %s\n", file, line, what);
 }
 
-static inline int test_equal(const char *file, int line, const char *a, const char *b, int64_t x, int64_t y) {
+static inline int test_equal(const char *file, int line, const char *a, const char *b, int64_t x, int64_t y)
+{
     if (x == y) return 1;
     if (test_state.failures++ < TEST_MAX_LINES)
         printf("  %s:%d: %s is %lld, expected %s = %lld\n", file, line, a, (long long)x, b, (long long)y);
     return 0;
 }
 
-static inline void test_run(void (*test)(void), const char *name) {
+static inline void test_run(void (*test)(void), const char *name)
+{
     char sentence[200];
     size_t i;
     for (i = 0; name[i] != 0 && i + 1 < sizeof sentence; ++i) sentence[i] = name[i] == '_' ? ' ' : name[i];
@@ -55,11 +58,13 @@ static inline void test_run(void (*test)(void), const char *name) {
 #endif
 }
 
-static inline void test_begin(int argc, char **argv) {
+static inline void test_begin(int argc, char **argv)
+{
     test_state.filter = argc > 1 ? argv[1] : NULL;
 }
 
-static inline int test_end(void) {
+static inline int test_end(void)
+{
     printf("%d passed, %d failed\n", test_state.passed, test_state.failed);
     return test_state.failed != 0 || test_state.passed == 0;
 }

@@ -12,21 +12,24 @@ typedef struct triangles {
     cq_index *indices;   /* cq_index[3 * num_faces] in a block of exactly that size */
 } triangles;
 
-static inline triangles triangles_none(void) {
+static inline triangles triangles_none(void)
+{
     triangles t;
     t.num_vertices = t.num_faces = 0;
     t.indices = (cq_index *)exact_alloc(0);
     return t;
 }
 
-static inline void triangles_free(triangles *t) {
+static inline void triangles_free(triangles *t)
+{
     exact_free(t->indices);
     t->indices = NULL;
     t->num_vertices = t->num_faces = 0;
 }
 
 /* Triangles that are written out. */
-static inline triangles triangles_of(uint32_t num_vertices, uint32_t num_faces, const int *faces) {
+static inline triangles triangles_of(uint32_t num_vertices, uint32_t num_faces, const int *faces)
+{
     triangles t;
     uint32_t i;
     t.num_vertices = num_vertices;
@@ -37,7 +40,8 @@ static inline triangles triangles_of(uint32_t num_vertices, uint32_t num_faces, 
 }
 
 /* Appends `other` as more components and frees it. */
-static inline void triangles_append(triangles *t, triangles other) {
+static inline void triangles_append(triangles *t, triangles other)
+{
     uint32_t n = 3 * t->num_faces, m = 3 * other.num_faces, i;
     cq_index *joined = (cq_index *)exact_alloc((size_t)(n + m) * sizeof(cq_index));
     for (i = 0; i < n; ++i) joined[i] = t->indices[i];
@@ -50,7 +54,8 @@ static inline void triangles_append(triangles *t, triangles other) {
 }
 
 /* Removes one face; the others move up. Vertices stay. */
-static inline void triangles_remove(triangles *t, uint32_t face) {
+static inline void triangles_remove(triangles *t, uint32_t face)
+{
     triangles rest;
     uint32_t i;
     rest.num_vertices = t->num_vertices;
@@ -61,30 +66,35 @@ static inline void triangles_remove(triangles *t, uint32_t face) {
     *t = rest;
 }
 
-static inline triangles triangles_single(void) {
+static inline triangles triangles_single(void)
+{
     static const int f[] = {0, 1, 2};
     return triangles_of(3, 1, f);
 }
 
 /* Two faces back to back: the smallest closed mesh, all vertices of valence 2. */
-static inline triangles triangles_pillow(void) {
+static inline triangles triangles_pillow(void)
+{
     static const int f[] = {0, 1, 2, 2, 1, 0};
     return triangles_of(3, 2, f);
 }
 
-static inline triangles triangles_tetrahedron(void) {
+static inline triangles triangles_tetrahedron(void)
+{
     static const int f[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
     return triangles_of(4, 4, f);
 }
 
 /* Poles 0 and 5, equator 1 2 3 4. */
-static inline triangles triangles_octahedron(void) {
+static inline triangles triangles_octahedron(void)
+{
     static const int f[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 5, 2, 1, 5, 3, 2, 5, 4, 3, 5, 1, 4};
     return triangles_of(6, 8, f);
 }
 
 /* Poles n and n + 1 over an equator 0 .. n-1: bipyramid(3) has valences 3 and 4, bipyramid(4) is an octahedron. */
-static inline triangles triangles_bipyramid(uint32_t n) {
+static inline triangles triangles_bipyramid(uint32_t n)
+{
     triangles t;
     uint32_t i;
     t.num_vertices = n + 2;
@@ -99,7 +109,8 @@ static inline triangles triangles_bipyramid(uint32_t n) {
     return t;
 }
 
-static inline triangles triangles_icosahedron(void) {
+static inline triangles triangles_icosahedron(void)
+{
     static const int f[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 1, 1, 6, 2, 2, 6, 7, 2, 7, 3, 3, 7,
                             8, 3, 8, 4, 4, 8, 9, 4, 9, 5, 5, 9, 10, 5, 10, 1, 1, 10, 6, 11, 7, 6, 11, 8,
                             7, 11, 9, 8, 11, 10, 9, 11, 6, 10};
@@ -108,7 +119,8 @@ static inline triangles triangles_icosahedron(void) {
 
 /* A grid of w x h vertices, each dimension closed to a ring or open; `twist` mirrors the seam of w (Moebius strip). A
  * ring needs at least 3 vertices to be a simplicial complex. */
-static inline triangles triangles_grid(uint32_t w, uint32_t h, int ring_w, int ring_h, int twist) {
+static inline triangles triangles_grid(uint32_t w, uint32_t h, int ring_w, int ring_h, int twist)
+{
     uint32_t cells_w = ring_w ? w : w - 1, cells_h = ring_h ? h : h - 1, x, y, n = 0;
     triangles t;
     t.num_vertices = w * h;
@@ -137,7 +149,8 @@ static inline triangles triangles_moebius(uint32_t w) { return triangles_grid(w,
 static inline triangles triangles_annulus(uint32_t n) { return triangles_grid(n, 2, 1, 0, 0); }
 
 /* A fan of n faces around vertex 0: one boundary loop of length n. */
-static inline triangles triangles_disc(uint32_t n) {
+static inline triangles triangles_disc(uint32_t n)
+{
     triangles t;
     uint32_t i;
     t.num_vertices = n + 1;
@@ -163,7 +176,8 @@ typedef struct built {
 } built;
 
 /* Builds as the manual says: first as if closed, and once more with the memory that the shape then asks for. */
-static inline cq_result build(built *b, const triangles *t) {
+static inline cq_result build(built *b, const triangles *t)
+{
     cq_result result = CQ_ERROR_MEMORY;
     memset(b, 0, sizeof *b);
     b->shape.num_vertices = t->num_vertices;
@@ -178,13 +192,15 @@ static inline cq_result build(built *b, const triangles *t) {
     return result;
 }
 
-static inline void unbuild(built *b) {
+static inline void unbuild(built *b)
+{
     exact_free(b->memory);
     b->memory = NULL;
 }
 
 /* The halfedge from a to b, or CQ_NONE. Looks at every halfedge: it is a test. */
-static inline cq_index find_halfedge(const cq_mesh *m, uint32_t a, uint32_t b) {
+static inline cq_index find_halfedge(const cq_mesh *m, uint32_t a, uint32_t b)
+{
     uint32_t faces = (uint32_t)m->first_virtual_face + m->max_virtual_faces, h;
     for (h = 0; h < 3 * faces; ++h)
         if (m->origin[h - h % 3] != CQ_NONE && m->origin[h] == a && m->origin[cq_next((cq_index)h)] == b)
@@ -193,7 +209,8 @@ static inline cq_index find_halfedge(const cq_mesh *m, uint32_t a, uint32_t b) {
 }
 
 /* A deterministic pseudo-random sequence (splitmix64): the same on every platform. */
-static inline uint64_t next_random(uint64_t *state) {
+static inline uint64_t next_random(uint64_t *state)
+{
     uint64_t z = (*state += 0x9e3779b97f4a7c15u);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;

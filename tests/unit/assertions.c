@@ -5,7 +5,8 @@
 static jmp_buf after_the_call;
 static const char *tripped;
 
-static inline void trip(const char *condition) {
+static inline void trip(const char *condition)
+{
     tripped = condition;
     longjmp(after_the_call, 1);
 }
@@ -30,7 +31,8 @@ static inline void trip(const char *condition) {
 
 /* -- Levels of detail ---------------------------------------------------------------------------------------------- */
 
-TEST(levels_that_are_asked_for_have_a_place) {
+TEST(levels_that_are_asked_for_have_a_place)
+{
     static cq_decoder decoder;
     static cq_lod lod;
     static cq_index index;
@@ -42,7 +44,8 @@ TEST(levels_that_are_asked_for_have_a_place) {
 
 /* -- What a decoder has -------------------------------------------------------------------------------------------- */
 
-TEST(rows_faces_and_materials_are_those_that_are_there) {
+TEST(rows_faces_and_materials_are_those_that_are_there)
+{
     static cq_decoder d;
     static cq_value values[2 * 3], to[2 * 3];
     static cq_index index[3], triangle[3], begin, count;
@@ -103,7 +106,8 @@ static cq_index first, last;
 static uint8_t blocks[16];
 
 /* An octahedron, vertices 0 and 5 opposite each other; if it is open, without its last face. */
-static void build_octahedron(int open) {
+static void build_octahedron(int open)
+{
     static const cq_index faces[] = { 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 5, 2, 1, 5, 3, 2, 5, 4, 3, 5, 1, 4 };
     cq_shape shape;
     memset(&shape, 0, sizeof shape);
@@ -112,21 +116,24 @@ static void build_octahedron(int open) {
     CHECK_EQ(cq_mesh_build(&mesh, &shape, faces, mesh_memory, sizeof mesh_memory, NULL), CQ_OK);
 }
 
-static cq_index spoke(cq_index from, cq_index to) {
+static cq_index spoke(cq_index from, cq_index to)
+{
     static cq_index h;
     h = mesh.out[from];
     while (cq_target(&mesh, h) != to) h = cq_clockwise(&mesh, h);
     return h;
 }
 
-TEST(only_halfedges_of_faces_can_be_asked_about) {
+TEST(only_halfedges_of_faces_can_be_asked_about)
+{
     build_octahedron(0);
     PASSES(cq_mesh_can_collapse(&mesh, 23, 24));
     TRIPS("cqi_is_face", cq_mesh_can_collapse(&mesh, 24, 24));
     TRIPS("cqi_is_face", cq_mesh_can_collapse(&mesh, CQ_NONE, 24));
 }
 
-TEST(only_what_can_be_collapsed_is_collapsed) {
+TEST(only_what_can_be_collapsed_is_collapsed)
+{
     static cq_index freed;
     build_octahedron(1);
     TRIPS("can_collapse", cq_mesh_collapse(&mesh, spoke(1, mesh.first_virtual), &first, &last));
@@ -138,7 +145,8 @@ TEST(only_what_can_be_collapsed_is_collapsed) {
     TRIPS("can_collapse", cq_mesh_collapse(&mesh, spoke(0, 3), &first, &last));
 }
 
-TEST(spokes_of_a_split_are_two_of_one_vertex) {
+TEST(spokes_of_a_split_are_two_of_one_vertex)
+{
     build_octahedron(0);
     PASSES(cq_mesh_split(&mesh, spoke(0, 1), spoke(0, 3)));  /* there is no room */
     TRIPS("first != last", cq_mesh_split(&mesh, spoke(0, 1), spoke(0, 1)));
@@ -147,7 +155,8 @@ TEST(spokes_of_a_split_are_two_of_one_vertex) {
     TRIPS("cqi_is_face", cq_mesh_split(&mesh, spoke(0, 1), CQ_NONE));
 }
 
-TEST(changes_are_of_blocks_and_of_a_mesh_without_gaps) {
+TEST(changes_are_of_blocks_and_of_a_mesh_without_gaps)
+{
     build_octahedron(0);
     PASSES(cq_mesh_changes(&mesh, 0, 0, blocks));
     PASSES(cq_mesh_changes(&mesh, 0, CQ_INDEX_BITS - 1, blocks));
@@ -165,20 +174,23 @@ static cq_range_decoder decoder;
 static cq_bit_model model;
 static uint8_t code[16];
 
-static void begin(void) {
+static void begin(void)
+{
     cq_range_encoder_init(&encoder, code, sizeof code);
     cq_range_decoder_init(&decoder, code, sizeof code);
     model = CQ_BIT_MODEL_INIT;
 }
 
-TEST(a_buffer_without_memory_is_of_size_0) {
+TEST(a_buffer_without_memory_is_of_size_0)
+{
     PASSES(cq_range_encoder_init(&encoder, NULL, 0));
     PASSES(cq_range_decoder_init(&decoder, NULL, 0));
     TRIPS("data", cq_range_encoder_init(&encoder, NULL, 1));
     TRIPS("data", cq_range_decoder_init(&decoder, NULL, 1));
 }
 
-TEST(a_coder_is_initialised_before_it_codes) {
+TEST(a_coder_is_initialised_before_it_codes)
+{
     memset(&encoder, 0, sizeof encoder);
     memset(&decoder, 0, sizeof decoder);
     model = CQ_BIT_MODEL_INIT;
@@ -188,7 +200,8 @@ TEST(a_coder_is_initialised_before_it_codes) {
     TRIPS("d->range", cq_decode_slot(&decoder, 2));
 }
 
-TEST(rates_are_1_to_8) {
+TEST(rates_are_1_to_8)
+{
     static const int wrong[] = { -1, 0, 9, 12 };
     static size_t k;
     static int rate;
@@ -203,7 +216,8 @@ TEST(rates_are_1_to_8) {
     }
 }
 
-TEST(models_keep_away_from_0_and_1) {
+TEST(models_keep_away_from_0_and_1)
+{
     static const cq_bit_model wrong[] = { 0, 65535 };
     static size_t k;
     begin();
@@ -218,7 +232,8 @@ TEST(models_keep_away_from_0_and_1) {
     PASSES(cq_decode_bit(&decoder, &model, 4));
 }
 
-TEST(frequencies_are_slots_of_their_total) {
+TEST(frequencies_are_slots_of_their_total)
+{
     static const uint32_t wrong[][3] = { { 0, 0, 8 }, { 8, 1, 8 }, { 7, 2, 8 }, { 0, 9, 8 }, { 0, 0, 0 }, { 0, 1, 0 },
                                          { 0xffffffffu, 2, 8 } };
     static size_t k;
@@ -234,7 +249,8 @@ TEST(frequencies_are_slots_of_their_total) {
     }
 }
 
-TEST(a_slot_is_asked_for_before_its_symbol_is_taken) {
+TEST(a_slot_is_asked_for_before_its_symbol_is_taken)
+{
     begin();
     TRIPS("total", cq_decode_slot(&decoder, 0));
     TRIPS("total", cq_decode_slot(&decoder, 0x1000001));
@@ -252,7 +268,8 @@ TEST(a_slot_is_asked_for_before_its_symbol_is_taken) {
     code[0] = 0;
 }
 
-TEST(raw_bits_are_0_to_32) {
+TEST(raw_bits_are_0_to_32)
+{
     begin();
     PASSES(cq_encode_raw(&encoder, 0, 0));
     PASSES(cq_encode_raw(&encoder, 0xffffffffu, 32));
@@ -268,7 +285,8 @@ TEST(raw_bits_are_0_to_32) {
 static cq_value values[CQ_MAX_COMPONENTS];
 static float floats[CQ_MAX_COMPONENTS];
 
-TEST(values_of_1_to_4_components_are_reconstructed) {
+TEST(values_of_1_to_4_components_are_reconstructed)
+{
     cq_channel c;
     memset(&c, 0, sizeof c);
     c.bits = 8;
@@ -288,7 +306,8 @@ TEST(values_of_1_to_4_components_are_reconstructed) {
     TRIPS("to", cq_reconstruct(&c, values, 1, NULL));
 }
 
-TEST(normals_have_2_bits_or_more) {
+TEST(normals_have_2_bits_or_more)
+{
     PASSES(cq_reconstruct_normals(2, values, 1, floats));
     PASSES(cq_reconstruct_normals(CQ_MAX_BITS, NULL, 0, NULL));
     TRIPS("bits", cq_reconstruct_normals(1, values, 1, floats));
@@ -297,7 +316,8 @@ TEST(normals_have_2_bits_or_more) {
     TRIPS("to", cq_reconstruct_normals(8, values, 1, NULL));
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(levels_that_are_asked_for_have_a_place);
     RUN(rows_faces_and_materials_are_those_that_are_there);

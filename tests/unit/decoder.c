@@ -8,7 +8,8 @@
 /* -- Helpers ------------------------------------------------------------------------------------------------------- */
 
 /* A number that stands for the mesh and the values of this moment, real and virtual. */
-static uint64_t fingerprint(const cq_decoder *d) {
+static uint64_t fingerprint(const cq_decoder *d)
+{
     const cq_mesh *m = &d->mesh;
     uint64_t hash = 0xcbf29ce484222325u;
     uint32_t k, j, faces[2], first[2];
@@ -27,7 +28,8 @@ static uint64_t fingerprint(const cq_decoder *d) {
     return hash;
 }
 
-static int values_in_range(const cq_decoder *d) {
+static int values_in_range(const cq_decoder *d)
+{
     uint32_t k, j;
     for (k = 0; k < d->shape.num_channels; ++k)
         for (j = 0; j < num_shown(d, k); ++j)
@@ -42,7 +44,8 @@ typedef struct history {
     uint32_t num_vertices;
 } history;
 
-static history history_take(const uint8_t *bytes, size_t size) {
+static history history_take(const uint8_t *bytes, size_t size)
+{
     history h;
     decoding d;
     cq_bytes in;
@@ -64,7 +67,8 @@ static history history_take(const uint8_t *bytes, size_t size) {
     return h;
 }
 
-static int history_has(const history *h, const cq_decoder *d) {
+static int history_has(const history *h, const cq_decoder *d)
+{
     const uint64_t wanted = fingerprint(d);
     uint32_t k;
     for (k = h->num_steps; k-- && h->mesh[k] != wanted;) {}
@@ -79,11 +83,13 @@ static int history_has(const history *h, const cq_decoder *d) {
 /* -- Whole streams ------------------------------------------------------------------------------------------------- */
 
 /* Faces through the map, each turned to start at its smallest vertex, sorted: a set that can be compared. */
-static int compare_faces(const void *a, const void *b) {
+static int compare_faces(const void *a, const void *b)
+{
     return memcmp(a, b, 3 * sizeof(uint32_t));
 }
 
-static uint32_t *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map) {
+static uint32_t *face_set(const cq_index *indices, uint32_t num_faces, const cq_index *map)
+{
     uint32_t *set = (uint32_t *)malloc((3 * (size_t)num_faces + 1) * sizeof *set), f, k;
     for (f = 0; f < num_faces; ++f) {
         uint32_t v[3], least;
@@ -95,7 +101,8 @@ static uint32_t *face_set(const cq_index *indices, uint32_t num_faces, const cq_
     return set;
 }
 
-static int same_mesh(const sample *s, const coded *c, const cq_decoder *d) {
+static int same_mesh(const sample *s, const coded *c, const cq_decoder *d)
+{
     uint32_t n = s->mesh.num_faces, k, v, j;
     uint32_t *a, *b;
     int same;
@@ -117,7 +124,8 @@ static int same_mesh(const sample *s, const coded *c, const cq_decoder *d) {
 }
 
 /* Encodes the sample, decodes it in pieces of `chunk` bytes and single steps, and compares. */
-static void check_round_trip(sample *s, size_t chunk) {
+static void check_round_trip(sample *s, size_t chunk)
+{
     coded c;
     decoding d;
     code(&c, &s->input);
@@ -129,7 +137,8 @@ static void check_round_trip(sample *s, size_t chunk) {
     uncode(&c);
 }
 
-TEST(a_stream_gives_back_the_mesh_and_the_values) {
+TEST(a_stream_gives_back_the_mesh_and_the_values)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         decoding_begin(&d, c.bytes, c.size);
@@ -144,7 +153,8 @@ TEST(a_stream_gives_back_the_mesh_and_the_values) {
 #if CQ_INDEX_BITS == 32
 
 /* Without channels, with a first channel of faces, of which there are fewer than vertices, and with positions. */
-static void check_large_mesh(triangles mesh, int channels) {
+static void check_large_mesh(triangles mesh, int channels)
+{
     sample s;
     sample_begin(&s, mesh);
     if (channels == 2) sample_merged(&s, CQ_GROUP, CQ_PER_FACE, 1, 5);
@@ -153,7 +163,8 @@ static void check_large_mesh(triangles mesh, int channels) {
     sample_free(&s);
 }
 
-TEST(large_meshes_come_back) {
+TEST(large_meshes_come_back)
+{
     triangles t = triangles_sheet(30, 30), singles;
     cq_index k;
     singles.num_faces = 10800;
@@ -169,7 +180,8 @@ TEST(large_meshes_come_back) {
 #endif
 
 /* One channel on a torus of 240 vertices and 480 faces: bits that it takes, for a vertex or face. */
-static double cost_of_channel(cq_kind kind, cq_merge merge, int components, int bits, cq_value (*value)(uint32_t)) {
+static double cost_of_channel(cq_kind kind, cq_merge merge, int components, int bits, cq_value (*value)(uint32_t))
+{
     sample s;
     coded c;
     decoding d;
@@ -195,7 +207,8 @@ static cq_value always_the_same(uint32_t j) { return j < CQ_NO_LIMIT ? 77 : 0; }
 static cq_value one_of_two(uint32_t j) { return (cq_value)(j < 200); }
 static cq_value one_of_four(uint32_t j) { return (cq_value)(j / 64 % 4 * 50); }
 
-TEST(what_is_alike_costs_little) {
+TEST(what_is_alike_costs_little)
+{
     CHECK(cost_of_channel(CQ_GROUP, CQ_PER_FACE, 1, 15, always_the_same) < 0.12);
     CHECK(cost_of_channel(CQ_GROUP, CQ_PER_FACE, 1, 8, one_of_two) < 0.6);
     CHECK(cost_of_channel(CQ_JOINTS, CQ_COPY, 4, 8, always_the_same) < 0.9);
@@ -205,7 +218,8 @@ TEST(what_is_alike_costs_little) {
 #if CQ_INDEX_BITS == 32
 
 /* Exact positions say nothing about connectivity, which costs what it costs alone. */
-TEST(exact_positions_leave_connectivity_as_it_is_without) {
+TEST(exact_positions_leave_connectivity_as_it_is_without)
+{
     sample bare, exact;
     coded a, b;
     sample_begin(&bare, triangles_torus(16, 15));
@@ -225,7 +239,8 @@ TEST(exact_positions_leave_connectivity_as_it_is_without) {
 }
 
 /* Every pair of odd patterns on neighbours: differences are as large as they can be. */
-TEST(exact_values_are_any_patterns) {
+TEST(exact_values_are_any_patterns)
+{
     static const uint32_t odd[] = {0, 1, 0x7fffffffu, 0x80000000u, 0x80000001u, 0xffffffffu, 0x7f800000u, 0xff800000u,
                                    0x7fc00000u, 0x7f800001u, 0xffc0dead, 0x3f800000u, 0xbf800000u, 0x00800000u};
     uint64_t random = 5;
@@ -247,7 +262,8 @@ TEST(exact_values_are_any_patterns) {
 #endif
 
 /* Around vertices of 100 neighbours, and of two, sums of them are as large as they can be. */
-TEST(values_at_their_limits_come_back) {
+TEST(values_at_their_limits_come_back)
+{
     uint64_t random = 7;
     int round;
     for (round = 0; round < 60; ++round) {
@@ -271,7 +287,8 @@ TEST(values_at_their_limits_come_back) {
     }
 }
 
-TEST(odd_numbers_of_everything_fit_the_memory_exactly) {
+TEST(odd_numbers_of_everything_fit_the_memory_exactly)
+{
     /* 5, 7 and 9 vertices with up to eight channels of 1, 3, 1, 3 ... components: parts of the memory end anywhere. */
     int parts, channels, k;
     for (parts = 3; parts < 6; ++parts) {
@@ -287,7 +304,8 @@ TEST(odd_numbers_of_everything_fit_the_memory_exactly) {
     }
 }
 
-TEST(a_decoder_has_no_gaps_in_vertices_and_faces) {
+TEST(a_decoder_has_no_gaps_in_vertices_and_faces)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
@@ -308,7 +326,8 @@ TEST(a_decoder_has_no_gaps_in_vertices_and_faces) {
     }
 }
 
-TEST(any_size_of_pieces_gives_the_same_mesh) {
+TEST(any_size_of_pieces_gives_the_same_mesh)
+{
     static const size_t chunks[] = {1, 2, 3, 7, 16, 61, 255, 256, 257, 4096};
     FOR_EACH_SAMPLE(s, c) {
         history h = history_take(c.bytes, c.size);
@@ -325,7 +344,8 @@ TEST(any_size_of_pieces_gives_the_same_mesh) {
     }
 }
 
-TEST(pieces_of_no_bytes_only_ask_for_more) {
+TEST(pieces_of_no_bytes_only_ask_for_more)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes none;
@@ -346,7 +366,8 @@ TEST(pieces_of_no_bytes_only_ask_for_more) {
     }
 }
 
-TEST(any_budget_gives_the_same_mesh) {
+TEST(any_budget_gives_the_same_mesh)
+{
     static const uint32_t budgets[] = {1, 2, 5, 64, 1000000};
     FOR_EACH_SAMPLE(s, c) {
         history h = history_take(c.bytes, c.size);
@@ -362,7 +383,8 @@ TEST(any_budget_gives_the_same_mesh) {
     }
 }
 
-TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
+TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
@@ -388,7 +410,8 @@ TEST(a_budget_of_one_makes_at_most_one_split_and_leaves_a_valid_mesh) {
     }
 }
 
-TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
+TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding one, many;
         cq_bytes in_one, in_many;
@@ -413,7 +436,8 @@ TEST(a_budget_of_n_does_the_work_of_n_budgets_of_one) {
 }
 
 /* So that a frame or an interrupt bounds a base of many components too. */
-TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
+TEST(a_budget_counts_the_faces_and_vertices_of_the_base)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
@@ -428,7 +452,8 @@ TEST(a_budget_counts_the_faces_and_vertices_of_the_base) {
     }
 }
 
-TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
+TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
@@ -449,7 +474,8 @@ TEST(a_budget_of_none_changes_nothing_once_the_mesh_is_there) {
     }
 }
 
-TEST(bytes_behind_the_end_of_a_stream_are_not_used) {
+TEST(bytes_behind_the_end_of_a_stream_are_not_used)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t extra;
         for (extra = 1; extra < 2000; extra = extra * 5 + 1) {
@@ -473,7 +499,8 @@ TEST(bytes_behind_the_end_of_a_stream_are_not_used) {
 
 /* -- Truncation ---------------------------------------------------------------------------------------------------- */
 
-TEST(every_truncation_is_a_mesh_on_the_way_to_the_full_one) {
+TEST(every_truncation_is_a_mesh_on_the_way_to_the_full_one)
+{
     FOR_EACH_SAMPLE(s, c) {
         history h = history_take(c.bytes, c.size);
         size_t size;
@@ -494,7 +521,8 @@ TEST(every_truncation_is_a_mesh_on_the_way_to_the_full_one) {
     }
 }
 
-TEST(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets) {
+TEST(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t size;
         for (size = 0; size < c.size; size += 1 + c.size / 40) {
@@ -511,7 +539,8 @@ TEST(a_truncation_gives_the_same_mesh_whatever_the_pieces_and_budgets) {
     }
 }
 
-TEST(the_base_arrives_component_by_component) {
+TEST(the_base_arrives_component_by_component)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_bytes in;
@@ -544,7 +573,8 @@ TEST(the_base_arrives_component_by_component) {
 /* Leaves of a tree: each with its own size, its own normals and the same texture. */
 enum { LEAVES = 200 };
 
-static void leaves(sample *s, triangles *t, cq_value *position) {
+static void leaves(sample *s, triangles *t, cq_value *position)
+{
     static const int quad[6] = {0, 1, 2, 0, 2, 3}, x[4] = {0, 1, 1, 0}, y[4] = {0, 0, 1, 1};
     uint32_t n, k;
     *t = triangles_none();
@@ -569,12 +599,14 @@ static void leaves(sample *s, triangles *t, cq_value *position) {
 }
 
 /* The first three vertices of a leaf are there; of its corners any three are as wide as all. */
-static int32_t width_of(const cq_value *p) {
+static int32_t width_of(const cq_value *p)
+{
     const int32_t a = abs(p[0] - p[3]), b = abs(p[0] - p[6]);
     return a > b ? a : b;
 }
 
-TEST(leaves_are_drawn_one_by_one_the_largest_first) {
+TEST(leaves_are_drawn_one_by_one_the_largest_first)
+{
     static cq_value position[3 * 4 * LEAVES];
     sample s;
     triangles t;
@@ -612,7 +644,8 @@ TEST(leaves_are_drawn_one_by_one_the_largest_first) {
     triangles_free(&t);
 }
 
-TEST(truncated_is_final) {
+TEST(truncated_is_final)
+{
     sample s;
     coded c;
     decoding d;
@@ -634,7 +667,8 @@ TEST(truncated_is_final) {
     sample_free(&s);
 }
 
-TEST(the_end_of_the_input_after_all_of_the_stream_is_no_truncation) {
+TEST(the_end_of_the_input_after_all_of_the_stream_is_no_truncation)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         decoding_begin(&d, c.bytes, c.size);
@@ -644,7 +678,8 @@ TEST(the_end_of_the_input_after_all_of_the_stream_is_no_truncation) {
     }
 }
 
-TEST(no_input_at_all_is_truncated) {
+TEST(no_input_at_all_is_truncated)
+{
     decoding d;
     decoding_begin_with(&d, 100);
     CHECK_EQ(decoding_end(&d, CQ_NO_LIMIT), CQ_TRUNCATED);
@@ -654,7 +689,8 @@ TEST(no_input_at_all_is_truncated) {
 
 /* -- Damage -------------------------------------------------------------------------------------------------------- */
 
-TEST(no_flipped_bit_gives_a_complete_mesh) {
+TEST(no_flipped_bit_gives_a_complete_mesh)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t bit, step = c.size > 300 ? 7 : 1;
         for (bit = 0; bit < 8 * c.size; bit += step) {
@@ -672,7 +708,8 @@ TEST(no_flipped_bit_gives_a_complete_mesh) {
     }
 }
 
-TEST(a_missing_byte_in_the_middle_is_found) {
+TEST(a_missing_byte_in_the_middle_is_found)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t gone;
         for (gone = 0; gone < c.size; gone += 1 + c.size / 100) {
@@ -690,7 +727,8 @@ TEST(a_missing_byte_in_the_middle_is_found) {
     }
 }
 
-TEST(an_error_is_final_and_uses_no_more_input) {
+TEST(an_error_is_final_and_uses_no_more_input)
+{
     sample s;
     coded c;
     decoding d;
@@ -713,7 +751,8 @@ TEST(an_error_is_final_and_uses_no_more_input) {
     sample_free(&s);
 }
 
-TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart) {
+TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart)
+{
     sample s;
     coded c;
     cq_shape shape;
@@ -736,7 +775,8 @@ TEST(a_wrong_magic_a_wrong_version_and_a_wrong_check_value_are_told_apart) {
     sample_free(&s);
 }
 
-TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end) {
+TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end)
+{
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
         size_t header_bytes = 0;
@@ -752,7 +792,8 @@ TEST(a_wrong_check_value_of_the_payload_is_found_at_the_end) {
 }
 
 /* The header of a stream with other numbers of vertices and faces, whose payload is the same. */
-static void rewrite_header(header *h, const coded *c, size_t header_bytes, const cq_shape *old, const cq_shape *shape) {
+static void rewrite_header(header *h, const coded *c, size_t header_bytes, const cq_shape *old, const cq_shape *shape)
+{
     const int32_t all_faces = (int32_t)(shape->num_faces + shape->num_boundary_edges);
     const int32_t euler = (2 * (int32_t)(shape->num_vertices + shape->num_boundary_loops) - all_faces) / 4;
     size_t start;
@@ -765,7 +806,8 @@ static void rewrite_header(header *h, const coded *c, size_t header_bytes, const
 }
 
 /* The same bytes behind the header of a mesh that has fewer vertices, and faces. */
-TEST(a_stream_with_more_splits_than_its_header_has_vertices_for_is_an_error) {
+TEST(a_stream_with_more_splits_than_its_header_has_vertices_for_is_an_error)
+{
     int tried = 0;
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
@@ -804,7 +846,8 @@ TEST(a_stream_with_more_splits_than_its_header_has_vertices_for_is_an_error) {
     CHECK(tried > 20);
 }
 
-TEST(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh) {
+TEST(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh)
+{
     uint64_t random = 11;
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
@@ -826,7 +869,8 @@ TEST(noise_behind_a_good_header_gives_an_error_or_a_valid_mesh) {
 
 /* -- Memory and arguments ------------------------------------------------------------------------------------------ */
 
-TEST(memory_that_is_one_byte_short_is_an_error_before_any_work) {
+TEST(memory_that_is_one_byte_short_is_an_error_before_any_work)
+{
     FOR_EACH_SAMPLE(s, c) {
         cq_shape shape;
         size_t size, less;
@@ -844,7 +888,8 @@ TEST(memory_that_is_one_byte_short_is_an_error_before_any_work) {
     }
 }
 
-TEST(misaligned_memory_is_an_error_of_the_decoder) {
+TEST(misaligned_memory_is_an_error_of_the_decoder)
+{
     sample s;
     coded c;
     cq_shape shape;
@@ -868,7 +913,8 @@ TEST(misaligned_memory_is_an_error_of_the_decoder) {
     sample_free(&s);
 }
 
-TEST(more_memory_than_needed_gives_the_same_mesh) {
+TEST(more_memory_than_needed_gives_the_same_mesh)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d, e;
         decoding_begin_with(&d, 200000);
@@ -881,7 +927,8 @@ TEST(more_memory_than_needed_gives_the_same_mesh) {
     }
 }
 
-TEST(the_contents_of_the_memory_do_not_matter) {
+TEST(the_contents_of_the_memory_do_not_matter)
+{
     FOR_EACH_SAMPLE(s, c) {
         uint64_t expected = 0;
         int fill;
@@ -908,7 +955,8 @@ TEST(the_contents_of_the_memory_do_not_matter) {
     }
 }
 
-TEST(null_arguments_of_the_decoder_are_an_error) {
+TEST(null_arguments_of_the_decoder_are_an_error)
+{
     cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
     uint32_t memory[16];
     cq_bytes in;
@@ -922,7 +970,8 @@ TEST(null_arguments_of_the_decoder_are_an_error) {
     exact_free(d);
 }
 
-TEST(a_decoder_can_be_used_again_after_another_init) {
+TEST(a_decoder_can_be_used_again_after_another_init)
+{
     sample s;
     coded c;
     decoding d;
@@ -942,11 +991,13 @@ TEST(a_decoder_can_be_used_again_after_another_init) {
 
 /* -- Reports ------------------------------------------------------------------------------------------------------- */
 
-static uint64_t report_sum(const cq_report *r) {
+static uint64_t report_sum(const cq_report *r)
+{
     return r->header + r->base + r->flags + r->indices + r->positions + r->channels;
 }
 
-static void check_same_report(const cq_report *a, const cq_report *b) {
+static void check_same_report(const cq_report *a, const cq_report *b)
+{
     uint32_t k;
     CHECK_EQ(a->num_components, b->num_components);
     CHECK_EQ(a->num_levels, b->num_levels);
@@ -978,7 +1029,8 @@ static void check_same_report(const cq_report *a, const cq_report *b) {
     }
 }
 
-TEST(the_parts_of_a_report_add_up_to_the_stream) {
+TEST(the_parts_of_a_report_add_up_to_the_stream)
+{
     FOR_EACH_SAMPLE(s, c) {
         CHECK_EQ(c.report->bytes, c.size);
         CHECK_EQ(report_sum(c.report), (uint64_t)65536 * 8 * c.size);
@@ -986,7 +1038,8 @@ TEST(the_parts_of_a_report_add_up_to_the_stream) {
     }
 }
 
-TEST(decoder_and_encoder_fill_the_same_report) {
+TEST(decoder_and_encoder_fill_the_same_report)
+{
     static const size_t chunks[] = {1, 50, 1000000};
     FOR_EACH_SAMPLE(s, c) {
         size_t k;
@@ -1004,7 +1057,8 @@ TEST(decoder_and_encoder_fill_the_same_report) {
     }
 }
 
-TEST(the_levels_of_a_report_lead_from_the_base_to_the_mesh) {
+TEST(the_levels_of_a_report_lead_from_the_base_to_the_mesh)
+{
     FOR_EACH_SAMPLE(s, c) {
         const cq_report *r = c.report;
         uint32_t vertices = r->base_vertices, k;
@@ -1026,14 +1080,16 @@ TEST(the_levels_of_a_report_lead_from_the_base_to_the_mesh) {
     }
 }
 
-TEST(a_report_counts_the_components) {
+TEST(a_report_counts_the_components)
+{
     static const uint32_t components[SAMPLES] = {1, 1, 1, 1, 1, 7, 61, 1, 2};
     FOR_EACH_SAMPLE(s, c) {
         CHECK_EQ(c.report->num_components, components[which_s]);
     }
 }
 
-TEST(the_report_does_not_change_the_decoding) {
+TEST(the_report_does_not_change_the_decoding)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d, e;
         decoding_begin(&d, c.bytes, c.size);
@@ -1047,7 +1103,8 @@ TEST(the_report_does_not_change_the_decoding) {
     }
 }
 
-TEST(levels_are_counted_as_they_begin) {
+TEST(levels_are_counted_as_they_begin)
+{
     sample s;
     coded c;
     decoding d;
@@ -1086,7 +1143,8 @@ typedef struct buffers {
     uint32_t num_vertices, num_faces;
 } buffers;
 
-static buffers buffers_make(const cq_decoder *d) {
+static buffers buffers_make(const cq_decoder *d)
+{
     buffers b;
     uint32_t k;
     memset(&b, 0, sizeof b);
@@ -1097,14 +1155,16 @@ static buffers buffers_make(const cq_decoder *d) {
     return b;
 }
 
-static void buffers_free(buffers *b) {
+static void buffers_free(buffers *b)
+{
     uint32_t k;
     free(b->indices);
     for (k = 0; k < CQ_MAX_CHANNELS; ++k) free(b->values[k]);
 }
 
 /* Row v of the channels of faces (per_face) or of vertices. */
-static int values_differ(const buffers *b, const cq_decoder *d, uint32_t v, int per_face) {
+static int values_differ(const buffers *b, const cq_decoder *d, uint32_t v, int per_face)
+{
     uint32_t k;
     for (k = 0; k < d->shape.num_channels; ++k) {
         const size_t n = d->shape.channel[k].components;
@@ -1114,11 +1174,13 @@ static int values_differ(const buffers *b, const cq_decoder *d, uint32_t v, int 
     return 0;
 }
 
-static int face_differs(const buffers *b, const cq_decoder *d, uint32_t f) {
+static int face_differs(const buffers *b, const cq_decoder *d, uint32_t f)
+{
     return f >= b->num_faces || memcmp(b->indices + 3 * f, d->mesh.origin + 3 * f, 3 * sizeof(cq_index)) != 0;
 }
 
-static void buffers_update(buffers *b, const cq_decoder *d) {
+static void buffers_update(buffers *b, const cq_decoder *d)
+{
     uint32_t k;
     b->num_vertices = d->mesh.num_vertices;
     b->num_faces = d->mesh.num_faces;
@@ -1129,7 +1191,8 @@ static void buffers_update(buffers *b, const cq_decoder *d) {
 
 /* Of vertices and faces that had arrived before, only corners of faces are others: in blocks of one element, those of
  * exactly the faces that are marked; or, with regular levels, more are. */
-static void check_changes(const buffers *b, const cq_decoder *d) {
+static void check_changes(const buffers *b, const cq_decoder *d)
+{
     const uint32_t f = d->mesh.num_faces;
     uint8_t *faces = (uint8_t *)exact_alloc(f);
     uint32_t k;
@@ -1142,7 +1205,8 @@ static void check_changes(const buffers *b, const cq_decoder *d) {
     exact_free(faces);
 }
 
-static void check_changes_with_budget(const coded *c, uint32_t budget) {
+static void check_changes_with_budget(const coded *c, uint32_t budget)
+{
     decoding d;
     buffers b;
     cq_bytes in;
@@ -1162,7 +1226,8 @@ static void check_changes_with_budget(const coded *c, uint32_t budget) {
     decoding_free(&d);
 }
 
-TEST(what_has_arrived_never_changes_but_for_corners_of_marked_faces) {
+TEST(what_has_arrived_never_changes_but_for_corners_of_marked_faces)
+{
     FOR_EACH_SAMPLE(s, c) {
         check_changes_with_budget(&c, 1);
         check_changes_with_budget(&c, 7);
@@ -1171,7 +1236,8 @@ TEST(what_has_arrived_never_changes_but_for_corners_of_marked_faces) {
     }
 }
 
-TEST(changes_in_blocks_are_those_of_their_elements) {
+TEST(changes_in_blocks_are_those_of_their_elements)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         cq_index since;
@@ -1200,7 +1266,8 @@ TEST(changes_in_blocks_are_those_of_their_elements) {
 }
 
 /* Steps of all channels full of weights are the largest ones: they fit the buffer of the decoder, whatever the pieces. */
-TEST(all_channels_full_of_weights_come_back_in_any_pieces) {
+TEST(all_channels_full_of_weights_come_back_in_any_pieces)
+{
     static const size_t pieces[] = { 1, 7, 1000, 100000 };
     uint64_t random = 5;
     uint32_t k, v;
@@ -1216,7 +1283,8 @@ TEST(all_channels_full_of_weights_come_back_in_any_pieces) {
 }
 
 /* No stream needs more room in the queue than there is; if one did, that would be an error. */
-TEST(a_queue_without_room_is_an_error) {
+TEST(a_queue_without_room_is_an_error)
+{
     uint32_t capacity, errors = 0;
     for (capacity = 0; capacity < 12; ++capacity) {
         sample s;
@@ -1242,7 +1310,8 @@ TEST(a_queue_without_room_is_an_error) {
 
 /* Two components of 1600 vertices, of which at least three quarters are in the base. To find the component that is next,
  * each step looks at a part of them only, so that some steps do nothing else. */
-TEST(a_base_of_thousands_of_vertices_is_prepared_in_steps) {
+TEST(a_base_of_thousands_of_vertices_is_prepared_in_steps)
+{
     static uint8_t locked[3200];
     triangles t = triangles_torus(40, 40);
     sample s;
@@ -1281,7 +1350,8 @@ TEST(a_base_of_thousands_of_vertices_is_prepared_in_steps) {
     sample_free(&s);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(a_stream_gives_back_the_mesh_and_the_values);
 #if CQ_INDEX_BITS == 32

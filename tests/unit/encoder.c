@@ -14,7 +14,8 @@
 static uint8_t encoded_once[65536];
 
 /* One call with plenty of memory and room; the result, and the place if it is an error. */
-static cq_result encode_once(const cq_input *input, cq_place *place) {
+static cq_result encode_once(const cq_input *input, cq_place *place)
+{
     cq_input in = *input;
     cq_shape shape = input->shape;
     size_t size, stream_size;
@@ -38,7 +39,8 @@ static cq_result encode_once(const cq_input *input, cq_place *place) {
 
 /* -- The map ------------------------------------------------------------------------------------------------------- */
 
-TEST(the_map_is_a_permutation) {
+TEST(the_map_is_a_permutation)
+{
     FOR_EACH_SAMPLE(s, c) {
         uint32_t n = s.mesh.num_vertices, v;
         uint8_t *seen = (uint8_t *)calloc(n, 1);
@@ -51,7 +53,8 @@ TEST(the_map_is_a_permutation) {
     }
 }
 
-TEST(the_face_map_leads_to_the_same_corners) {
+TEST(the_face_map_leads_to_the_same_corners)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         uint32_t n = s.mesh.num_faces, f, turn, k;
@@ -77,7 +80,8 @@ TEST(the_face_map_leads_to_the_same_corners) {
     }
 }
 
-TEST(the_stream_is_the_same_if_nobody_asks_for_maps) {
+TEST(the_stream_is_the_same_if_nobody_asks_for_maps)
+{
     sample s;
     coded c;
     cq_place place;
@@ -91,7 +95,8 @@ TEST(the_stream_is_the_same_if_nobody_asks_for_maps) {
     sample_free(&s);
 }
 
-TEST(the_map_leads_to_the_values_of_each_vertex) {
+TEST(the_map_leads_to_the_values_of_each_vertex)
+{
     FOR_EACH_SAMPLE(s, c) {
         decoding d;
         uint32_t k, v, j;
@@ -108,7 +113,8 @@ TEST(the_map_leads_to_the_values_of_each_vertex) {
     }
 }
 
-static int has_positions(const cq_shape *shape) {
+static int has_positions(const cq_shape *shape)
+{
     uint32_t k;
     for (k = 0; k < shape->num_channels; ++k)
         if (shape->channel[k].kind == CQ_POSITION && shape->channel[k].merge == CQ_AVERAGE &&
@@ -118,7 +124,8 @@ static int has_positions(const cq_shape *shape) {
 }
 
 /* At least so many samples are encoded otherwise than for the goal balanced. */
-static void check_goal(cq_goal goal, int least) {
+static void check_goal(cq_goal goal, int least)
+{
     int changed = 0;
     FOR_EACH_SAMPLE(s, c) {
         coded other;
@@ -143,19 +150,22 @@ static void check_goal(cq_goal goal, int least) {
     CHECK(changed >= least);
 }
 
-TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back) {
+TEST(the_goal_changes_what_is_collapsed_and_not_what_comes_back)
+{
     check_goal(CQ_LEAST_CONNECTIVITY, 2);
 }
 
 /* A roof over a square, rising from two eaves by `slope` a step to a ridge. */
 enum { ROOF = 33, ROOF_SPACING = 64 };
 
-static int32_t roof_height(int32_t x, int32_t slope) {
+static int32_t roof_height(int32_t x, int32_t slope)
+{
     const int32_t ridge = ROOF / 2 * ROOF_SPACING;
     return slope * (ridge - (x < ridge ? ridge - x : x - ridge));
 }
 
-static void roof_make(sample *s, int32_t slope) {
+static void roof_make(sample *s, int32_t slope)
+{
     uint32_t v;
     sample_begin(s, triangles_sheet(ROOF, ROOF));
     sample_channel(s, CQ_POSITION, 3, 15);
@@ -169,7 +179,8 @@ static void roof_make(sample *s, int32_t slope) {
 
 /* Of a roof: with its positions as numbers that mean something else; with its positions. Regular levels have no
  * indices. */
-TEST(connectivity_costs_less_with_positions) {
+TEST(connectivity_costs_less_with_positions)
+{
     uint64_t cost[2];
     int k;
     for (k = 0; k < 2; ++k) {
@@ -189,7 +200,8 @@ TEST(connectivity_costs_less_with_positions) {
 }
 
 /* Twice the area of a face, seen from above. */
-static int64_t roof_face_area(const cq_decoder *d, size_t f) {
+static int64_t roof_face_area(const cq_decoder *d, size_t f)
+{
     const cq_value *a = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f];
     const cq_value *b = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f + 1];
     const cq_value *c = d->channel[0] + 3 * (size_t)d->mesh.origin[3 * f + 2];
@@ -197,7 +209,8 @@ static int64_t roof_face_area(const cq_decoder *d, size_t f) {
 }
 
 /* How far above or below a face the roof's point x, y is; -1 if the face is not below or above it. */
-static double roof_distance(const cq_decoder *d, size_t f, int32_t x, int32_t y, int32_t height) {
+static double roof_distance(const cq_decoder *d, size_t f, int32_t x, int32_t y, int32_t height)
+{
     const cq_value *at[3];
     double share[3], area = (double)roof_face_area(d, f), z = 0;
     int k;
@@ -212,7 +225,8 @@ static double roof_distance(const cq_decoder *d, size_t f, int32_t x, int32_t y,
 }
 
 /* The same of the nearest face; without one, as far as the roof is wide. */
-static double roof_distance_of(const cq_decoder *d, int32_t x, int32_t y, int32_t height) {
+static double roof_distance_of(const cq_decoder *d, int32_t x, int32_t y, int32_t height)
+{
     double least = ROOF * ROOF_SPACING;
     size_t f;
     for (f = 0; f < d->mesh.num_faces; ++f) {
@@ -223,7 +237,8 @@ static double roof_distance_of(const cq_decoder *d, int32_t x, int32_t y, int32_
 }
 
 /* How far a roof's points inside its square are off the mesh of at most so many vertices, and that square's area. */
-static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, double *off, int64_t *area, int *turned) {
+static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, double *off, int64_t *area, int *turned)
+{
     cq_bytes in;
     decoding d;
     size_t i;
@@ -244,7 +259,8 @@ static void roof_measure(const coded *c, int32_t slope, uint32_t vertices, doubl
     decoding_free(&d);
 }
 
-TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
+TEST(the_goal_balanced_keeps_planes_creases_and_boundaries)
+{
     const int64_t all = 2 * (int64_t)((ROOF - 1) * ROOF_SPACING) * ((ROOF - 1) * ROOF_SPACING);
     int32_t slope;
     for (slope = 0; slope < 8; ++slope) {
@@ -273,7 +289,8 @@ TEST(the_goal_balanced_keeps_planes_creases_and_boundaries) {
 }
 
 /* They grow with the error, whatever the shift, by one octave where it doubles. */
-TEST(quadric_errors_are_compared_by_their_logarithms) {
+TEST(quadric_errors_are_compared_by_their_logarithms)
+{
     const uint64_t largest = (uint64_t)1 << 62;
     uint64_t x;
     int shift;
@@ -297,7 +314,8 @@ typedef struct quadric_model {
     double least;            /* of the shares of its area that a triangle keeps */
 } quadric_model;
 
-static void model_cross(const double *a, const double *b, double *n) {
+static void model_cross(const double *a, const double *b, double *n)
+{
     int i;
     for (i = 0; i < 3; ++i) n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
@@ -306,7 +324,8 @@ static double model_dot(const double *a, const double *b) { return a[0] * b[0] +
 
 /* What the triangle v, y, z loses where v goes to x. */
 static void model_triangle(quadric_model *l, const double *v, const double *y, const double *z, const double *x,
-                           int stays) {
+                           int stays)
+{
     double e[3], f[3], before[3], after[3], move[3], size;
     int i;
     for (i = 0; i < 3; ++i) e[i] = y[i] - v[i], f[i] = z[i] - v[i], move[i] = x[i] - v[i];
@@ -319,7 +338,8 @@ static void model_triangle(quadric_model *l, const double *v, const double *y, c
     if (stays && model_dot(before, after) / size < l->least) l->least = model_dot(before, after) / size;
 }
 
-static void model_edge(quadric_model *l, const double *v, const double *w, const double *x) {
+static void model_edge(quadric_model *l, const double *v, const double *w, const double *x)
+{
     double along[3], move[3], area[3];
     int i;
     for (i = 0; i < 3; ++i) along[i] = w[i] - v[i], move[i] = x[i] - v[i];
@@ -328,7 +348,8 @@ static void model_edge(quadric_model *l, const double *v, const double *w, const
 }
 
 /* The second end of h goes to the first. */
-static quadric_model model_quadric(const cq_mesh *m, const cq_value *positions, cq_index h) {
+static quadric_model model_quadric(const cq_mesh *m, const cq_value *positions, cq_index h)
+{
     const cq_index to = m->origin[h], from = cq_target(m, h);
     quadric_model l = {0, 1e9};
     double at[64][3];
@@ -348,7 +369,8 @@ static quadric_model model_quadric(const cq_mesh *m, const cq_value *positions, 
 }
 
 /* A grid of points with noise, in units of 1 << shift. */
-static void quadric_positions(cq_value *positions, uint32_t side, int32_t noise, int shift, uint64_t seed) {
+static void quadric_positions(cq_value *positions, uint32_t side, int32_t noise, int shift, uint64_t seed)
+{
     uint32_t v, i;
     for (v = 0; v < side * side; ++v)
         for (i = 0; i < 3; ++i) {
@@ -358,14 +380,16 @@ static void quadric_positions(cq_value *positions, uint32_t side, int32_t noise,
         }
 }
 
-static uint32_t quadric_of(const cqi_plan *p, cq_index h) {
+static uint32_t quadric_of(const cqi_plan *p, cq_index h)
+{
     cqi_fan_of_input fan;
     cqi_list_fan(p, &fan, p->mesh.twin[h]);
     return cqi_quadric_of(p, &fan);
 }
 
 /* Compares all edges; returns how many triangles were turned. */
-static int check_quadrics(const triangles *t, int32_t noise, int shift) {
+static int check_quadrics(const triangles *t, int32_t noise, int shift)
+{
     cq_value positions[3 * 64];
     built b;
     cqi_plan p;
@@ -396,7 +420,8 @@ static int check_quadrics(const triangles *t, int32_t noise, int shift) {
 }
 
 /* The code of an error stands for no less, and the code before it for no more. */
-TEST(errors_have_the_nearest_code_that_is_not_less) {
+TEST(errors_have_the_nearest_code_that_is_not_less)
+{
     uint32_t error, step;
     for (error = 0, step = 1; error < 0x10000000u; error += step, step = 1 + error / 500) {
         const uint32_t code = cqi_error_code(error);
@@ -406,7 +431,8 @@ TEST(errors_have_the_nearest_code_that_is_not_less) {
     }
 }
 
-TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything) {
+TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_anything)
+{
     triangles closed = triangles_torus(6, 6), open = triangles_sheet(6, 6);
     int32_t noise;
     int shift, turned = 0;
@@ -419,7 +445,8 @@ TEST(a_collapse_loses_areas_times_squared_distances_or_if_it_turns_a_triangle_an
 }
 
 /* Compares all edges; returns how many may be collapsed. */
-static int check_fans(const triangles *t) {
+static int check_fans(const triangles *t)
+{
     static const cq_value positions[3 * 64];
     built b;
     cqi_plan p;
@@ -446,7 +473,8 @@ static int check_fans(const triangles *t) {
     return count;
 }
 
-TEST(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed) {
+TEST(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed)
+{
     triangles closed = triangles_torus(6, 6), narrow = triangles_torus(3, 6), open = triangles_sheet(6, 6);
     const int all = 3 * 72;
     CHECK_EQ(check_fans(&closed), all);
@@ -457,7 +485,8 @@ TEST(a_fan_says_the_same_as_the_mesh_of_what_may_be_collapsed) {
     triangles_free(&open);
 }
 
-TEST(reports_take_logarithms_within_a_6000th_that_never_fall) {
+TEST(reports_take_logarithms_within_a_6000th_that_never_fall)
+{
     uint32_t x, before = 0;
     for (x = 0xffffff; x < 0xff000000u; x += 1 + x / 5000) {
         const uint32_t bits = cqi_log2(x);
@@ -468,7 +497,8 @@ TEST(reports_take_logarithms_within_a_6000th_that_never_fall) {
     for (x = 0; x < 32; ++x) CHECK_EQ(cqi_log2((uint32_t)1 << x), x * 65536);
 }
 
-TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
+TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex)
+{
     static const cq_value positions[] = {100, 100, 100, 104, 100, 100, 100, 97, 100, 100, 100, 101};
     static cq_index valence[] = {5, 5, 5, 6};
     static cq_index origin[] = {0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0}; /* halfedge 3 k leads from 0 to k */
@@ -493,7 +523,8 @@ TEST(the_smallest_valence_is_best_then_if_that_is_the_goal_the_nearest_vertex) {
     CHECK_EQ(cqi_square_distance(positions, 1, 2), 16 + 9);
 }
 
-TEST(the_map_may_be_null) {
+TEST(the_map_may_be_null)
+{
     FOR_EACH_SAMPLE(s, c) {
         cq_place place;
         s.input.map = NULL;
@@ -503,7 +534,8 @@ TEST(the_map_may_be_null) {
 
 /* -- Memory and output --------------------------------------------------------------------------------------------- */
 
-TEST(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need) {
+TEST(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t size = cq_encoder_bytes(&c.shape), less, stream_size = 0;
         uint8_t *out = (uint8_t *)exact_alloc(c.size);
@@ -526,7 +558,8 @@ TEST(encoder_memory_that_is_short_is_an_error_and_the_shape_tells_the_need) {
     }
 }
 
-TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
+TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first)
+{
     sample s;
     cq_input in;
     void *memory;
@@ -547,7 +580,8 @@ TEST(a_mesh_with_boundaries_needs_two_tries_and_tells_its_loops_on_the_first) {
 }
 
 /* Encodes in exactly the memory that is enough for any triangles; the share of it that these needed. */
-static double share_of_most(const cq_input *input) {
+static double share_of_most(const cq_input *input)
+{
     cq_input in = *input;
     const size_t most = cq_encoder_bytes_at_most(&in.shape);
     void *memory = exact_alloc(most);
@@ -559,7 +593,8 @@ static double share_of_most(const cq_input *input) {
 }
 
 /* Triangles between places of a grid, some rows of no face, some rows at one place; values of rows and of faces. */
-static void random_triangles(cq_input *in, cq_index *index, cq_value *value, uint64_t *random) {
+static void random_triangles(cq_input *in, cq_index *index, cq_value *value, uint64_t *random)
+{
     const uint32_t places = 2 + (uint32_t)(next_random(random) % 40), texcoords = 1 + (uint32_t)(next_random(random) % 4);
     uint32_t k;
     cq_channel *c = in->shape.channel;
@@ -592,7 +627,8 @@ static void random_triangles(cq_input *in, cq_index *index, cq_value *value, uin
 }
 
 /* Rows are copied where triangles do not share them, so it is not enough to count those of the input. */
-TEST(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner) {
+TEST(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner)
+{
     static cq_index index[1300];
     static cq_value value[1400], noise[16 * 120];
     uint64_t random = 8;
@@ -626,7 +662,8 @@ TEST(noise_takes_less_room_than_4_bytes_per_number_with_a_row_for_each_corner) {
     printf("  noise takes up to %.2f of that room\n", largest);
 }
 
-TEST(memory_at_most_is_enough_for_any_triangles) {
+TEST(memory_at_most_is_enough_for_any_triangles)
+{
     static cq_index index[1300];
     static cq_value value[1400];
     uint64_t random = 5;
@@ -642,7 +679,8 @@ TEST(memory_at_most_is_enough_for_any_triangles) {
 }
 
 /* i, i + 1, i + 4 and i, i + 2, i + 7 share no edge: each corner is a vertex of the mesh, each edge a boundary. */
-TEST(memory_at_most_is_little_more_than_triangles_without_common_edges_need) {
+TEST(memory_at_most_is_little_more_than_triangles_without_common_edges_need)
+{
     enum { ROWS = CQ_INDEX_BITS == 16 ? 2500 : 3000 };
     static cq_index index[6 * ROWS];
     static cq_value value[3 * ROWS];
@@ -668,7 +706,8 @@ TEST(memory_at_most_is_little_more_than_triangles_without_common_edges_need) {
 
 /* Which is what it needs, but for blocks that end in the middle of a word; or what the preparation had, where that takes
  * more. */
-TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
+TEST(the_decoder_that_replays_gets_the_rest_of_the_memory)
+{
     int samples = 0, exact = 0;
     FOR_EACH_SAMPLE(s, c) {
         const size_t size = cq_encoder_bytes(&c.shape);
@@ -690,7 +729,8 @@ TEST(the_decoder_that_replays_gets_the_rest_of_the_memory) {
 
 /* Where there are many faces of few vertices: here one face time and again, all but one of which go aside. Memory that is
  * enough to find that is not yet enough to code it. */
-TEST(the_preparation_may_take_more_than_the_coding_of_what_comes_in) {
+TEST(the_preparation_may_take_more_than_the_coding_of_what_comes_in)
+{
     enum { FACES = 5000 };
     static cq_index indices[3 * FACES];
     cq_input in;
@@ -720,7 +760,8 @@ TEST(the_preparation_may_take_more_than_the_coding_of_what_comes_in) {
     exact_free(memory);
 }
 
-TEST(misaligned_encoder_memory_is_an_error) {
+TEST(misaligned_encoder_memory_is_an_error)
+{
     sample s;
     size_t size, stream_size, shift;
     sample_make(&s, 1);
@@ -734,7 +775,8 @@ TEST(misaligned_encoder_memory_is_an_error) {
     sample_free(&s);
 }
 
-TEST(every_output_that_is_too_small_is_full_and_the_size_is_told) {
+TEST(every_output_that_is_too_small_is_full_and_the_size_is_told)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t memory_size = cq_encoder_bytes(&c.shape), size, step = 1 + c.size / 150;
         void *memory = exact_alloc(memory_size);
@@ -758,7 +800,8 @@ TEST(every_output_that_is_too_small_is_full_and_the_size_is_told) {
     }
 }
 
-TEST(an_output_that_is_larger_than_needed_gets_the_same_bytes) {
+TEST(an_output_that_is_larger_than_needed_gets_the_same_bytes)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t memory_size = cq_encoder_bytes(&c.shape), extra;
         void *memory = exact_alloc(memory_size);
@@ -778,7 +821,8 @@ TEST(an_output_that_is_larger_than_needed_gets_the_same_bytes) {
     }
 }
 
-TEST(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory) {
+TEST(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory)
+{
     FOR_EACH_SAMPLE(s, c) {
         size_t memory_size = cq_encoder_bytes(&c.shape);
         int fill;
@@ -801,7 +845,8 @@ TEST(the_same_input_gives_the_same_bytes_whatever_is_in_the_memory) {
     }
 }
 
-TEST(the_input_is_not_changed) {
+TEST(the_input_is_not_changed)
+{
     FOR_EACH_SAMPLE(s, c) {
         sample again;
         uint32_t k;
@@ -816,7 +861,8 @@ TEST(the_input_is_not_changed) {
 
 /* -- Arguments and values ------------------------------------------------------------------------------------------ */
 
-TEST(null_arguments_of_encode_are_an_error) {
+TEST(null_arguments_of_encode_are_an_error)
+{
     sample s;
     size_t size, stream_size;
     void *memory;
@@ -839,7 +885,8 @@ TEST(null_arguments_of_encode_are_an_error) {
     sample_free(&s);
 }
 
-TEST(materials_and_metadata_that_are_announced_are_there) {
+TEST(materials_and_metadata_that_are_announced_are_there)
+{
     cq_index materials[20];
     uint8_t byte = 7;
     sample s;
@@ -863,7 +910,8 @@ TEST(materials_and_metadata_that_are_announced_are_there) {
 }
 
 /* Where faces went is found out for materials, even if nobody asks for it. */
-TEST(materials_make_the_same_stream_without_a_face_map) {
+TEST(materials_make_the_same_stream_without_a_face_map)
+{
     cq_index materials[288];
     sample s;
     coded c;
@@ -881,7 +929,8 @@ TEST(materials_make_the_same_stream_without_a_face_map) {
     sample_free(&s);
 }
 
-TEST(a_bad_value_is_found_in_any_channel) {
+TEST(a_bad_value_is_found_in_any_channel)
+{
     uint32_t k;
     for (k = 0; k < 3; ++k) {
         sample s;
@@ -897,7 +946,8 @@ TEST(a_bad_value_is_found_in_any_channel) {
     }
 }
 
-TEST(channels_outside_their_ranges_are_an_argument_error) {
+TEST(channels_outside_their_ranges_are_an_argument_error)
+{
     static const struct { int kind, components, bits, merge; } bad[] = {
         {CQ_GENERIC, 0, 8, 0}, {CQ_GENERIC, 5, 8, 0}, {CQ_GENERIC, 255, 8, 0}, {CQ_GENERIC, 3, 0, 0},
         {CQ_GENERIC, 3, 25, 0}, {CQ_GENERIC, 3, 255, 0}, {CQ_TURNED, 1, 8, 0}, {CQ_TURNED, 1, 1, CQ_PER_FACE}, {CQ_TANGENT, 1, 8, 0}, {CQ_TANGENT + 1, 1, 8, 0}, {255, 3, 8, 0},
@@ -920,7 +970,8 @@ TEST(channels_outside_their_ranges_are_an_argument_error) {
     }
 }
 
-TEST(values_wider_than_a_build_has_are_not_supported) {
+TEST(values_wider_than_a_build_has_are_not_supported)
+{
     static const struct { int bits, merge; } wide[] = {{16, CQ_AVERAGE}, {24, CQ_COPY}, {CQ_EXACT_BITS, CQ_AVERAGE},
                                                        {CQ_EXACT_BITS, CQ_COPY}, {CQ_EXACT_BITS, CQ_PER_FACE}};
     size_t k;
@@ -935,7 +986,8 @@ TEST(values_wider_than_a_build_has_are_not_supported) {
     }
 }
 
-TEST(counts_that_an_index_cannot_number_are_too_large_to_encode) {
+TEST(counts_that_an_index_cannot_number_are_too_large_to_encode)
+{
     static const uint32_t counts[][2] = {{4, 0xffffffffu}, {4, 0x55555556u}, {0xffffffffu, 4}};
     size_t k;
     for (k = 0; k < 3; ++k) {
@@ -951,7 +1003,8 @@ TEST(counts_that_an_index_cannot_number_are_too_large_to_encode) {
 
 #if CQ_INDEX_BITS == 16
 /* Closed, the faces can be numbered; with a face beyond each of their edges, or with rows of their own, no more. */
-TEST(meshes_that_only_grow_too_large_are_told) {
+TEST(meshes_that_only_grow_too_large_are_told)
+{
     static cq_index index[3 * 6000];
     cq_input in;
     coded c;
@@ -974,7 +1027,8 @@ TEST(meshes_that_only_grow_too_large_are_told) {
 }
 #endif
 
-TEST(more_than_eight_channels_are_an_argument_error) {
+TEST(more_than_eight_channels_are_an_argument_error)
+{
     sample s;
     cq_place place;
     sample_begin(&s, triangles_icosahedron());
@@ -985,7 +1039,8 @@ TEST(more_than_eight_channels_are_an_argument_error) {
     sample_free(&s);
 }
 
-TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
+TEST(a_value_outside_its_bits_is_an_error_at_its_vertex)
+{
     static const int bits[] = {1, 7, 12, CQ_MAX_BITS};
     static const uint32_t vertices[] = {0, 5, 11, 5};
     int b, way;
@@ -1015,7 +1070,8 @@ TEST(a_value_outside_its_bits_is_an_error_at_its_vertex) {
     }
 }
 
-TEST(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face) {
+TEST(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face)
+{
     sample s;
     cq_place place;
     sample_begin(&s, triangles_icosahedron());
@@ -1029,7 +1085,8 @@ TEST(a_value_of_a_face_outside_its_bits_is_an_error_at_its_face) {
     sample_free(&s);
 }
 
-TEST(a_mesh_that_is_no_manifold_is_taken_but_for_a_vertex_that_does_not_exist) {
+TEST(a_mesh_that_is_no_manifold_is_taken_but_for_a_vertex_that_does_not_exist)
+{
     static const int bow_tie[] = {0, 1, 2, 2, 3, 4};
     static const int fins[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     sample s;
@@ -1056,7 +1113,8 @@ TEST(a_mesh_that_is_no_manifold_is_taken_but_for_a_vertex_that_does_not_exist) {
     sample_free(&s);
 }
 
-TEST(a_mesh_without_vertices_round_trips_or_is_refused) {
+TEST(a_mesh_without_vertices_round_trips_or_is_refused)
+{
     sample s;
     coded c;
     sample_begin(&s, triangles_none());
@@ -1079,14 +1137,16 @@ typedef struct progress {
     uint32_t calls, last, bad;
 } progress;
 
-static void note_progress(void *user, uint32_t done, uint32_t total) {
+static void note_progress(void *user, uint32_t done, uint32_t total)
+{
     progress *p = (progress *)user;
     if (done > total || (p->calls > 0 && done < p->last)) p->bad++;
     p->last = done;
     p->calls++;
 }
 
-TEST(progress_goes_forward_and_never_beyond_its_total) {
+TEST(progress_goes_forward_and_never_beyond_its_total)
+{
     FOR_EACH_SAMPLE(s, c) {
         progress p;
         cq_place place;
@@ -1102,7 +1162,8 @@ TEST(progress_goes_forward_and_never_beyond_its_total) {
 
 /* -- What the streams are worth ------------------------------------------------------------------------------------ */
 
-TEST(streams_refine_a_coarse_base) {
+TEST(streams_refine_a_coarse_base)
+{
     /* A torus of 240 vertices must come down far: 7 vertices are the least a torus has. */
     sample s;
     coded c;
@@ -1116,7 +1177,8 @@ TEST(streams_refine_a_coarse_base) {
 }
 
 /* Both faces of the pillow begin at one vertex. */
-TEST(components_whose_faces_are_mixed_come_back) {
+TEST(components_whose_faces_are_mixed_come_back)
+{
     static const int faces[] = {0, 1, 2, 4, 5, 6, 0, 3, 1, 4, 6, 5, 0, 2, 3, 1, 3, 2};
     sample s;
     coded c;
@@ -1134,7 +1196,8 @@ TEST(components_whose_faces_are_mixed_come_back) {
     sample_free(&s);
 }
 
-TEST(thousands_of_components_cost_bits_each_not_bytes) {
+TEST(thousands_of_components_cost_bits_each_not_bytes)
+{
     enum { COUNT = 1500 };
     static int faces[12 * COUNT];
     static const int tetrahedron[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
@@ -1159,7 +1222,8 @@ TEST(thousands_of_components_cost_bits_each_not_bytes) {
 
 #if CQ_INDEX_BITS == 32
 /* Bit models adapt more slowly from 1024 and from 8192 vertices on. */
-TEST(ten_thousand_vertices_come_back) {
+TEST(ten_thousand_vertices_come_back)
+{
     sample s;
     coded c;
     decoding d;
@@ -1178,7 +1242,8 @@ TEST(ten_thousand_vertices_come_back) {
 }
 #endif
 
-TEST(equal_values_cost_next_to_nothing) {
+TEST(equal_values_cost_next_to_nothing)
+{
     sample s;
     coded c;
     uint32_t v;
@@ -1192,7 +1257,8 @@ TEST(equal_values_cost_next_to_nothing) {
     sample_free(&s);
 }
 
-TEST(a_vertex_of_large_valence_is_left_alone) {
+TEST(a_vertex_of_large_valence_is_left_alone)
+{
     /* The poles have far more neighbours than a centre that may be split. */
     sample s;
     coded c;
@@ -1212,7 +1278,8 @@ TEST(a_vertex_of_large_valence_is_left_alone) {
 
 /* Bits of the base of a bipyramid that is all in it, if so many vertices of its equator, from `from` on, have another value
  * than the others, and one of its poles, which comes last, has `value`. */
-static uint64_t base_of_bipyramid(uint32_t n, uint32_t from, uint32_t count, cq_value value) {
+static uint64_t base_of_bipyramid(uint32_t n, uint32_t from, uint32_t count, cq_value value)
+{
     sample s;
     coded c;
     uint64_t bits = 0;
@@ -1240,7 +1307,8 @@ static uint64_t base_of_bipyramid(uint32_t n, uint32_t from, uint32_t count, cq_
 }
 
 /* Of 100 neighbours that are known, 64 have one value: that is expected if most of the others are not asked. */
-TEST(a_base_value_is_predicted_by_64_neighbours) {
+TEST(a_base_value_is_predicted_by_64_neighbours)
+{
     uint32_t from, by_first = 0, by_all = 0;
     for (from = 0; from < 100; ++from) {
         const uint64_t first = base_of_bipyramid(100, from, 36, 100), all = base_of_bipyramid(100, from, 36, 1144);
@@ -1251,7 +1319,8 @@ TEST(a_base_value_is_predicted_by_64_neighbours) {
     CHECK(by_all > 20);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(the_map_is_a_permutation);
     RUN(the_face_map_leads_to_the_same_corners);

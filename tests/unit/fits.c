@@ -8,13 +8,15 @@ enum { MAX_SAMPLES = 2048, NUM_WEIGHTS = 8 };
 static cqi_sample sample[MAX_SAMPLES];
 static uint32_t random_state;
 
-static int any(int least, int most) {
+static int any(int least, int most)
+{
     random_state = random_state * 1664525u + 1013904223u;
     return least + (int)((random_state >> 8) % (uint32_t)(most - least + 1));
 }
 
 /* Samples that these weights leave errors of at most `noise` in; those from `some` on of any size. */
-static void make_samples(cqi_samples *samples, uint32_t count, uint32_t some, const int8_t *weight, int noise) {
+static void make_samples(cqi_samples *samples, uint32_t count, uint32_t some, const int8_t *weight, int noise)
+{
     uint32_t i;
     int c, k;
     random_state = count;
@@ -34,7 +36,8 @@ static void make_samples(cqi_samples *samples, uint32_t count, uint32_t some, co
         }
 }
 
-TEST(weights_are_found_that_made_the_samples) {
+TEST(weights_are_found_that_made_the_samples)
+{
     static const int8_t made[NUM_WEIGHTS] = {31, -7, 0, 18, -40, 3, 25, -12};
     static const uint32_t counts[4][2] = {{60, 60}, {512, 512}, {513, 257}, {2000, 1000}};
     int i, noise;
@@ -51,7 +54,8 @@ TEST(weights_are_found_that_made_the_samples) {
 }
 
 /* The last steps see all samples: most of them say that one weight is larger by 3. */
-TEST(samples_that_are_not_among_some_have_the_last_word) {
+TEST(samples_that_are_not_among_some_have_the_last_word)
+{
     static const int8_t first[NUM_WEIGHTS] = {31, -7, 0, 18, -40, 3, 25, -12};
     int8_t last[NUM_WEIGHTS], weight[NUM_WEIGHTS] = {0};
     cqi_samples samples;
@@ -74,7 +78,8 @@ TEST(samples_that_are_not_among_some_have_the_last_word) {
     CHECK(!memcmp(weight, first, sizeof first));
 }
 
-TEST(each_sample_has_a_place_and_every_second_one_is_among_some) {
+TEST(each_sample_has_a_place_and_every_second_one_is_among_some)
+{
     static const uint32_t counts[6] = {1, 2, 512, 513, 514, 2048};
     static uint8_t taken[MAX_SAMPLES];
     int i;
@@ -93,7 +98,8 @@ TEST(each_sample_has_a_place_and_every_second_one_is_among_some) {
     }
 }
 
-TEST(there_is_room_for_a_tenth_of_the_vertices_within_limits) {
+TEST(there_is_room_for_a_tenth_of_the_vertices_within_limits)
+{
     CHECK_EQ(cqi_most_samples(3), 512);
     CHECK_EQ(cqi_most_samples(5129), 512);
     CHECK_EQ(cqi_most_samples(5130), 513);
@@ -103,7 +109,8 @@ TEST(there_is_room_for_a_tenth_of_the_vertices_within_limits) {
 }
 
 /* As for the stream, it makes no difference which of two components an error is of. */
-TEST(components_share_the_counts_of_their_errors) {
+TEST(components_share_the_counts_of_their_errors)
+{
     uint32_t apart[CQI_SIZES] = {0}, together[CQI_SIZES] = {0};
     cqi_samples samples;
     samples.count = 100;
@@ -115,7 +122,8 @@ TEST(components_share_the_counts_of_their_errors) {
     CHECK_EQ(cqi_cost_of_sizes(&samples, together, 2), 8 * (200 + 500));
 }
 
-int main(void) {
+int main(void)
+{
     RUN(weights_are_found_that_made_the_samples);
     RUN(samples_that_are_not_among_some_have_the_last_word);
     RUN(each_sample_has_a_place_and_every_second_one_is_among_some);

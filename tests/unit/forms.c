@@ -23,7 +23,8 @@ static uint64_t state;
 
 static uint32_t draw(uint32_t n) { return (uint32_t)(next_random(&state) % n); }
 
-static triangles draw_mesh(void) {
+static triangles draw_mesh(void)
+{
     triangles t;
     switch (draw(9)) {
     case 0: return triangles_pillow();
@@ -41,13 +42,15 @@ static triangles draw_mesh(void) {
 static const uint8_t least_components[] = { 3, 1, 2, 2, 3, 1, 1, 1, 1, 1, 2 };
 static const uint8_t most_components[] = { 3, 4, 3, 2, 4, 4, 4, 1, 1, 1, 4 };
 
-static uint8_t draw_bits(void) {
+static uint8_t draw_bits(void)
+{
     static const uint8_t bits[] = { 1, 2, 5, 8, 10, 12, 14, 15, 15, 22, 24, CQ_EXACT_BITS, CQ_EXACT_BITS };
     return bits[draw(CQ_INDEX_BITS == 16 ? 9 : sizeof bits)];
 }
 
 /* A value of row or face i: near that of the one before, one of a few, or any. */
-static cq_value draw_value(const cq_channel *c, uint32_t manner, uint32_t i) {
+static cq_value draw_value(const cq_channel *c, uint32_t manner, uint32_t i)
+{
     static const uint32_t odd[] = { 0x80000000u, 0, 0x7fc00001u, 0xff800000u, 0x3f800000u };
     const uint32_t top = c->bits == CQ_EXACT_BITS ? 0xffffffffu : ((uint32_t)1 << c->bits) - 1;
     uint32_t x = manner == 0 ? 0 : manner == 1 ? i * (top / 300 + 1) + draw(top / 40 + 1) : manner == 2 ? draw(3) * (top / 2) : (uint32_t)next_random(&state);
@@ -55,7 +58,8 @@ static cq_value draw_value(const cq_channel *c, uint32_t manner, uint32_t i) {
     return (cq_value)(x & top);
 }
 
-static void add_channel(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge) {
+static void add_channel(uint32_t kind, uint32_t components, uint32_t bits, uint32_t merge)
+{
     cq_shape *s = &scene.input.shape;
     cq_channel *c = &s->channel[s->num_channels];
     cq_value *to = scene.values[s->num_channels];
@@ -70,7 +74,8 @@ static void add_channel(uint32_t kind, uint32_t components, uint32_t bits, uint3
 }
 
 /* Moves each vertex to the mean of the corners of its faces, time and again: smooth surfaces have regular levels. */
-static void smooth(cq_value *at) {
+static void smooth(cq_value *at)
+{
     static int32_t sum[4 * MOST_ROWS];
     const cq_shape *const s = &scene.input.shape;
     uint32_t pass, h, k, c;
@@ -87,7 +92,8 @@ static void smooth(cq_value *at) {
     }
 }
 
-static void draw_channel(void) {
+static void draw_channel(void)
+{
     const uint32_t kind = draw(11);
     uint32_t merge = draw(4) ? CQ_AVERAGE : draw(3);
     uint32_t components = least_components[kind] + draw(most_components[kind] - least_components[kind] + 1u);
@@ -98,7 +104,8 @@ static void draw_channel(void) {
 }
 
 /* Corners of a few faces in a row get rows of their own, at the same places; other channels have other values there. */
-static void draw_seam(void) {
+static void draw_seam(void)
+{
     cq_shape *s = &scene.input.shape;
     static cq_index own[MOST_ROWS];
     const uint32_t from = draw(s->num_faces), to = from + 1 + draw(s->num_faces / 3 + 1);
@@ -121,7 +128,8 @@ static void draw_seam(void) {
     }
 }
 
-static void draw_scene(uint32_t number) {
+static void draw_scene(uint32_t number)
+{
     cq_shape *const s = &scene.input.shape;
     triangles t;
     uint32_t k, n;
@@ -172,7 +180,8 @@ static void draw_scene(uint32_t number) {
 
 static uint32_t with_rows, with_aside, with_regular;
 
-static void check_scene(const coded *c) {
+static void check_scene(const coded *c)
+{
     decoding d;
     uint32_t k;
     decoding_begin(&d, c->bytes, c->size);
@@ -197,12 +206,14 @@ static void check_scene(const coded *c) {
  * faces, channels before positions. */
 enum { FIRST_SCENES = 200, SCENES = FIRST_SCENES + 7 };
 
-static uint32_t number_of(uint32_t scene) {
+static uint32_t number_of(uint32_t scene)
+{
     static const uint32_t rare[SCENES - FIRST_SCENES] = { 290, 591, 617, 749, 798, 860, 908 };
     return scene < FIRST_SCENES ? scene : rare[scene - FIRST_SCENES];
 }
 
-TEST(channels_of_all_forms_come_back) {
+TEST(channels_of_all_forms_come_back)
+{
     uint32_t number;
     with_rows = with_aside = with_regular = 0;
     for (number = 0; number < SCENES && !test_state.failures; number++) {
@@ -219,12 +230,14 @@ TEST(channels_of_all_forms_come_back) {
 }
 
 /* With seams, its values are of rows. */
-static int channel_of_corner(const cq_channel *c) {
+static int channel_of_corner(const cq_channel *c)
+{
     return c->kind == CQ_NORMAL || c->kind == CQ_TEXCOORD || c->kind == CQ_TANGENT || c->kind == CQ_COLOR;
 }
 
 /* How many values that are there are not in their ranges. */
-static uint32_t strays(const cq_decoder *d) {
+static uint32_t strays(const cq_decoder *d)
+{
     uint32_t k, i, n = 0;
     for (k = 0; k < d->shape.num_channels; k++) {
         const cq_channel *const c = &d->shape.channel[k];
@@ -237,7 +250,8 @@ static uint32_t strays(const cq_decoder *d) {
     return n;
 }
 
-TEST(damage_leaves_values_in_their_ranges_and_meshes_valid) {
+TEST(damage_leaves_values_in_their_ranges_and_meshes_valid)
+{
     uint32_t number, tries, corrupt = 0, others = 0;
     for (number = 0; number < SCENES && !test_state.failures; number++) {
         coded c;
@@ -272,7 +286,8 @@ TEST(damage_leaves_values_in_their_ranges_and_meshes_valid) {
     CHECK(corrupt > SCENES && others > SCENES / 8);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(channels_of_all_forms_come_back);
     RUN(damage_leaves_values_in_their_ranges_and_meshes_valid);

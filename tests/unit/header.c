@@ -5,7 +5,8 @@
 #include "sample.h"
 #include "test.h"
 
-static cq_result peek(const header *h, cq_shape *shape) {
+static cq_result peek(const header *h, cq_shape *shape)
+{
     uint8_t *bytes = (uint8_t *)exact_copy(h->bytes, h->size);
     cq_result result = cq_peek(bytes, h->size, shape, NULL, NULL);
     exact_free(bytes);
@@ -13,7 +14,8 @@ static cq_result peek(const header *h, cq_shape *shape) {
 }
 
 /* What the decoder says to a stream that starts with the header, given plenty of small memory. */
-static cq_result decode(const header *h) {
+static cq_result decode(const header *h)
+{
     decoding d;
     cq_result result;
     decoding_begin_with(&d, 4096);
@@ -24,7 +26,8 @@ static cq_result decode(const header *h) {
 
 /* -- Tests --------------------------------------------------------------------------------------------------------- */
 
-TEST(a_header_tells_the_shape_that_was_encoded) {
+TEST(a_header_tells_the_shape_that_was_encoded)
+{
     int which;
     for (which = 0; which < SAMPLES; ++which) {
         sample s;
@@ -56,7 +59,8 @@ TEST(a_header_tells_the_shape_that_was_encoded) {
     }
 }
 
-TEST(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough) {
+TEST(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough)
+{
     int which;
     for (which = 0; which < SAMPLES; ++which) {
         sample s;
@@ -78,19 +82,22 @@ TEST(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough) {
     }
 }
 
-TEST(nothing_at_all_needs_more_input) {
+TEST(nothing_at_all_needs_more_input)
+{
     cq_shape shape;
     CHECK_EQ(cq_peek(NULL, 0, &shape, NULL, NULL), CQ_NEED_INPUT);
 }
 
-TEST(null_arguments_of_peek_are_an_error) {
+TEST(null_arguments_of_peek_are_an_error)
+{
     static const uint8_t bytes[] = {'C', 'Q', 0};
     cq_shape shape;
     CHECK_EQ(cq_peek(bytes, 3, NULL, NULL, NULL), CQ_ERROR_ARGUMENT);
     CHECK_EQ(cq_peek(NULL, 3, &shape, NULL, NULL), CQ_ERROR_ARGUMENT);
 }
 
-TEST(a_wrong_magic_is_not_a_stream_at_any_length) {
+TEST(a_wrong_magic_is_not_a_stream_at_any_length)
+{
     sample s;
     coded c;
     size_t size;
@@ -112,7 +119,8 @@ TEST(a_wrong_magic_is_not_a_stream_at_any_length) {
     sample_free(&s);
 }
 
-TEST(another_version_is_not_known) {
+TEST(another_version_is_not_known)
+{
     sample s;
     coded c;
     int version;
@@ -128,7 +136,8 @@ TEST(another_version_is_not_known) {
     sample_free(&s);
 }
 
-TEST(a_wrong_check_value_of_the_header_is_found) {
+TEST(a_wrong_check_value_of_the_header_is_found)
+{
     sample s;
     coded c;
     size_t header_bytes;
@@ -146,7 +155,8 @@ TEST(a_wrong_check_value_of_the_header_is_found) {
     sample_free(&s);
 }
 
-TEST(no_flipped_bit_in_a_header_goes_unnoticed) {
+TEST(no_flipped_bit_in_a_header_goes_unnoticed)
+{
     int which;
     for (which = 0; which < SAMPLES; ++which) {
         sample s;
@@ -170,7 +180,8 @@ TEST(no_flipped_bit_in_a_header_goes_unnoticed) {
     }
 }
 
-TEST(a_header_by_hand_is_understood) {
+TEST(a_header_by_hand_is_understood)
+{
     header h;
     cq_shape shape;
     put_start(&h, 300, 2, 17, -3);
@@ -188,7 +199,8 @@ TEST(a_header_by_hand_is_understood) {
     CHECK_EQ(shape.channel[1].components, 1);
 }
 
-TEST(the_largest_header_fits_its_limit) {
+TEST(the_largest_header_fits_its_limit)
+{
     sample s;
     coded c;
     cq_shape shape;
@@ -204,7 +216,8 @@ TEST(the_largest_header_fits_its_limit) {
     sample_free(&s);
 }
 
-TEST(counts_that_no_closed_surface_has_are_corrupt) {
+TEST(counts_that_no_closed_surface_has_are_corrupt)
+{
     static const struct { uint32_t v, loops, edges; int32_t euler; } bad[] = {
         {4, 0, 0, 3},            /* 2 * 4 - 4 * 3 < 0 faces */
         {4, 1, 2, 1},            /* a loop of two edges */
@@ -223,7 +236,8 @@ TEST(counts_that_no_closed_surface_has_are_corrupt) {
     }
 }
 
-TEST(as_many_faces_as_32_bits_can_count_are_a_shape) {
+TEST(as_many_faces_as_32_bits_can_count_are_a_shape)
+{
     header h;
     cq_shape shape;
     put_start(&h, 0x80000000u, 1, 3, 0);
@@ -237,7 +251,8 @@ TEST(as_many_faces_as_32_bits_can_count_are_a_shape) {
     CHECK_EQ(peek(&h, &shape), CQ_ERROR_CORRUPT);
 }
 
-TEST(huge_counts_are_refused_before_any_work) {
+TEST(huge_counts_are_refused_before_any_work)
+{
     static const uint32_t huge[] = {0x7fffffffu, 0xffffffffu, 100000000u, 21846u, 1000u};
     size_t k;
     for (k = 0; k < sizeof huge / sizeof huge[0]; ++k) {
@@ -251,7 +266,8 @@ TEST(huge_counts_are_refused_before_any_work) {
     }
 }
 
-TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
+TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt)
+{
     static const uint8_t long_forms[][6] = {{0x84, 0x00}, {0x84, 0x80, 0x00}, {0xff, 0xff, 0xff, 0xff, 0x10},
                                             {0xff, 0xff, 0xff, 0xff, 0xff, 0x01}, {0x80, 0x80, 0x80, 0x80, 0x00}};
     static const size_t sizes[] = {2, 3, 5, 6, 5};
@@ -271,7 +287,8 @@ TEST(a_number_that_is_not_in_its_shortest_form_is_corrupt) {
 }
 
 /* The table of SPEC.md, by hand. */
-static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
+static int is_channel(uint32_t form, uint32_t components, uint32_t bits)
+{
     static const char *const components_of[] = {"3", "1234", "23", "2", "34", "1234", "1234", "1", "1", "1", "234"};
     uint32_t kind = form % 16, merge = (form & ~(uint32_t)NO_GRID) / 16;
     if (kind == 9) return merge == 2 && components == 1 && bits == 1;
@@ -280,7 +297,8 @@ static int is_channel(uint32_t form, uint32_t components, uint32_t bits) {
     return (bits >= 1 && bits <= 24) || bits == 32;
 }
 
-TEST(exactly_the_channels_of_the_specification_are_supported) {
+TEST(exactly_the_channels_of_the_specification_are_supported)
+{
     uint32_t form, components, bits, count = 0;
     for (form = 0; form < 256; ++form) {
         for (components = 0; components < 6; ++components) {
@@ -310,7 +328,8 @@ TEST(exactly_the_channels_of_the_specification_are_supported) {
     CHECK_EQ(count, 2 * ((23 + 23 + 5) * 25 + 1));
 }
 
-TEST(channels_that_do_not_exist_are_not_supported) {
+TEST(channels_that_do_not_exist_are_not_supported)
+{
     static const struct { uint32_t kind, components, bits; } bad[] = {
         {9, 1, 8}, {255, 1, 8}, {CQ_GENERIC, 0, 8}, {CQ_GENERIC, 5, 8}, {CQ_GENERIC, 255, 8}, {CQ_GENERIC, 1, 0},
         {CQ_GENERIC, 1, 25}, {CQ_GENERIC, 1, 255}, {CQ_POSITION, 2, 8}, {CQ_POSITION, 4, 8}, {CQ_POSITION, 3, 33}};
@@ -328,7 +347,8 @@ TEST(channels_that_do_not_exist_are_not_supported) {
     }
 }
 
-TEST(more_channels_than_there_may_be_are_not_supported) {
+TEST(more_channels_than_there_may_be_are_not_supported)
+{
     uint32_t n;
     for (n = 0; n < 256; ++n) {
         header h;
@@ -346,7 +366,8 @@ TEST(more_channels_than_there_may_be_are_not_supported) {
     }
 }
 
-TEST(regular_levels_have_any_channels_and_rows) {
+TEST(regular_levels_have_any_channels_and_rows)
+{
     static const struct { uint32_t kind, merge, components, bits; } channels[] = {
         { CQ_POSITION, CQ_AVERAGE, 3, 12 },
         { CQ_POSITION, CQ_COPY, 3, 12 },
@@ -373,7 +394,8 @@ TEST(regular_levels_have_any_channels_and_rows) {
 }
 
 /* An insertion may have the values of two rows in a step. */
-TEST(regular_levels_with_rows_have_as_many_components_as_a_step_may) {
+TEST(regular_levels_with_rows_have_as_many_components_as_a_step_may)
+{
     uint32_t colors;
     for (colors = 1; colors <= CQ_MAX_CHANNELS; ++colors) {
         header h;
@@ -389,7 +411,8 @@ TEST(regular_levels_with_rows_have_as_many_components_as_a_step_may) {
 }
 
 /* A stream of a mesh of so many vertices and five numbers: rows, rows and faces aside, bytes of metadata, materials. */
-static header of_numbers(uint32_t vertices, const uint32_t *numbers) {
+static header of_numbers(uint32_t vertices, const uint32_t *numbers)
+{
     header h;
     int k;
     put_start(&h, vertices, 0, 0, vertices > 0);
@@ -402,13 +425,15 @@ static header of_numbers(uint32_t vertices, const uint32_t *numbers) {
 }
 
 /* A stream of nothing but rows aside and a mesh of so many vertices. */
-static header of_rows_aside(uint32_t vertices, uint32_t rows) {
+static header of_rows_aside(uint32_t vertices, uint32_t rows)
+{
     uint32_t numbers[5] = { 0, 0, 0, 0, 0 };
     numbers[1] = rows;
     return of_numbers(vertices, numbers);
 }
 
-TEST(numbers_that_no_encoder_writes_are_corrupt) {
+TEST(numbers_that_no_encoder_writes_are_corrupt)
+{
     static const struct { uint32_t numbers[5]; cq_result result; } cases[] = {
         { { 0, 0, 0, 0, 0 }, CQ_ERROR_CORRUPT },                    /* then there would be none of them */
         { { 0, 0, 0, 0, 1 }, CQ_ERROR_CORRUPT },                    /* one material is none */
@@ -431,7 +456,8 @@ TEST(numbers_that_no_encoder_writes_are_corrupt) {
 }
 
 /* A face aside names rows, of which there is none. */
-TEST(a_face_aside_needs_a_row) {
+TEST(a_face_aside_needs_a_row)
+{
     static const uint32_t numbers[5] = { 0, 0, 1, 0, 0 };
     const header h = of_numbers(0, numbers);
     cq_decoder d;
@@ -444,7 +470,8 @@ TEST(a_face_aside_needs_a_row) {
     CHECK_EQ(d.aside.num_faces, 0);
 }
 
-TEST(rows_aside_without_values_take_no_time) {
+TEST(rows_aside_without_values_take_no_time)
+{
     const uint32_t many = CQ_INDEX_BITS == 16 ? 0xffff : 0xffffffff;
     const header h = of_rows_aside(0, many);
     cq_decoder d;
@@ -458,7 +485,8 @@ TEST(rows_aside_without_values_take_no_time) {
     CHECK_EQ(d.aside.num_rows, many);
 }
 
-TEST(rows_and_rows_aside_are_no_more_than_can_be_numbered) {
+TEST(rows_and_rows_aside_are_no_more_than_can_be_numbered)
+{
     const uint32_t many = CQ_INDEX_BITS == 16 ? 0xffff : 0xffffffff;
     header most = of_rows_aside(4, many - 4), more = of_rows_aside(4, many - 3);
     cq_shape shape;
@@ -470,7 +498,8 @@ TEST(rows_and_rows_aside_are_no_more_than_can_be_numbered) {
 }
 
 #if CQ_INDEX_BITS == 16
-TEST(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits) {
+TEST(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits)
+{
     header h;
     cq_shape shape;
     put_start(&h, 4, 0, 0, 1);
@@ -489,7 +518,8 @@ TEST(sixteen_bit_builds_do_not_support_values_of_more_than_fifteen_bits) {
 }
 #endif
 
-TEST(the_macro_and_the_function_for_decoder_memory_agree) {
+TEST(the_macro_and_the_function_for_decoder_memory_agree)
+{
     uint32_t v, f, c;
     for (v = 0; v < 60; v += 5) {
         for (f = 0; f < 60; f += 3) {
@@ -520,7 +550,8 @@ TEST(the_macro_and_the_function_for_decoder_memory_agree) {
     }
 }
 
-TEST(memory_for_counts_that_cannot_be_numbered_is_zero) {
+TEST(memory_for_counts_that_cannot_be_numbered_is_zero)
+{
     cq_shape shape;
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = 4;
@@ -551,7 +582,8 @@ TEST(memory_for_counts_that_cannot_be_numbered_is_zero) {
     CHECK_EQ(cq_decoder_bytes(&shape) == 0, CQ_INDEX_BITS == 16);
 }
 
-TEST(memory_at_most_is_there_for_all_counts_that_can_be_numbered) {
+TEST(memory_at_most_is_there_for_all_counts_that_can_be_numbered)
+{
     const uint32_t limit = CQ_INDEX_BITS == 16 ? 0xffff / 3 : 0xffffffff / 3;
     cq_shape shape;
     memset(&shape, 0, sizeof shape);
@@ -567,14 +599,16 @@ TEST(memory_at_most_is_there_for_all_counts_that_can_be_numbered) {
     CHECK_EQ(cq_encoder_bytes_at_most(&shape), 0);
 }
 
-TEST(memory_for_no_shape_is_zero) {
+TEST(memory_for_no_shape_is_zero)
+{
     CHECK_EQ(cq_mesh_bytes(NULL), 0);
     CHECK_EQ(cq_decoder_bytes(NULL), 0);
     CHECK_EQ(cq_encoder_bytes(NULL), 0);
     CHECK_EQ(cq_encoder_bytes_at_most(NULL), 0);
 }
 
-TEST(memory_for_more_channels_than_there_may_be_is_zero) {
+TEST(memory_for_more_channels_than_there_may_be_is_zero)
+{
     static const uint32_t many[] = {CQ_MAX_CHANNELS + 1, 256, 0xffffffffu};
     size_t k;
     for (k = 0; k < 3; ++k) {
@@ -590,7 +624,8 @@ TEST(memory_for_more_channels_than_there_may_be_is_zero) {
     }
 }
 
-TEST(every_result_has_a_phrase_of_its_own) {
+TEST(every_result_has_a_phrase_of_its_own)
+{
     int a, b;
     for (a = CQ_ERROR_CHECKSUM; a <= CQ_MORE; ++a) {
         const char *phrase = cq_result_string((cq_result)a);
@@ -601,7 +636,8 @@ TEST(every_result_has_a_phrase_of_its_own) {
     CHECK(strcmp(cq_result_string((cq_result)-17), cq_result_string((cq_result)5)) == 0);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(a_header_tells_the_shape_that_was_encoded);
     RUN(every_part_of_a_header_needs_more_input_and_every_longer_piece_is_enough);

@@ -10,14 +10,16 @@
 
 typedef enum diagonals { ALIKE, ALTERNATING, RANDOM } diagonals;
 
-static void add_face(triangles *t, uint32_t a, uint32_t b, uint32_t c) {
+static void add_face(triangles *t, uint32_t a, uint32_t b, uint32_t c)
+{
     cq_index *v = t->indices + 3 * (size_t)t->num_faces++;
     v[0] = (cq_index)a;
     v[1] = (cq_index)b;
     v[2] = (cq_index)c;
 }
 
-static triangles room_for(uint32_t num_vertices, uint32_t num_faces) {
+static triangles room_for(uint32_t num_vertices, uint32_t num_faces)
+{
     triangles t;
     t.num_vertices = num_vertices;
     t.num_faces = 0;
@@ -25,7 +27,8 @@ static triangles room_for(uint32_t num_vertices, uint32_t num_faces) {
     return t;
 }
 
-static void add_quad(triangles *t, uint32_t a, uint32_t b, uint32_t c, uint32_t d, int first) {
+static void add_quad(triangles *t, uint32_t a, uint32_t b, uint32_t c, uint32_t d, int first)
+{
     if (first) {
         add_face(t, a, b, c);
         add_face(t, a, c, d);
@@ -36,7 +39,8 @@ static void add_quad(triangles *t, uint32_t a, uint32_t b, uint32_t c, uint32_t 
 }
 
 /* w x h quads; closed around in x, in y, or not. */
-static triangles quads(uint32_t w, uint32_t h, int around_x, int around_y, diagonals diagonal, uint64_t seed) {
+static triangles quads(uint32_t w, uint32_t h, int around_x, int around_y, diagonals diagonal, uint64_t seed)
+{
     const uint32_t columns = w + !around_x, rows = h + !around_y;
     triangles t = room_for(columns * rows, 2 * w * h);
     uint32_t x, y;
@@ -50,7 +54,8 @@ static triangles quads(uint32_t w, uint32_t h, int around_x, int around_y, diago
 }
 
 /* A cylinder of h rows with fans as caps. */
-static triangles cylinder(uint32_t n, uint32_t h) {
+static triangles cylinder(uint32_t n, uint32_t h)
+{
     const triangles side = quads(n, h, 1, 0, ALIKE, 1);
     triangles t = room_for(side.num_vertices + 2, side.num_faces + 2 * n);
     uint32_t k;
@@ -65,7 +70,8 @@ static triangles cylinder(uint32_t n, uint32_t h) {
 }
 
 /* Each face becomes four. */
-static triangles subdivide(triangles from) {
+static triangles subdivide(triangles from)
+{
     built b;
     triangles t;
     cq_index *middle;
@@ -90,7 +96,8 @@ static triangles subdivide(triangles from) {
 }
 
 /* Turns so many random edges. */
-static void disturb(cq_mesh *m, uint32_t edges, uint64_t seed) {
+static void disturb(cq_mesh *m, uint32_t edges, uint64_t seed)
+{
     while (edges--) {
         const cq_index h = (cq_index)(next_random(&seed) % (3 * (uint32_t)m->num_faces));
         if (m->origin[h - h % 3] != CQ_NONE && cqi_can_flip(m, h)) cqi_flip(m, h);
@@ -102,7 +109,8 @@ static void disturb(cq_mesh *m, uint32_t edges, uint64_t seed) {
 static long seen_seconds, seen_dissolves, seen_patterns;
 
 /* Vertices on a grid of so many columns, with a little height. */
-static cq_value *places(uint32_t n, uint32_t columns) {
+static cq_value *places(uint32_t n, uint32_t columns)
+{
     cq_value *x = (cq_value *)exact_alloc(3 * (size_t)n * sizeof *x);
     uint64_t seed = n;
     uint32_t v;
@@ -115,7 +123,8 @@ static cq_value *places(uint32_t n, uint32_t columns) {
 }
 
 /* Strips from a seed that the number of vertices decides. */
-static cq_index find_strips(cqi_labels *l) {
+static cq_index find_strips(cqi_labels *l)
+{
     const cq_mesh *m = l->mesh;
     if (cqi_face_slots(m) < cqi_vertex_slots(m)) return 0;
     l->alike = m->num_faces & 1;
@@ -128,7 +137,8 @@ static cq_index find_strips(cqi_labels *l) {
 }
 
 /* Waves find no more odd vertices than the bound, and count them. */
-static void check_bound(cqi_labels *l) {
+static void check_bound(cqi_labels *l)
+{
     cq_index bound[2];
     int k;
     cqi_bound_odd(l->mesh, bound);
@@ -141,7 +151,8 @@ static void check_bound(cqi_labels *l) {
 
 /* Takes the mesh apart and puts it together again in each order; columns: of the positions, 0: without. Returns the share of
  * odd vertices of the first level, in percent; levels: how many there were. */
-static int take_apart(triangles t, uint32_t columns, cq_index (*find)(cqi_labels *), int least, uint32_t disturbed, int *levels) {
+static int take_apart(triangles t, uint32_t columns, cq_index (*find)(cqi_labels *), int least, uint32_t disturbed, int *levels)
+{
     const size_t bytes = 3 * (size_t)t.num_faces * sizeof(cq_index);
     cq_value *positions = columns ? places(t.num_vertices, columns) : NULL;
     int order, share = 0;
@@ -173,7 +184,8 @@ static int take_apart(triangles t, uint32_t columns, cq_index (*find)(cqi_labels
     return share;
 }
 
-static int apart_and_together(triangles t, uint32_t disturbed, int *levels) {
+static int apart_and_together(triangles t, uint32_t disturbed, int *levels)
+{
     return take_apart(t, 0, cqi_find_labels, 0, disturbed, levels);
 }
 
@@ -185,13 +197,15 @@ typedef struct edges {
     uint8_t joined[8];
 } edges;
 
-static void toggle(edges *e, int i, int j) {
+static void toggle(edges *e, int i, int j)
+{
     e->joined[i] ^= (uint8_t)(1 << j);
     e->joined[j] ^= (uint8_t)(1 << i);
 }
 
 /* Flips an edge, as a decoder would: it must be there, and make one that is not. */
-static int flip_edge(edges *e, int i, int j) {
+static int flip_edge(edges *e, int i, int j)
+{
     int both = e->joined[i] & e->joined[j], low, high;
     if (!(e->joined[i] >> j & 1)) return 0;
     for (low = 0; low < 8 && !(both >> low & 1);) ++low;
@@ -203,7 +217,8 @@ static int flip_edge(edges *e, int i, int j) {
 }
 
 /* Redoes one of the two coarse faces, whose corners begin at number k: without its dissolved edge. */
-static int redo_half(const cqi_polygon *p, edges *e, int k, int *one, int *opposite) {
+static int redo_half(const cqi_polygon *p, edges *e, int k, int *one, int *opposite)
+{
     const int first = cqi_is_marked(p, k), second = cqi_is_marked(p, (k + 1) % 4);
     const int a = cqi_next_place(p, p->corner[k]), b = cqi_next_place(p, p->corner[(k + 1) % 4]);
     const int from = p->corner[k], to = p->corner[(k + 2) % 4];
@@ -227,7 +242,8 @@ static int redo_half(const cqi_polygon *p, edges *e, int k, int *one, int *oppos
 }
 
 /* Is what cqi_find_faces says of a polygon what leads back to it? */
-static int leads_back(const cqi_polygon *p, const edges *target) {
+static int leads_back(const cqi_polygon *p, const edges *target)
+{
     edges e;
     int k, one[2], opposite[2];
     e.size = p->size;
@@ -245,7 +261,8 @@ static int leads_back(const cqi_polygon *p, const edges *target) {
 static long polygons_seen, polygons_found, polygons_second, polygons_alike;
 
 /* One triangulation of a polygon with these corners, whose edges are in some order. */
-static void check_order(int size, int even, int edge[][2]) {
+static void check_order(int size, int even, int edge[][2])
+{
     cqi_polygon p;
     edges target;
     int k, wanted, found[3];
@@ -282,7 +299,8 @@ static void check_order(int size, int even, int edge[][2]) {
 }
 
 /* The same in all orders of its edges, each of them in either direction. */
-static void check_polygon(int size, int even, int edge[][2], int ordered) {
+static void check_polygon(int size, int even, int edge[][2], int ordered)
+{
     int k, j, turned, both[8][2];
     for (turned = 0; ordered == size - 3 && turned < 1 << ordered; ++turned) {
         for (k = 0; k < 2 * ordered; ++k) both[k / 2][k % 2] = edge[k / 2][(k ^ turned >> k / 2) & 1];
@@ -296,7 +314,8 @@ static void check_polygon(int size, int even, int edge[][2], int ordered) {
 }
 
 /* All triangulations: the chain of places `todo` stands for a list of polygons first .. last that are still to be cut. */
-static void triangulate(int size, int even, int todo[][2], int n, int edge[][2], int edges_made) {
+static void triangulate(int size, int even, int todo[][2], int n, int edge[][2], int edges_made)
+{
     int first, last, k;
     if (n == 0) {
         check_polygon(size, even, edge, 0);
@@ -320,7 +339,8 @@ static void triangulate(int size, int even, int todo[][2], int n, int edge[][2],
     }
 }
 
-TEST(polygons_of_four_corners_lead_back_to_themselves) {
+TEST(polygons_of_four_corners_lead_back_to_themselves)
+{
     int marks, k, todo[16][2], edge[8][2];
     for (marks = 1; marks < 16; ++marks) {
         int size = 0, even = 0;
@@ -341,7 +361,8 @@ TEST(polygons_of_four_corners_lead_back_to_themselves) {
 
 /* -- Meshes -------------------------------------------------------------------------------------------------------- */
 
-TEST(subdivided_meshes_are_undone_step_by_step) {
+TEST(subdivided_meshes_are_undone_step_by_step)
+{
     int levels;
     CHECK(apart_and_together(subdivide(subdivide(subdivide(triangles_tetrahedron()))), 0, &levels) >= 73);
     CHECK(levels >= 3);
@@ -351,7 +372,8 @@ TEST(subdivided_meshes_are_undone_step_by_step) {
     CHECK(levels >= 2);
 }
 
-TEST(grids_with_boundary_and_tori_are_undone) {
+TEST(grids_with_boundary_and_tori_are_undone)
+{
     int levels;
     CHECK(apart_and_together(quads(16, 16, 0, 0, ALIKE, 1), 0, &levels) >= 70);
     CHECK(levels >= 3);
@@ -360,14 +382,16 @@ TEST(grids_with_boundary_and_tori_are_undone) {
     CHECK(apart_and_together(quads(12, 20, 1, 0, ALTERNATING, 1), 0, &levels) >= 60);
 }
 
-TEST(odd_rows_are_part_of_a_level) {
+TEST(odd_rows_are_part_of_a_level)
+{
     int levels;
     CHECK(apart_and_together(quads(17, 13, 1, 1, ALIKE, 1), 0, &levels) >= 60);
     CHECK(apart_and_together(cylinder(25, 15), 0, &levels) >= 60);
     CHECK(apart_and_together(cylinder(24, 5), 0, &levels) >= 40);
 }
 
-TEST(small_meshes_have_levels_or_none) {
+TEST(small_meshes_have_levels_or_none)
+{
     uint32_t w, h;
     int levels, any = 0;
     apart_and_together(triangles_single(), 0, &levels);
@@ -389,7 +413,8 @@ TEST(small_meshes_have_levels_or_none) {
     CHECK(any > 10);
 }
 
-TEST(irregular_places_are_repaired) {
+TEST(irregular_places_are_repaired)
+{
     uint64_t seed;
     int levels, any = 0;
     for (seed = 1; seed <= 12; ++seed) {
@@ -405,7 +430,8 @@ TEST(irregular_places_are_repaired) {
 }
 
 /* Two odd vertices that must become even, the second of which has become so when the first one was. */
-TEST(a_conflict_may_be_over_before_its_turn) {
+TEST(a_conflict_may_be_over_before_its_turn)
+{
     redo r;
     cqi_labels *const l = &r.labels;
     cq_index odd, spare;
@@ -422,7 +448,8 @@ TEST(a_conflict_may_be_over_before_its_turn) {
 }
 
 /* Whether a mesh is one of quads is told by a part of it. */
-TEST(a_sample_of_strips_tells_quads) {
+TEST(a_sample_of_strips_tells_quads)
+{
     redo r;
     cqi_labels *const l = &r.labels;
     triangles t = quads(64, 60, 0, 0, RANDOM, 3);
@@ -436,7 +463,8 @@ TEST(a_sample_of_strips_tells_quads) {
     exact_free(x);
 }
 
-TEST(quads_with_random_diagonals_are_undone_in_strips) {
+TEST(quads_with_random_diagonals_are_undone_in_strips)
+{
     uint64_t seed;
     int levels, any = 0;
     CHECK(take_apart(quads(21, 16, 0, 0, RANDOM, 1), 22, cqi_find_labels, 300, 0, &levels) >= 40);
@@ -451,7 +479,8 @@ TEST(quads_with_random_diagonals_are_undone_in_strips) {
     CHECK(any > 20);
 }
 
-TEST(a_limit_keeps_vertices_even) {
+TEST(a_limit_keeps_vertices_even)
+{
     static const int32_t limits[] = {0, 1, 2, 4};
     size_t k;
     int share[sizeof limits / sizeof *limits];
@@ -472,13 +501,15 @@ TEST(a_limit_keeps_vertices_even) {
     CHECK(share[0] > share[3] && share[3] > share[2] && share[2] > share[1]);
 }
 
-TEST(all_kinds_of_flips_were_seen) {
+TEST(all_kinds_of_flips_were_seen)
+{
     CHECK(seen_patterns > 100);
     CHECK(seen_dissolves > 100);
     CHECK(seen_seconds > 0);
 }
 
-TEST(labels_take_exactly_the_memory_that_they_tell) {
+TEST(labels_take_exactly_the_memory_that_they_tell)
+{
     built b;
     cqi_labels l;
     triangles t = triangles_torus(5, 4);
@@ -496,7 +527,8 @@ TEST(labels_take_exactly_the_memory_that_they_tell) {
     triangles_free(&t);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(polygons_of_four_corners_lead_back_to_themselves);
     RUN(subdivided_meshes_are_undone_step_by_step);

@@ -11,7 +11,8 @@ static const double PI = 3.14159265358979323846;
 /* -- Surfaces of revolution ---------------------------------------------------------------------------------------- */
 
 /* Rings of `sides` vertices each, from below; `caps`: bit 0, a vertex in the middle closes the first, bit 1, the last. */
-static triangles lathe(uint32_t sides, uint32_t rings, int caps) {
+static triangles lathe(uint32_t sides, uint32_t rings, int caps)
+{
     triangles t = triangles_grid(sides, rings, 1, 0, 0), closed;
     const uint32_t middle[2] = {t.num_vertices, t.num_vertices + (caps & 1)};
     uint32_t end, k;
@@ -34,7 +35,8 @@ static triangles lathe(uint32_t sides, uint32_t rings, int caps) {
 }
 
 /* Places vertex v at a point with coordinates from -1 to 1. */
-static void place(sample *s, uint32_t v, double x, double y, double z) {
+static void place(sample *s, uint32_t v, double x, double y, double z)
+{
     const double scale = (double)(((int32_t)1 << s->input.shape.channel[0].bits) - 1) / 2;
     cq_value *at = s->values[0] + 3 * v;
     at[0] = (cq_value)floor((x + 1) * scale + 0.5);
@@ -43,7 +45,8 @@ static void place(sample *s, uint32_t v, double x, double y, double z) {
 }
 
 /* A sphere with a pole at each end; `flat` of 1: a cylinder with caps, cones between. */
-static void lathe_sample(sample *s, uint32_t sides, uint32_t rings, int caps, double flat, int bits) {
+static void lathe_sample(sample *s, uint32_t sides, uint32_t rings, int caps, double flat, int bits)
+{
     uint32_t v;
     sample_begin(s, lathe(sides, rings, caps));
     sample_channel(s, CQ_POSITION, 3, bits);
@@ -61,7 +64,8 @@ static void lathe_sample(sample *s, uint32_t sides, uint32_t rings, int caps, do
 #define SIDES 64
 
 /* The shapes whose hub the first gate may find, with positions. */
-static void hub_sample(sample *s, int which) {
+static void hub_sample(sample *s, int which)
+{
     uint32_t v;
     if (which == 0) {
         lathe_sample(s, SIDES, 2, 3, 1, 12);
@@ -79,14 +83,16 @@ static void hub_sample(sample *s, int which) {
 }
 
 /* Face f comes first, and all faces begin at another corner. */
-static void turn_faces(triangles *t, const triangles *from, uint32_t f, uint32_t turn) {
+static void turn_faces(triangles *t, const triangles *from, uint32_t f, uint32_t turn)
+{
     uint32_t k, j;
     for (k = 0; k < t->num_faces; ++k)
         for (j = 0; j < 3; ++j)
             t->indices[3 * k + j] = from->indices[3 * ((k + f) % t->num_faces) + (j + turn) % 3];
 }
 
-TEST(a_disc_a_cylinder_and_a_double_cone_come_down_whatever_the_first_gate) {
+TEST(a_disc_a_cylinder_and_a_double_cone_come_down_whatever_the_first_gate)
+{
     int which, goal, located;
     for (which = 0; which < 4; ++which) {
         sample s, turned;
@@ -115,7 +121,8 @@ TEST(a_disc_a_cylinder_and_a_double_cone_come_down_whatever_the_first_gate) {
 }
 
 /* The stream gives back all values, in pieces of a byte, and its base has at most so many vertices. */
-static void check_base(sample *s, uint32_t most) {
+static void check_base(sample *s, uint32_t most)
+{
     coded c;
     decoding d;
     uint32_t v;
@@ -132,7 +139,8 @@ static void check_base(sample *s, uint32_t most) {
 }
 
 /* Vertices of too many neighbours to be split have the encoder pass them over, until they have fewer. */
-TEST(spheres_with_poles_of_any_valence_come_down) {
+TEST(spheres_with_poles_of_any_valence_come_down)
+{
     uint32_t sides;
     for (sides = 10; sides < 120; sides += sides < 60 ? 1 : 7) {
         sample s;
@@ -144,7 +152,8 @@ TEST(spheres_with_poles_of_any_valence_come_down) {
 
 /* Puts a fan of `more` vertices into each of the faces 0, step, 2 step ... a, b, c: all of them neighbours of a and b, so
  * that these become hubs. The first face is then that of the first a, b and the last vertex of its fan. Frees t. */
-static triangles hubs_of(triangles t, uint32_t step, uint32_t more) {
+static triangles hubs_of(triangles t, uint32_t step, uint32_t more)
+{
     triangles hubs, turned;
     uint32_t f, k, n = 0;
     hubs.num_vertices = t.num_vertices + (t.num_faces + step - 1) / step * more;
@@ -173,7 +182,8 @@ static triangles hubs_of(triangles t, uint32_t step, uint32_t more) {
     return turned;
 }
 
-static void check_hubs(triangles hubs, uint32_t most) {
+static void check_hubs(triangles hubs, uint32_t most)
+{
     uint64_t random = 1;
     sample s;
     uint32_t k, v;
@@ -186,13 +196,15 @@ static void check_hubs(triangles hubs, uint32_t most) {
     sample_free(&s);
 }
 
-TEST(hubs_next_to_each_other_come_down) {
+TEST(hubs_next_to_each_other_come_down)
+{
     check_hubs(hubs_of(triangles_torus(12, 12), 1, 10), 40);
 }
 
 /* The pole that the first patch finds is passed over, then all of the equator, with more neighbours than the queue holds:
  * it has room for a third of the faces. What it does not hold stays as it is. */
-TEST(a_mesh_with_more_neighbours_of_hubs_than_the_queue_holds_comes_back) {
+TEST(a_mesh_with_more_neighbours_of_hubs_than_the_queue_holds_comes_back)
+{
     check_hubs(hubs_of(triangles_bipyramid(100), 2, 30), CQ_NO_LIMIT);
 }
 
@@ -201,7 +213,8 @@ TEST(a_mesh_with_more_neighbours_of_hubs_than_the_queue_holds_comes_back) {
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Square of the distance of the origin from the segment a, b. */
-static double segment_square(const double *a, const double *b) {
+static double segment_square(const double *a, const double *b)
+{
     double along[3], at[3], t, length;
     int k;
     for (k = 0; k < 3; ++k) along[k] = b[k] - a[k];
@@ -212,7 +225,8 @@ static double segment_square(const double *a, const double *b) {
 }
 
 /* The same from a triangle: the foot on its plane, if that is inside; else from its edges. */
-static double triangle_square(const double *a, const double *b, const double *c) {
+static double triangle_square(const double *a, const double *b, const double *c)
+{
     double u[3], v[3], uu, uv, vv, au, av, det, s, t, at[3];
     int k;
     for (k = 0; k < 3; ++k) u[k] = b[k] - a[k], v[k] = c[k] - a[k];
@@ -227,7 +241,8 @@ static double triangle_square(const double *a, const double *b, const double *c)
 }
 
 /* Of a vertex of the sample from the decoder's mesh, in steps. */
-static double distance_from_mesh(const sample *s, uint32_t v, const cq_decoder *d) {
+static double distance_from_mesh(const sample *s, uint32_t v, const cq_decoder *d)
+{
     double least = 1e30;
     size_t f, k, j;
     for (f = 0; f < d->mesh.num_faces; ++f) {
@@ -240,7 +255,8 @@ static double distance_from_mesh(const sample *s, uint32_t v, const cq_decoder *
     return sqrt(least);
 }
 
-static double farthest(const sample *s, const cq_decoder *d) {
+static double farthest(const sample *s, const cq_decoder *d)
+{
     double most = 0;
     uint32_t v;
     for (v = 0; v < s->mesh.num_vertices; ++v) most = fmax(most, distance_from_mesh(s, v, d));
@@ -250,7 +266,8 @@ static double farthest(const sample *s, const cq_decoder *d) {
 enum { SURFACES = 12, FINEST_GRID = CQ_INDEX_BITS == 16 ? 15 : 22 };
 
 /* Two components of different sizes, one above the other. */
-static void two_saddles(sample *s) {
+static void two_saddles(sample *s)
+{
     triangles t = triangles_sheet(12, 11);
     uint32_t v;
     triangles_append(&t, triangles_sheet(7, 5));
@@ -263,7 +280,8 @@ static void two_saddles(sample *s) {
     }
 }
 
-static void surface_sample(sample *s, int which) {
+static void surface_sample(sample *s, int which)
+{
     uint64_t random = 3;
     uint32_t v;
     switch (which) {
@@ -306,7 +324,8 @@ static void surface_sample(sample *s, int which) {
 }
 
 /* Encodes a sample; its stream, to be fed to the decoder. */
-static cq_bytes code_and_begin(coded *c, decoding *d, sample *s) {
+static cq_bytes code_and_begin(coded *c, decoding *d, sample *s)
+{
     cq_bytes in;
     code(c, &s->input);
     decoding_begin(d, c->bytes, c->size);
@@ -321,7 +340,8 @@ typedef struct ratios {
     double sum, largest;           /* of the measured ones: logarithms, ratio */
 } ratios;
 
-static void compare(ratios *r, uint32_t level, double told, double measured, double grid) {
+static void compare(ratios *r, uint32_t level, double told, double measured, double grid)
+{
     r->levels++;
     CHECK(measured <= told + 1e-6);
     if (measured > told + 1e-6) printf("  level %d: %.4f steps, and not %.4f\n", (int)level, measured, told);
@@ -332,7 +352,8 @@ static void compare(ratios *r, uint32_t level, double told, double measured, dou
 }
 
 /* At the beginning of each level no vertex of the exact mesh is further from the mesh than the decoder says. */
-static void check_errors(sample *s, ratios *r) {
+static void check_errors(sample *s, ratios *r)
+{
     coded c;
     decoding d;
     cq_bytes in;
@@ -355,7 +376,8 @@ static void check_errors(sample *s, ratios *r) {
     uncode(&c);
 }
 
-TEST(no_exact_vertex_is_further_away_than_the_error_of_a_level) {
+TEST(no_exact_vertex_is_further_away_than_the_error_of_a_level)
+{
     ratios r = {0, 0, 0, 0};
     int which, goal;
     for (which = 0; which < SURFACES; ++which)
@@ -372,7 +394,8 @@ TEST(no_exact_vertex_is_further_away_than_the_error_of_a_level) {
 }
 
 /* Until its outline loses a corner: levels of a fifth of the vertices or more. */
-TEST(what_lies_in_a_plane_has_no_error) {
+TEST(what_lies_in_a_plane_has_no_error)
+{
     sample s;
     coded c;
     uint32_t k, levels = 0;
@@ -390,7 +413,8 @@ TEST(what_lies_in_a_plane_has_no_error) {
 }
 
 /* Of a stream that is cut, the error is that of a level that has begun. */
-TEST(a_cut_stream_tells_the_error_of_a_level_of_the_whole) {
+TEST(a_cut_stream_tells_the_error_of_a_level_of_the_whole)
+{
     sample s;
     coded c;
     size_t size;
@@ -411,7 +435,8 @@ TEST(a_cut_stream_tells_the_error_of_a_level_of_the_whole) {
     sample_free(&s);
 }
 
-TEST(without_positions_on_a_grid_no_error_is_told) {
+TEST(without_positions_on_a_grid_no_error_is_told)
+{
     int exact;
     for (exact = 0; exact < (CQ_INDEX_BITS == 32) + 1; ++exact) {
         sample s;
@@ -432,7 +457,8 @@ TEST(without_positions_on_a_grid_no_error_is_told) {
 /* -- Normals ------------------------------------------------------------------------------------------------------- */
 
 /* Cosine of the largest angle between a vertex of a sphere, seen from its centre, and its normal. */
-static double least_cosine(const cq_decoder *d, float *normals) {
+static double least_cosine(const cq_decoder *d, float *normals)
+{
     const double centre = (double)(((int32_t)1 << d->shape.channel[0].bits) - 1) / 2;
     double least = 1;
     uint32_t v, k;
@@ -448,7 +474,8 @@ static double least_cosine(const cq_decoder *d, float *normals) {
     return least;
 }
 
-TEST(each_vertex_of_a_sphere_has_its_own_normal_at_every_step) {
+TEST(each_vertex_of_a_sphere_has_its_own_normal_at_every_step)
+{
     sample s;
     coded c;
     decoding d;
@@ -480,7 +507,8 @@ TEST(each_vertex_of_a_sphere_has_its_own_normal_at_every_step) {
     sample_free(&s);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(a_disc_a_cylinder_and_a_double_cone_come_down_whatever_the_first_gate);
     RUN(spheres_with_poles_of_any_valence_come_down);

@@ -18,7 +18,8 @@ typedef struct chain {
 } chain;
 
 /* A torus whose first 12 vertices have two rows each. */
-static void seams_begin(sample *s) {
+static void seams_begin(sample *s)
+{
     triangles t = triangles_torus(12, 12);
     uint32_t h;
     for (h = 0; h < 3 * t.num_faces; ++h)
@@ -30,7 +31,8 @@ static void seams_begin(sample *s) {
     memcpy(s->values[0] + 3 * 144, s->values[0], 3 * 12 * sizeof(cq_value));
 }
 
-static void chain_begin(chain *t, int which, size_t count, size_t capacity) {
+static void chain_begin(chain *t, int which, size_t count, size_t capacity)
+{
     size_t k;
     memset(t, 0, sizeof *t);
     if (which < 0) {
@@ -52,7 +54,8 @@ static void chain_begin(chain *t, int which, size_t count, size_t capacity) {
     for (k = 0; k < count; ++k) t->lod[k].max_error = CQ_NO_LIMIT;
 }
 
-static void chain_free(chain *t) {
+static void chain_free(chain *t)
+{
     exact_free(t->indices);
     decoding_free(&t->d);
     uncode(&t->c);
@@ -60,7 +63,8 @@ static void chain_free(chain *t) {
 }
 
 /* Indices of the decoder are those of level k. */
-static int is_level(const chain *t, size_t k) {
+static int is_level(const chain *t, size_t k)
+{
     const cq_decoder *d = t->d.decoder;
     const cq_lod *lod = &t->lod[k];
     return lod->num_vertices == d->num_rows && lod->num_faces == d->mesh.num_faces &&
@@ -68,7 +72,8 @@ static int is_level(const chain *t, size_t k) {
 }
 
 /* Decodes all; each level is that of the moment when it is kept, and stays so. Returns the steps of the last call. */
-static void chain_run(chain *t, uint32_t budget) {
+static void chain_run(chain *t, uint32_t budget)
+{
     cq_bytes in;
     cq_index *copy = (cq_index *)exact_alloc(t->capacity * sizeof(cq_index));
     size_t k, done = 0;
@@ -92,7 +97,8 @@ static void chain_run(chain *t, uint32_t budget) {
 
 static size_t all_corners(const chain *t) { return 3 * (size_t)t->s.mesh.num_faces; }
 
-TEST(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not) {
+TEST(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not)
+{
     uint32_t budget;
     for (budget = 1; budget < 40; budget += 7) {
         chain t;
@@ -111,13 +117,15 @@ TEST(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not) 
 }
 
 /* Of the first level whose error is at most this, as the report tells. */
-static cq_index vertices_at(const cq_report *r, uint32_t error) {
+static cq_index vertices_at(const cq_report *r, uint32_t error)
+{
     uint32_t k = 0;
     while (k < r->num_levels && r->level[k].error > error) ++k;
     return (cq_index)(k == 0 ? r->base_vertices : r->level[k - 1].num_vertices);
 }
 
-TEST(levels_by_error_are_the_first_that_tell_it) {
+TEST(levels_by_error_are_the_first_that_tell_it)
+{
     chain t;
     size_t k;
     chain_begin(&t, TORUS, 3, 3 * 3 * 288);
@@ -133,7 +141,8 @@ TEST(levels_by_error_are_the_first_that_tell_it) {
     chain_free(&t);
 }
 
-TEST(no_error_is_not_told_before_the_first_level) {
+TEST(no_error_is_not_told_before_the_first_level)
+{
     chain t;
     chain_begin(&t, TORUS, 1, 3 * 288);
     REQUIRE(t.c.report->level[t.c.report->num_levels - 1].error > 0);
@@ -145,7 +154,8 @@ TEST(no_error_is_not_told_before_the_first_level) {
     chain_free(&t);
 }
 
-TEST(without_errors_levels_come_by_vertices_or_when_all_is_there) {
+TEST(without_errors_levels_come_by_vertices_or_when_all_is_there)
+{
     chain t;
     chain_begin(&t, CONNECTIVITY, 3, 6 * 480);
     t.lod[0].min_vertices = 30;
@@ -160,7 +170,8 @@ TEST(without_errors_levels_come_by_vertices_or_when_all_is_there) {
     chain_free(&t);
 }
 
-TEST(both_conditions_hold_and_levels_that_are_due_at_once_share_indices) {
+TEST(both_conditions_hold_and_levels_that_are_due_at_once_share_indices)
+{
     chain t;
     chain_begin(&t, TORUS, 4, 3 * (200 + 288));
     t.lod[0].min_vertices = 100;
@@ -179,7 +190,8 @@ TEST(both_conditions_hold_and_levels_that_are_due_at_once_share_indices) {
     chain_free(&t);
 }
 
-TEST(a_level_without_room_is_not_kept_nor_are_those_behind_it) {
+TEST(a_level_without_room_is_not_kept_nor_are_those_behind_it)
+{
     static const size_t room[3] = {6 * 40 - 1, 6 * (40 + 80), 6 * (40 + 80 + 120) - 1};
     int k;
     for (k = 0; k < 3; ++k) {
@@ -194,7 +206,8 @@ TEST(a_level_without_room_is_not_kept_nor_are_those_behind_it) {
     }
 }
 
-TEST(levels_with_seams_have_indices_of_rows) {
+TEST(levels_with_seams_have_indices_of_rows)
+{
     chain t;
     size_t k, h;
     cq_index largest = 0;
@@ -213,7 +226,8 @@ TEST(levels_with_seams_have_indices_of_rows) {
     chain_free(&t);
 }
 
-TEST(levels_of_all_samples_are_kept) {
+TEST(levels_of_all_samples_are_kept)
+{
     int which;
     for (which = 0; which < SAMPLES; ++which) {
         chain t;
@@ -233,7 +247,8 @@ TEST(levels_of_all_samples_are_kept) {
 
 /* A sheet with three materials: each level has the faces of one material behind those of the other. In a plane, errors are
  * 0 at once. */
-TEST(levels_have_their_faces_by_material) {
+TEST(levels_have_their_faces_by_material)
+{
     chain t;
     cq_index materials[2 * 11 * 9], of_material[2][3], m, first, count, sum;
     uint32_t f, v, k;
@@ -282,7 +297,8 @@ TEST(levels_have_their_faces_by_material) {
     chain_free(&t);
 }
 
-TEST(nothing_is_a_level_of_nothing) {
+TEST(nothing_is_a_level_of_nothing)
+{
     cq_decoder d;
     cq_lod lod;
     cq_index index[3];
@@ -294,7 +310,8 @@ TEST(nothing_is_a_level_of_nothing) {
     CHECK_EQ(lod.num_vertices, 0);
 }
 
-TEST(a_mesh_without_vertices_has_no_level) {
+TEST(a_mesh_without_vertices_has_no_level)
+{
     sample s;
     coded c;
     decoding d;
@@ -313,7 +330,8 @@ TEST(a_mesh_without_vertices_has_no_level) {
     sample_free(&s);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(levels_by_vertices_have_as_many_if_steps_are_single_and_a_few_more_if_not);
     RUN(levels_by_error_are_the_first_that_tell_it);

@@ -6,16 +6,19 @@
 
 /* -- Helpers ------------------------------------------------------------------------------------------------------- */
 
-static int in_use(const cq_mesh *m, uint32_t v) {
+static int in_use(const cq_mesh *m, uint32_t v)
+{
     return m->out[v] != CQ_NONE;
 }
 
 /* One past the last face slot, used or free, virtual ones included. */
-static uint32_t face_slots(const cq_mesh *m) {
+static uint32_t face_slots(const cq_mesh *m)
+{
     return (uint32_t)m->first_virtual_face + m->max_virtual_faces;
 }
 
-static uint32_t vertex_slots(const cq_mesh *m) {
+static uint32_t vertex_slots(const cq_mesh *m)
+{
     return (uint32_t)m->first_virtual + m->max_virtual;
 }
 
@@ -26,7 +29,8 @@ typedef struct snapshot {
     size_t size;
 } snapshot;
 
-static snapshot snapshot_take(const built *b) {
+static snapshot snapshot_take(const built *b)
+{
     snapshot s;
     s.mesh = b->mesh;
     s.memory = (uint8_t *)exact_copy(b->memory, b->size);
@@ -34,7 +38,8 @@ static snapshot snapshot_take(const built *b) {
     return s;
 }
 
-static int snapshot_equal(const snapshot *s, const built *b) {
+static int snapshot_equal(const snapshot *s, const built *b)
+{
     const cq_mesh *m = &s->mesh, *n = &b->mesh;
     return memcmp(s->memory, b->memory, s->size) == 0 && m->num_vertices == n->num_vertices
         && m->num_faces == n->num_faces && m->num_virtual == n->num_virtual
@@ -43,7 +48,8 @@ static int snapshot_equal(const snapshot *s, const built *b) {
 }
 
 /* Vertex slots in use on both sides, with the same valence. */
-static int same_vertices(const cq_mesh *m, const cq_mesh *n) {
+static int same_vertices(const cq_mesh *m, const cq_mesh *n)
+{
     uint32_t v;
     for (v = 0; v < vertex_slots(m); ++v)
         if (in_use(m, v) != in_use(n, v) || (in_use(m, v) && m->valence[v] != n->valence[v])) return 0;
@@ -51,7 +57,8 @@ static int same_vertices(const cq_mesh *m, const cq_mesh *n) {
 }
 
 /* Face slots in use on both sides, with the same vertices in the same cyclic order, and the same neighbours. */
-static int same_faces(const cq_mesh *m, const cq_mesh *n) {
+static int same_faces(const cq_mesh *m, const cq_mesh *n)
+{
     uint32_t f, k, r;
     for (f = 0; f < face_slots(m); ++f) {
         const cq_index *a = m->origin + 3 * f, *b = n->origin + 3 * f;
@@ -65,7 +72,8 @@ static int same_faces(const cq_mesh *m, const cq_mesh *n) {
 }
 
 /* The mesh is again what it was, slot by slot. Faces may have turned and vertices may point to another halfedge. */
-static int snapshot_restored(const snapshot *s, const built *b) {
+static int snapshot_restored(const snapshot *s, const built *b)
+{
     cq_mesh before = s->mesh;
     const uint8_t *old = (const uint8_t *)b->memory;
     before.origin = (cq_index *)(void *)(s->memory + ((uint8_t *)before.origin - old));
@@ -78,12 +86,14 @@ static int snapshot_restored(const snapshot *s, const built *b) {
         && same_faces(&before, &b->mesh) && cq_mesh_check(&b->mesh, NULL) == CQ_OK;
 }
 
-static void snapshot_free(snapshot *s) {
+static void snapshot_free(snapshot *s)
+{
     exact_free(s->memory);
 }
 
 /* Builds, checks and frees the triangles; the caller unbuilds. */
-static int build_and_check(built *b, triangles t) {
+static int build_and_check(built *b, triangles t)
+{
     cq_result result = build(b, &t);
     cq_place place;
     triangles_free(&t);
@@ -94,7 +104,8 @@ static int build_and_check(built *b, triangles t) {
 }
 
 /* The error of a build that must fail, and where. */
-static cq_result build_error(triangles t, cq_place *place) {
+static cq_result build_error(triangles t, cq_place *place)
+{
     built b;
     cq_result result = build(&b, &t);
     *place = b.place;
@@ -104,24 +115,28 @@ static cq_result build_error(triangles t, cq_place *place) {
 }
 
 /* Vertices and faces in use, virtual ones included. */
-static uint32_t count_vertices(const cq_mesh *m) {
+static uint32_t count_vertices(const cq_mesh *m)
+{
     uint32_t v, n = 0;
     for (v = 0; v < vertex_slots(m); ++v) n += in_use(m, v) != 0;
     return n;
 }
 
-static uint32_t count_faces(const cq_mesh *m) {
+static uint32_t count_faces(const cq_mesh *m)
+{
     uint32_t f, n = 0;
     for (f = 0; f < face_slots(m); ++f) n += m->origin[3 * f] != CQ_NONE;
     return n;
 }
 
-static int has_face(const cq_mesh *m, uint32_t a, uint32_t b, uint32_t c) {
+static int has_face(const cq_mesh *m, uint32_t a, uint32_t b, uint32_t c)
+{
     cq_index h = find_halfedge(m, a, b);
     return h != CQ_NONE && m->origin[cq_prev(h)] == c;
 }
 
-static int count_collapsible(const cq_mesh *m, cq_index max_valence) {
+static int count_collapsible(const cq_mesh *m, cq_index max_valence)
+{
     uint32_t h;
     int count = 0;
     for (h = 0; h < 3 * face_slots(m); ++h)
@@ -129,13 +144,15 @@ static int count_collapsible(const cq_mesh *m, cq_index max_valence) {
     return count;
 }
 
-static int has_edge(const cq_place *p, uint32_t a, uint32_t b) {
+static int has_edge(const cq_place *p, uint32_t a, uint32_t b)
+{
     return (p->vertex == a && p->other == b) || (p->vertex == b && p->other == a);
 }
 
 /* -- Build --------------------------------------------------------------------------------------------------------- */
 
-TEST(a_tetrahedron_builds_in_one_try) {
+TEST(a_tetrahedron_builds_in_one_try)
+{
     built b;
     int v;
     REQUIRE(build_and_check(&b, triangles_tetrahedron()));
@@ -150,7 +167,8 @@ TEST(a_tetrahedron_builds_in_one_try) {
     unbuild(&b);
 }
 
-TEST(an_octahedron_has_valence_four_everywhere) {
+TEST(an_octahedron_has_valence_four_everywhere)
+{
     built b;
     int v;
     REQUIRE(build_and_check(&b, triangles_octahedron()));
@@ -158,7 +176,8 @@ TEST(an_octahedron_has_valence_four_everywhere) {
     unbuild(&b);
 }
 
-TEST(an_icosahedron_has_valence_five_everywhere) {
+TEST(an_icosahedron_has_valence_five_everywhere)
+{
     built b;
     int v;
     REQUIRE(build_and_check(&b, triangles_icosahedron()));
@@ -166,7 +185,8 @@ TEST(an_icosahedron_has_valence_five_everywhere) {
     unbuild(&b);
 }
 
-TEST(a_torus_has_no_boundary_and_valence_six) {
+TEST(a_torus_has_no_boundary_and_valence_six)
+{
     built b;
     int v;
     REQUIRE(build_and_check(&b, triangles_torus(4, 5)));
@@ -176,7 +196,8 @@ TEST(a_torus_has_no_boundary_and_valence_six) {
     unbuild(&b);
 }
 
-TEST(two_faces_back_to_back_are_a_closed_mesh) {
+TEST(two_faces_back_to_back_are_a_closed_mesh)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_pillow()));
     CHECK_EQ(b.shape.num_boundary_loops, 0);
@@ -185,7 +206,8 @@ TEST(two_faces_back_to_back_are_a_closed_mesh) {
     unbuild(&b);
 }
 
-TEST(a_single_triangle_is_closed_to_a_tetrahedron) {
+TEST(a_single_triangle_is_closed_to_a_tetrahedron)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_single()));
     CHECK_EQ(b.tries, 2);
@@ -204,7 +226,8 @@ TEST(a_single_triangle_is_closed_to_a_tetrahedron) {
     unbuild(&b);
 }
 
-TEST(a_disc_has_one_loop_and_one_virtual_vertex) {
+TEST(a_disc_has_one_loop_and_one_virtual_vertex)
+{
     built b;
     int v;
     REQUIRE(build_and_check(&b, triangles_disc(7)));
@@ -216,7 +239,8 @@ TEST(a_disc_has_one_loop_and_one_virtual_vertex) {
     unbuild(&b);
 }
 
-TEST(an_annulus_has_two_loops) {
+TEST(an_annulus_has_two_loops)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_annulus(5)));
     CHECK_EQ(b.shape.num_boundary_loops, 2);
@@ -228,7 +252,8 @@ TEST(an_annulus_has_two_loops) {
     unbuild(&b);
 }
 
-TEST(two_components_keep_apart) {
+TEST(two_components_keep_apart)
+{
     built b;
     triangles t = triangles_tetrahedron();
     triangles_append(&t, triangles_disc(3));
@@ -240,7 +265,8 @@ TEST(two_components_keep_apart) {
     unbuild(&b);
 }
 
-TEST(many_components_with_boundaries_count_all_their_loops) {
+TEST(many_components_with_boundaries_count_all_their_loops)
+{
     built b;
     triangles t = triangles_annulus(3);
     int k;
@@ -251,7 +277,8 @@ TEST(many_components_with_boundaries_count_all_their_loops) {
     unbuild(&b);
 }
 
-TEST(the_halfedges_of_a_built_mesh_start_where_the_indices_say) {
+TEST(the_halfedges_of_a_built_mesh_start_where_the_indices_say)
+{
     built b;
     triangles t = triangles_torus(3, 4), copy = triangles_torus(3, 4);
     uint32_t h;
@@ -261,7 +288,8 @@ TEST(the_halfedges_of_a_built_mesh_start_where_the_indices_say) {
     unbuild(&b);
 }
 
-TEST(the_triangles_of_a_built_mesh_are_the_indices) {
+TEST(the_triangles_of_a_built_mesh_are_the_indices)
+{
     built b;
     triangles t = triangles_sheet(4, 3), copy = triangles_sheet(4, 3);
     cq_index *out = (cq_index *)exact_alloc(3 * copy.num_faces * sizeof(cq_index));
@@ -273,7 +301,8 @@ TEST(the_triangles_of_a_built_mesh_are_the_indices) {
     unbuild(&b);
 }
 
-TEST(a_mesh_without_faces_is_refused_or_empty) {
+TEST(a_mesh_without_faces_is_refused_or_empty)
+{
     built b;
     cq_place place;
     triangles t = triangles_none();
@@ -288,7 +317,8 @@ TEST(a_mesh_without_faces_is_refused_or_empty) {
     unbuild(&b);
 }
 
-TEST(the_place_may_be_null) {
+TEST(the_place_may_be_null)
+{
     static const int faces[] = {0, 1, 7};
     cq_mesh mesh;
     cq_shape shape;
@@ -309,7 +339,8 @@ TEST(the_place_may_be_null) {
 
 /* -- Errors of build ----------------------------------------------------------------------------------------------- */
 
-TEST(an_index_out_of_range_names_the_face_and_the_vertex) {
+TEST(an_index_out_of_range_names_the_face_and_the_vertex)
+{
     static const int faces[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 1, 3, 2};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(4, 4, faces), &p), CQ_ERROR_INDEX);
@@ -318,7 +349,8 @@ TEST(an_index_out_of_range_names_the_face_and_the_vertex) {
     CHECK_EQ(p.other, CQ_NONE);
 }
 
-TEST(the_largest_index_is_out_of_range_too) {
+TEST(the_largest_index_is_out_of_range_too)
+{
     triangles t = triangles_tetrahedron();
     cq_place p;
     t.indices[11] = CQ_NONE;
@@ -326,7 +358,8 @@ TEST(the_largest_index_is_out_of_range_too) {
     CHECK_EQ(p.face, 3);
 }
 
-TEST(every_corner_of_a_face_is_checked_against_the_range) {
+TEST(every_corner_of_a_face_is_checked_against_the_range)
+{
     uint32_t corner;
     for (corner = 0; corner < 12; ++corner) {
         triangles t = triangles_tetrahedron();
@@ -338,7 +371,8 @@ TEST(every_corner_of_a_face_is_checked_against_the_range) {
     }
 }
 
-TEST(a_face_that_names_a_vertex_twice_is_degenerate) {
+TEST(a_face_that_names_a_vertex_twice_is_degenerate)
+{
     static const int faces[3][12] = {
         {0, 1, 2, 0, 2, 3, 3, 3, 1, 1, 3, 2},
         {0, 1, 2, 0, 2, 3, 3, 1, 3, 1, 3, 2},
@@ -352,7 +386,8 @@ TEST(a_face_that_names_a_vertex_twice_is_degenerate) {
     }
 }
 
-TEST(a_face_of_one_vertex_is_degenerate) {
+TEST(a_face_of_one_vertex_is_degenerate)
+{
     static const int faces[] = {0, 1, 2, 1, 1, 1};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(3, 2, faces), &p), CQ_ERROR_FACE);
@@ -360,7 +395,8 @@ TEST(a_face_of_one_vertex_is_degenerate) {
     CHECK_EQ(p.vertex, 1);
 }
 
-TEST(three_faces_on_an_edge_are_an_error_at_that_edge) {
+TEST(three_faces_on_an_edge_are_an_error_at_that_edge)
+{
     static const int fins[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     int shift, k;
     for (shift = 0; shift < 5; ++shift) {   /* the edge is the first one, the last one, and others */
@@ -373,7 +409,8 @@ TEST(three_faces_on_an_edge_are_an_error_at_that_edge) {
     }
 }
 
-TEST(three_faces_on_an_edge_are_found_in_any_order_and_direction) {
+TEST(three_faces_on_an_edge_are_found_in_any_order_and_direction)
+{
     /* Every choice of direction for three faces on the edge 2-5 and every place of a fourth face that is innocent. */
     int directions, place_of_fourth;
     for (directions = 0; directions < 8; ++directions) {
@@ -398,14 +435,16 @@ TEST(three_faces_on_an_edge_are_found_in_any_order_and_direction) {
     }
 }
 
-TEST(four_faces_on_an_edge_are_an_error_even_in_two_good_pairs) {
+TEST(four_faces_on_an_edge_are_an_error_even_in_two_good_pairs)
+{
     static const int faces[] = {0, 1, 2, 1, 0, 3, 0, 1, 4, 1, 0, 5};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(6, 4, faces), &p), CQ_ERROR_EDGE);
     CHECK(has_edge(&p, 0, 1));
 }
 
-TEST(two_faces_that_run_along_an_edge_the_same_way_are_an_error) {
+TEST(two_faces_that_run_along_an_edge_the_same_way_are_an_error)
+{
     static const int faces[] = {0, 1, 2, 0, 1, 3};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(4, 2, faces), &p), CQ_ERROR_ORIENTATION);
@@ -413,7 +452,8 @@ TEST(two_faces_that_run_along_an_edge_the_same_way_are_an_error) {
     CHECK(has_edge(&p, 0, 1));
 }
 
-TEST(one_flipped_face_of_a_closed_mesh_is_an_error_of_orientation) {
+TEST(one_flipped_face_of_a_closed_mesh_is_an_error_of_orientation)
+{
     uint32_t flipped;
     for (flipped = 0; flipped < 8; ++flipped) {
         triangles t = triangles_octahedron();
@@ -428,13 +468,15 @@ TEST(one_flipped_face_of_a_closed_mesh_is_an_error_of_orientation) {
     }
 }
 
-TEST(the_same_face_twice_is_an_error_of_orientation) {
+TEST(the_same_face_twice_is_an_error_of_orientation)
+{
     static const int faces[] = {0, 1, 2, 1, 2, 0};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(3, 2, faces), &p), CQ_ERROR_ORIENTATION);
 }
 
-TEST(a_moebius_strip_is_not_oriented) {
+TEST(a_moebius_strip_is_not_oriented)
+{
     uint32_t w;
     for (w = 4; w < 9; ++w) {
         cq_place p;
@@ -444,12 +486,14 @@ TEST(a_moebius_strip_is_not_oriented) {
     }
 }
 
-TEST(a_klein_bottle_is_not_oriented) {
+TEST(a_klein_bottle_is_not_oriented)
+{
     cq_place p;
     CHECK_EQ(build_error(triangles_grid(5, 5, 1, 1, 1), &p), CQ_ERROR_ORIENTATION);
 }
 
-TEST(a_bow_tie_vertex_is_an_error_at_that_vertex) {
+TEST(a_bow_tie_vertex_is_an_error_at_that_vertex)
+{
     static const int faces[] = {0, 1, 2, 2, 3, 4};
     cq_place p;
     CHECK_EQ(build_error(triangles_of(5, 2, faces), &p), CQ_ERROR_VERTEX);
@@ -457,7 +501,8 @@ TEST(a_bow_tie_vertex_is_an_error_at_that_vertex) {
     CHECK_EQ(p.other, CQ_NONE);
 }
 
-TEST(two_closed_fans_at_a_vertex_are_an_error_at_that_vertex) {
+TEST(two_closed_fans_at_a_vertex_are_an_error_at_that_vertex)
+{
     triangles t = triangles_tetrahedron();
     cq_place p;
     uint32_t k;
@@ -468,7 +513,8 @@ TEST(two_closed_fans_at_a_vertex_are_an_error_at_that_vertex) {
     CHECK_EQ(p.vertex, 1);
 }
 
-TEST(a_closed_and_an_open_fan_at_a_vertex_are_an_error) {
+TEST(a_closed_and_an_open_fan_at_a_vertex_are_an_error)
+{
     static const int open_last[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2, 3, 4, 5};
     static const int open_first[] = {3, 4, 5, 0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
     cq_place p;
@@ -478,7 +524,8 @@ TEST(a_closed_and_an_open_fan_at_a_vertex_are_an_error) {
     CHECK_EQ(p.vertex, 3);
 }
 
-TEST(a_vertex_without_a_face_is_an_error_at_that_vertex) {
+TEST(a_vertex_without_a_face_is_an_error_at_that_vertex)
+{
     uint32_t v;
     for (v = 0; v <= 4; ++v) {
         triangles t = triangles_tetrahedron();
@@ -494,7 +541,8 @@ TEST(a_vertex_without_a_face_is_an_error_at_that_vertex) {
 
 /* -- Memory and arguments of build --------------------------------------------------------------------------------- */
 
-TEST(one_byte_less_memory_is_an_error_and_the_shape_tells_the_need) {
+TEST(one_byte_less_memory_is_an_error_and_the_shape_tells_the_need)
+{
     triangles t = triangles_annulus(6);
     cq_shape shape;
     cq_mesh mesh;
@@ -521,7 +569,8 @@ TEST(one_byte_less_memory_is_an_error_and_the_shape_tells_the_need) {
     triangles_free(&t);
 }
 
-TEST(a_second_try_with_the_memory_that_the_shape_asks_for_succeeds) {
+TEST(a_second_try_with_the_memory_that_the_shape_asks_for_succeeds)
+{
     built b;
     triangles t = triangles_annulus(9);
     triangles_append(&t, triangles_disc(5));
@@ -532,7 +581,8 @@ TEST(a_second_try_with_the_memory_that_the_shape_asks_for_succeeds) {
 }
 
 /* With 16-bit indices the triangles can be numbered, but not the vertices that close their loops. */
-TEST(a_boundary_that_cannot_be_numbered_is_too_large) {
+TEST(a_boundary_that_cannot_be_numbered_is_too_large)
+{
     enum { LOOSE = 6000 };
     triangles t = triangles_none();
     cq_shape shape;
@@ -557,7 +607,8 @@ TEST(a_boundary_that_cannot_be_numbered_is_too_large) {
     triangles_free(&t);
 }
 
-TEST(more_memory_than_needed_does_no_harm) {
+TEST(more_memory_than_needed_does_no_harm)
+{
     triangles t = triangles_disc(5);
     cq_shape shape;
     cq_mesh mesh;
@@ -574,7 +625,8 @@ TEST(more_memory_than_needed_does_no_harm) {
     triangles_free(&t);
 }
 
-TEST(misaligned_memory_is_an_error) {
+TEST(misaligned_memory_is_an_error)
+{
     triangles t = triangles_tetrahedron();
     int shift;
     for (shift = 1; shift < 4; ++shift) {
@@ -590,7 +642,8 @@ TEST(misaligned_memory_is_an_error) {
     triangles_free(&t);
 }
 
-TEST(null_arguments_of_build_are_an_error) {
+TEST(null_arguments_of_build_are_an_error)
+{
     triangles t = triangles_tetrahedron();
     void *memory = exact_alloc(1000);
     cq_shape shape;
@@ -607,7 +660,8 @@ TEST(null_arguments_of_build_are_an_error) {
     triangles_free(&t);
 }
 
-TEST(the_macro_and_the_function_for_mesh_memory_agree) {
+TEST(the_macro_and_the_function_for_mesh_memory_agree)
+{
     uint32_t v, f, l, e;
     for (v = 0; v < 40; v += 3) {
         for (f = 0; f < 40; f += 7) {
@@ -626,7 +680,8 @@ TEST(the_macro_and_the_function_for_mesh_memory_agree) {
     }
 }
 
-TEST(counts_that_an_index_cannot_number_are_too_large) {
+TEST(counts_that_an_index_cannot_number_are_too_large)
+{
     static const struct { uint32_t v, f, l, e; } large[] = {
         {4, 0xffffffffu, 0, 0}, {4, 0x55555556u, 0, 0}, {4, 4, 0xffffffffu, 0},
         {4, 4, 0, 0xffffffffu}, {0x80000000u, 4, 0x80000000u, 0}, {4, 0x40000000u, 0, 0x40000000u},
@@ -650,7 +705,8 @@ TEST(counts_that_an_index_cannot_number_are_too_large) {
 }
 
 #if CQ_INDEX_BITS == 16
-TEST(sixteen_bit_meshes_end_at_the_last_halfedge_that_can_be_numbered) {
+TEST(sixteen_bit_meshes_end_at_the_last_halfedge_that_can_be_numbered)
+{
     cq_shape shape;
     memset(&shape, 0, sizeof shape);
     shape.num_vertices = 100;
@@ -666,7 +722,8 @@ TEST(sixteen_bit_meshes_end_at_the_last_halfedge_that_can_be_numbered) {
 
 /* -- Circulators --------------------------------------------------------------------------------------------------- */
 
-TEST(next_and_previous_stay_in_the_face) {
+TEST(next_and_previous_stay_in_the_face)
+{
     CHECK_EQ(cq_next(0), 1);
     CHECK_EQ(cq_next(1), 2);
     CHECK_EQ(cq_next(2), 0);
@@ -676,7 +733,8 @@ TEST(next_and_previous_stay_in_the_face) {
     CHECK_EQ(cq_prev(cq_next(301)), 301);
 }
 
-TEST(counter_clockwise_around_the_pole_of_a_disc_goes_through_its_faces) {
+TEST(counter_clockwise_around_the_pole_of_a_disc_goes_through_its_faces)
+{
     built b;
     cq_index h;
     int k;
@@ -697,7 +755,8 @@ TEST(counter_clockwise_around_the_pole_of_a_disc_goes_through_its_faces) {
     unbuild(&b);
 }
 
-TEST(both_circulators_visit_valence_neighbours_and_come_back) {
+TEST(both_circulators_visit_valence_neighbours_and_come_back)
+{
     built b;
     uint32_t v;
     triangles t = triangles_torus(4, 4);
@@ -717,21 +776,24 @@ TEST(both_circulators_visit_valence_neighbours_and_come_back) {
 
 /* -- Link condition ------------------------------------------------------------------------------------------------ */
 
-TEST(a_tetrahedron_has_no_edge_to_collapse) {
+TEST(a_tetrahedron_has_no_edge_to_collapse)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_tetrahedron()));
     CHECK_EQ(count_collapsible(&b.mesh, 100), 0);
     unbuild(&b);
 }
 
-TEST(every_edge_of_an_octahedron_can_be_collapsed) {
+TEST(every_edge_of_an_octahedron_can_be_collapsed)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_octahedron()));
     CHECK_EQ(count_collapsible(&b.mesh, 100), 24);
     unbuild(&b);
 }
 
-TEST(an_edge_beside_a_vertex_of_valence_three_cannot_be_collapsed) {
+TEST(an_edge_beside_a_vertex_of_valence_three_cannot_be_collapsed)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_bipyramid(3)));   /* poles 3 and 4 of valence 3, equator of valence 4 */
     CHECK(!cq_mesh_can_collapse(&b.mesh, find_halfedge(&b.mesh, 0, 1), 100));
@@ -741,7 +803,8 @@ TEST(an_edge_beside_a_vertex_of_valence_three_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-TEST(an_edge_of_a_triangle_that_is_no_face_cannot_be_collapsed) {
+TEST(an_edge_of_a_triangle_that_is_no_face_cannot_be_collapsed)
+{
     /* Two octahedra glued along the triangle 0 1 2, which separates them. */
     static const int faces[] = {0, 2, 3, 0, 3, 4, 0, 4, 1, 5, 2, 1, 5, 3, 2, 5, 4, 3, 5, 1, 4,
                                 2, 0, 6, 1, 2, 7, 0, 1, 8, 2, 6, 7, 1, 7, 8, 0, 8, 6, 6, 8, 7};
@@ -758,14 +821,16 @@ TEST(an_edge_of_a_triangle_that_is_no_face_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-TEST(a_three_by_three_torus_has_only_separating_triangles) {
+TEST(a_three_by_three_torus_has_only_separating_triangles)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_torus(3, 3)));
     CHECK_EQ(count_collapsible(&b.mesh, 100), 0);   /* every edge lies on a ring of length three */
     unbuild(&b);
 }
 
-TEST(the_merged_valence_may_reach_the_limit_but_not_pass_it) {
+TEST(the_merged_valence_may_reach_the_limit_but_not_pass_it)
+{
     built b;
     cq_index h;
     REQUIRE(build_and_check(&b, triangles_torus(5, 5)));   /* 6 + 6 - 4 = 8 */
@@ -778,7 +843,8 @@ TEST(the_merged_valence_may_reach_the_limit_but_not_pass_it) {
     unbuild(&b);
 }
 
-TEST(halfedges_from_or_to_a_virtual_vertex_cannot_be_collapsed) {
+TEST(halfedges_from_or_to_a_virtual_vertex_cannot_be_collapsed)
+{
     built b;
     uint32_t h, found = 0;
     REQUIRE(build_and_check(&b, triangles_sheet(5, 5)));
@@ -792,7 +858,8 @@ TEST(halfedges_from_or_to_a_virtual_vertex_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-TEST(an_inner_edge_between_two_boundary_vertices_cannot_be_collapsed) {
+TEST(an_inner_edge_between_two_boundary_vertices_cannot_be_collapsed)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_sheet(3, 2)));   /* 0 1 2 below 3 4 5; 1-4 crosses the sheet */
     CHECK(!cq_mesh_can_collapse(&b.mesh, find_halfedge(&b.mesh, 1, 4), 100));
@@ -800,7 +867,8 @@ TEST(an_inner_edge_between_two_boundary_vertices_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-TEST(a_boundary_edge_can_be_collapsed_while_the_loop_is_longer_than_three) {
+TEST(a_boundary_edge_can_be_collapsed_while_the_loop_is_longer_than_three)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_disc(4)));
     CHECK(cq_mesh_can_collapse(&b.mesh, find_halfedge(&b.mesh, 1, 2), 100));
@@ -812,7 +880,8 @@ TEST(a_boundary_edge_can_be_collapsed_while_the_loop_is_longer_than_three) {
     unbuild(&b);
 }
 
-TEST(the_inner_vertex_of_a_disc_can_be_collapsed_into_its_boundary) {
+TEST(the_inner_vertex_of_a_disc_can_be_collapsed_into_its_boundary)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_disc(5)));
     CHECK(cq_mesh_can_collapse(&b.mesh, find_halfedge(&b.mesh, 0, 3), 100));
@@ -820,7 +889,8 @@ TEST(the_inner_vertex_of_a_disc_can_be_collapsed_into_its_boundary) {
     unbuild(&b);
 }
 
-TEST(an_edge_that_joins_two_boundaries_cannot_be_collapsed) {
+TEST(an_edge_that_joins_two_boundaries_cannot_be_collapsed)
+{
     built b;
     uint32_t k;
     REQUIRE(build_and_check(&b, triangles_annulus(6)));   /* 0 .. 5 and 6 .. 11 */
@@ -834,7 +904,8 @@ TEST(an_edge_that_joins_two_boundaries_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-TEST(asking_whether_an_edge_can_be_collapsed_changes_nothing) {
+TEST(asking_whether_an_edge_can_be_collapsed_changes_nothing)
+{
     built b;
     snapshot s;
     triangles t = triangles_torus(4, 4);
@@ -850,7 +921,8 @@ TEST(asking_whether_an_edge_can_be_collapsed_changes_nothing) {
 
 /* -- Collapse and split -------------------------------------------------------------------------------------------- */
 
-TEST(a_collapse_of_an_octahedron_gives_a_bipyramid_over_a_triangle) {
+TEST(a_collapse_of_an_octahedron_gives_a_bipyramid_over_a_triangle)
+{
     built b;
     cq_index h, first, last;
     REQUIRE(build_and_check(&b, triangles_octahedron()));
@@ -878,7 +950,8 @@ TEST(a_collapse_of_an_octahedron_gives_a_bipyramid_over_a_triangle) {
     unbuild(&b);
 }
 
-TEST(the_ring_after_a_collapse_is_p_then_neighbours_of_b_then_q_clockwise) {
+TEST(the_ring_after_a_collapse_is_p_then_neighbours_of_b_then_q_clockwise)
+{
     built b;
     cq_index h, first, last, k, ring[8], n = 0;
     /* On the 5 x 5 torus the neighbours of v are v+1, v+6, v+5, v-1, v-6, v-5 counter-clockwise, with wrap-around. */
@@ -905,7 +978,8 @@ TEST(the_ring_after_a_collapse_is_p_then_neighbours_of_b_then_q_clockwise) {
     unbuild(&b);
 }
 
-TEST(a_split_undoes_a_collapse_slot_by_slot_at_every_edge) {
+TEST(a_split_undoes_a_collapse_slot_by_slot_at_every_edge)
+{
     built b;
     uint32_t h, tried = 0;
     triangles t = triangles_torus(4, 5);
@@ -932,7 +1006,8 @@ TEST(a_split_undoes_a_collapse_slot_by_slot_at_every_edge) {
     unbuild(&b);
 }
 
-TEST(a_collapse_of_a_boundary_edge_shortens_the_loop_by_one) {
+TEST(a_collapse_of_a_boundary_edge_shortens_the_loop_by_one)
+{
     built b;
     cq_index h, first, last;
     snapshot s;
@@ -957,7 +1032,8 @@ TEST(a_collapse_of_a_boundary_edge_shortens_the_loop_by_one) {
     }
 }
 
-TEST(a_split_of_neighbouring_spokes_makes_a_vertex_of_valence_three) {
+TEST(a_split_of_neighbouring_spokes_makes_a_vertex_of_valence_three)
+{
     built b;
     cq_index h, first, last, v;
     REQUIRE(build_and_check(&b, triangles_torus(5, 5)));
@@ -975,7 +1051,8 @@ TEST(a_split_of_neighbouring_spokes_makes_a_vertex_of_valence_three) {
     unbuild(&b);
 }
 
-TEST(a_split_gives_b_the_spokes_strictly_clockwise_from_first_to_last) {
+TEST(a_split_gives_b_the_spokes_strictly_clockwise_from_first_to_last)
+{
     /* For each pair of spokes of a vertex of valence 6: whom do A and B know afterwards? */
     int from, steps;
     for (from = 0; from < 6; ++from) {
@@ -1010,7 +1087,8 @@ TEST(a_split_gives_b_the_spokes_strictly_clockwise_from_first_to_last) {
     }
 }
 
-TEST(a_split_of_a_full_mesh_is_refused_and_changes_nothing) {
+TEST(a_split_of_a_full_mesh_is_refused_and_changes_nothing)
+{
     built b;
     snapshot s;
     cq_index first, last;
@@ -1024,7 +1102,8 @@ TEST(a_split_of_a_full_mesh_is_refused_and_changes_nothing) {
     unbuild(&b);
 }
 
-TEST(a_full_mesh_has_no_new_vertex_and_no_new_face) {
+TEST(a_full_mesh_has_no_new_vertex_and_no_new_face)
+{
     built b;
     REQUIRE(build_and_check(&b, triangles_disc(6)));
     CHECK_EQ(cqi_new_vertex(&b.mesh), CQ_NONE);
@@ -1035,7 +1114,8 @@ TEST(a_full_mesh_has_no_new_vertex_and_no_new_face) {
     unbuild(&b);
 }
 
-TEST(a_split_of_a_virtual_vertex_is_refused_and_changes_nothing) {
+TEST(a_split_of_a_virtual_vertex_is_refused_and_changes_nothing)
+{
     built b;
     snapshot s;
     cq_index first, last;
@@ -1050,7 +1130,8 @@ TEST(a_split_of_a_virtual_vertex_is_refused_and_changes_nothing) {
     unbuild(&b);
 }
 
-TEST(a_split_that_needs_a_virtual_face_is_refused_when_there_is_none) {
+TEST(a_split_that_needs_a_virtual_face_is_refused_when_there_is_none)
+{
     built b;
     snapshot s;
     cq_index first, last, v;
@@ -1069,7 +1150,8 @@ TEST(a_split_that_needs_a_virtual_face_is_refused_when_there_is_none) {
     unbuild(&b);
 }
 
-TEST(a_split_that_needs_two_real_faces_is_refused_when_there_is_one) {
+TEST(a_split_that_needs_two_real_faces_is_refused_when_there_is_one)
+{
     built b;
     snapshot s;
     cq_index first, last, v;
@@ -1087,7 +1169,8 @@ TEST(a_split_that_needs_two_real_faces_is_refused_when_there_is_one) {
     unbuild(&b);
 }
 
-TEST(free_slots_are_marked_and_reused_last_in_first_out) {
+TEST(free_slots_are_marked_and_reused_last_in_first_out)
+{
     built b;
     cq_index first[3], last[3], gone[3], faces[3][2];
     snapshot s[3];
@@ -1125,7 +1208,8 @@ typedef struct collapsed {
 } collapsed;
 
 /* Collapses whatever can be collapsed, lowest halfedge first. */
-static uint32_t collapse_all(cq_mesh *m, collapsed *done) {
+static uint32_t collapse_all(cq_mesh *m, collapsed *done)
+{
     uint32_t count = 0, h = 0;
     while (h < 3 * face_slots(m) && count < MAX_COLLAPSES) {
         collapsed *c = &done[count];
@@ -1146,14 +1230,16 @@ static uint32_t collapse_all(cq_mesh *m, collapsed *done) {
     return count;
 }
 
-static int build_three_parts(built *b) {
+static int build_three_parts(built *b)
+{
     triangles t = triangles_torus(6, 6);
     triangles_append(&t, triangles_sheet(6, 6));
     triangles_append(&t, triangles_icosahedron());
     return build_and_check(b, t);
 }
 
-TEST(a_mesh_collapses_to_the_end_and_splits_all_the_way_back) {
+TEST(a_mesh_collapses_to_the_end_and_splits_all_the_way_back)
+{
     static collapsed done[MAX_COLLAPSES];
     built b;
     snapshot s;
@@ -1176,7 +1262,8 @@ TEST(a_mesh_collapses_to_the_end_and_splits_all_the_way_back) {
     unbuild(&b);
 }
 
-TEST(triangles_come_out_in_slot_order_without_the_gaps) {
+TEST(triangles_come_out_in_slot_order_without_the_gaps)
+{
     built b;
     cq_index first, last, *out, gone[2], h;
     uint32_t f, n = 0;
@@ -1204,7 +1291,8 @@ TEST(triangles_come_out_in_slot_order_without_the_gaps) {
 enum { DAMAGE_MESHES = 4 };
 
 /* A closed mesh, one with boundaries, and both after collapses, so that there are free slots. */
-static int damage_mesh(built *b, int which) {
+static int damage_mesh(built *b, int which)
+{
     triangles t = which % 2 == 0 ? triangles_octahedron() : triangles_annulus(5);
     cq_index first, last;
     if (!build_and_check(b, t)) return 0;
@@ -1212,11 +1300,13 @@ static int damage_mesh(built *b, int which) {
     return cq_mesh_check(&b->mesh, NULL) == CQ_OK;
 }
 
-static int used_face(const cq_mesh *m, uint32_t f) {
+static int used_face(const cq_mesh *m, uint32_t f)
+{
     return m->origin[3 * f] != CQ_NONE;
 }
 
-TEST(the_check_catches_any_wrong_origin) {
+TEST(the_check_catches_any_wrong_origin)
+{
     int which;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1239,7 +1329,8 @@ TEST(the_check_catches_any_wrong_origin) {
     }
 }
 
-TEST(the_check_catches_any_wrong_twin) {
+TEST(the_check_catches_any_wrong_twin)
+{
     int which;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1262,7 +1353,8 @@ TEST(the_check_catches_any_wrong_twin) {
     }
 }
 
-TEST(the_check_catches_two_swapped_twins) {
+TEST(the_check_catches_two_swapped_twins)
+{
     built b;
     uint32_t g, h;
     REQUIRE(damage_mesh(&b, 1));
@@ -1281,7 +1373,8 @@ TEST(the_check_catches_two_swapped_twins) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_any_wrong_outgoing_halfedge) {
+TEST(the_check_catches_any_wrong_outgoing_halfedge)
+{
     int which;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1306,7 +1399,8 @@ TEST(the_check_catches_any_wrong_outgoing_halfedge) {
     }
 }
 
-TEST(the_check_catches_any_wrong_valence) {
+TEST(the_check_catches_any_wrong_valence)
+{
     int which;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1327,7 +1421,8 @@ TEST(the_check_catches_any_wrong_valence) {
     }
 }
 
-TEST(the_check_names_the_vertex_with_a_wrong_valence) {
+TEST(the_check_names_the_vertex_with_a_wrong_valence)
+{
     built b;
     cq_place p;
     REQUIRE(damage_mesh(&b, 0));
@@ -1340,7 +1435,8 @@ TEST(the_check_names_the_vertex_with_a_wrong_valence) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_a_mark_that_was_left) {
+TEST(the_check_catches_a_mark_that_was_left)
+{
     built b;
     uint32_t v;
     REQUIRE(damage_mesh(&b, 1));
@@ -1352,7 +1448,8 @@ TEST(the_check_catches_a_mark_that_was_left) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_counts_beyond_the_capacity_and_counts_that_leave_a_slot_out) {
+TEST(the_check_catches_counts_beyond_the_capacity_and_counts_that_leave_a_slot_out)
+{
     int which, k;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1381,7 +1478,8 @@ TEST(the_check_catches_counts_beyond_the_capacity_and_counts_that_leave_a_slot_o
     }
 }
 
-TEST(the_check_survives_numbers_far_out_of_range) {
+TEST(the_check_survives_numbers_far_out_of_range)
+{
     static const uint32_t wild[] = {0x4000u, 0x8000u, 0xfffeu, 0x7fffffffu, 0xfffffffeu};
     size_t k;
     uint32_t x;
@@ -1417,7 +1515,8 @@ TEST(the_check_survives_numbers_far_out_of_range) {
 
 /* A closed mesh by hand: `twin` pairs come from the edges, first come first paired, unless given. */
 static void check_by_hand(uint32_t num_vertices, uint32_t num_faces, const int *faces, const int *twin,
-                          uint32_t num_virtual, uint32_t num_virtual_faces, cq_result *result, cq_place *place) {
+                          uint32_t num_virtual, uint32_t num_virtual_faces, cq_result *result, cq_place *place)
+{
     uint32_t all_faces = num_faces + num_virtual_faces, all = num_vertices + num_virtual, h, g;
     cq_mesh m;
     memset(&m, 0, sizeof m);
@@ -1455,7 +1554,8 @@ static void check_by_hand(uint32_t num_vertices, uint32_t num_faces, const int *
     exact_free(m.mark);
 }
 
-TEST(the_check_accepts_a_mesh_made_by_hand) {
+TEST(the_check_accepts_a_mesh_made_by_hand)
+{
     static const int tetrahedron[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
     static const int triangle[] = {0, 1, 2, 1, 0, 3, 2, 1, 3, 0, 2, 3};   /* 3 is virtual */
     cq_result result;
@@ -1466,7 +1566,8 @@ TEST(the_check_accepts_a_mesh_made_by_hand) {
     CHECK_EQ(result, CQ_OK);
 }
 
-TEST(the_check_catches_two_fans_at_one_vertex) {
+TEST(the_check_catches_two_fans_at_one_vertex)
+{
     /* Two tetrahedra that share vertex 3. */
     static const int faces[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2, 4, 5, 6, 4, 6, 3, 4, 3, 5, 5, 3, 6};
     cq_result result;
@@ -1476,7 +1577,8 @@ TEST(the_check_catches_two_fans_at_one_vertex) {
     CHECK_EQ(p.vertex, 3);
 }
 
-TEST(the_check_catches_a_second_fan_that_the_valence_does_not_count) {
+TEST(the_check_catches_a_second_fan_that_the_valence_does_not_count)
+{
     built b;
     uint32_t h;
     triangles t = triangles_tetrahedron();
@@ -1489,7 +1591,8 @@ TEST(the_check_catches_a_second_fan_that_the_valence_does_not_count) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_a_fan_in_a_wrong_order) {
+TEST(the_check_catches_a_fan_in_a_wrong_order)
+{
     /* Of the spokes h0 .. h5 of a vertex, h0, h2 and h4 get each other's twins. Still each twin ends where its halfedge
      * starts, and h0 h3 h4 h1 h2 h5 is one cycle of the right length. */
     built b;
@@ -1506,7 +1609,8 @@ TEST(the_check_catches_a_fan_in_a_wrong_order) {
     unbuild(&b);
 }
 
-TEST(the_check_catches_two_edges_between_the_same_vertices) {
+TEST(the_check_catches_two_edges_between_the_same_vertices)
+{
     /* Two tetrahedra slit open along 0-1 and sewn to each other: a sphere with two edges 0-1. */
     static const int faces[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2, 0, 1, 4, 0, 4, 5, 0, 5, 1, 1, 5, 4};
     static const int twin[] = {20, -1, -1, -1, -1, -1, -1, -1, 12, -1, -1, -1,
@@ -1518,7 +1622,8 @@ TEST(the_check_catches_two_edges_between_the_same_vertices) {
     CHECK(has_edge(&p, 0, 1));
 }
 
-TEST(the_check_catches_a_vertex_on_two_boundaries) {
+TEST(the_check_catches_a_vertex_on_two_boundaries)
+{
     /* An octahedron of which two vertices, opposite or adjacent, count as virtual. */
     static const int opposite[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4, 1, 0, 5, 2, 1, 5, 3, 2, 5, 0, 3, 5};
     cq_result result;
@@ -1527,7 +1632,8 @@ TEST(the_check_catches_a_vertex_on_two_boundaries) {
     CHECK(result < 0);
 }
 
-TEST(the_check_catches_two_virtual_vertices_that_touch) {
+TEST(the_check_catches_two_virtual_vertices_that_touch)
+{
     /* A tetrahedron with two virtual vertices. */
     static const int faces[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
     cq_result result;
@@ -1536,7 +1642,8 @@ TEST(the_check_catches_two_virtual_vertices_that_touch) {
     CHECK(result < 0);
 }
 
-TEST(the_check_catches_a_virtual_vertex_in_a_real_face) {
+TEST(the_check_catches_a_virtual_vertex_in_a_real_face)
+{
     /* The single triangle, but its real face and one of the virtual ones have changed places. */
     static const int faces[] = {1, 0, 3, 0, 1, 2, 2, 1, 3, 0, 2, 3};
     cq_result result;
@@ -1545,7 +1652,8 @@ TEST(the_check_catches_a_virtual_vertex_in_a_real_face) {
     CHECK(result < 0);
 }
 
-TEST(the_check_catches_a_halfedge_that_is_its_own_twin) {
+TEST(the_check_catches_a_halfedge_that_is_its_own_twin)
+{
     built b;
     REQUIRE(damage_mesh(&b, 0));
     b.mesh.twin[5] = 5;
@@ -1553,7 +1661,8 @@ TEST(the_check_catches_a_halfedge_that_is_its_own_twin) {
     unbuild(&b);
 }
 
-TEST(the_check_of_a_good_mesh_changes_nothing) {
+TEST(the_check_of_a_good_mesh_changes_nothing)
+{
     int which;
     for (which = 0; which < DAMAGE_MESHES; ++which) {
         built b;
@@ -1569,14 +1678,16 @@ TEST(the_check_of_a_good_mesh_changes_nothing) {
 
 /* After the definition: all four vertices of the two faces are real, both ends keep three neighbours, and the other two
  * are two vertices without an edge. */
-static int may_flip(const cq_mesh *m, cq_index h) {
+static int may_flip(const cq_mesh *m, cq_index h)
+{
     const cq_index g = m->twin[h];
     const cq_index a = m->origin[h], b = m->origin[g], x = m->origin[cq_prev(h)], y = m->origin[cq_prev(g)];
     if (cq_is_virtual(m, a) || cq_is_virtual(m, b) || cq_is_virtual(m, x) || cq_is_virtual(m, y)) return 0;
     return m->valence[a] > 3 && m->valence[b] > 3 && x != y && find_halfedge(m, x, y) == CQ_NONE;
 }
 
-TEST(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh) {
+TEST(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh)
+{
     uint32_t which, h, can = 0, cannot = 0;
     for (which = 0; which < 6; ++which) {
         built b;
@@ -1599,7 +1710,8 @@ TEST(an_edge_can_be_flipped_exactly_if_it_is_inside_and_the_result_is_a_mesh) {
 
 /* Collapsing a vertex of three neighbours leaves a hub one neighbour less: 13 + 3 - 4. The limit is that of the hub before,
  * too. */
-TEST(an_end_of_too_many_neighbours_cannot_be_collapsed) {
+TEST(an_end_of_too_many_neighbours_cannot_be_collapsed)
+{
     triangles t = triangles_bipyramid(12);
     triangles more;
     built b;
@@ -1626,7 +1738,8 @@ TEST(an_end_of_too_many_neighbours_cannot_be_collapsed) {
     unbuild(&b);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(a_tetrahedron_builds_in_one_try);
     RUN(an_octahedron_has_valence_four_everywhere);

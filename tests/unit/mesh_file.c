@@ -11,19 +11,22 @@
 #include "../../examples/mesh_file/text.c"
 #include "test.h"
 
-static int parse(const char *text, double *value, double *unit) {
+static int parse(const char *text, double *value, double *unit)
+{
     struct word word = { (const uint8_t *)text, strlen(text) };
     return parse_number(word, value, unit);
 }
 
-static uint32_t random_below(uint32_t n) {
+static uint32_t random_below(uint32_t n)
+{
     static uint64_t state = 1;
     state = state * 6364136223846793005u + 1442695040888963407u;
     return (uint32_t)(state >> 33) % n;
 }
 
 /* Up to `digits` digits with a point somewhere and perhaps an exponent. */
-static void random_number(char *text, uint32_t digits) {
+static void random_number(char *text, uint32_t digits)
+{
     uint32_t n = 1 + random_below(digits), point = random_below(n + 1), k;
     if (random_below(2) == 0) *text++ = '-';
     for (k = 0; k < n; k++) {
@@ -34,7 +37,8 @@ static void random_number(char *text, uint32_t digits) {
     if (random_below(2) == 0) sprintf(text, "e%d", (int)random_below(640) - 330);
 }
 
-TEST(numbers_are_those_of_strtod) {
+TEST(numbers_are_those_of_strtod)
+{
     char text[120];
     double value, unit;
     int k, rounded = 0;
@@ -50,7 +54,8 @@ TEST(numbers_are_those_of_strtod) {
     CHECK(rounded > 10000);
 }
 
-TEST(the_unit_is_what_the_last_digit_counts) {
+TEST(the_unit_is_what_the_last_digit_counts)
+{
     static const struct { const char *text; double unit; } cases[] = {
         { "7", 1 }, { "7.", 1 }, { "0.25", 0.01 }, { "-.5", 0.1 }, { "70", 1 }, { "7e3", 1000 }, { "1.50e-3", 1e-5 },
     };
@@ -62,7 +67,8 @@ TEST(the_unit_is_what_the_last_digit_counts) {
     }
 }
 
-TEST(other_words_are_no_numbers) {
+TEST(other_words_are_no_numbers)
+{
     static const char *const words[] = { "", "+", "-", ".", "-.", "e1", "1e", "1e+", "1e-", "1.2.3", "1,5", "0x10", "nan",
                                          "inf", "1f", "--1", "1-", "1e1.5", "1 2", "\xb2" };
     size_t k;
@@ -72,7 +78,8 @@ TEST(other_words_are_no_numbers) {
     }
 }
 
-static double rounding_of(const char *x) {
+static double rounding_of(const char *x)
+{
     char text[200], error[MESH_ERROR_BYTES];
     struct mesh_file mesh;
     double rounding = -1;
@@ -82,7 +89,8 @@ static double rounding_of(const char *x) {
     return rounding;
 }
 
-TEST(a_float_holds_what_nine_of_its_digits_say) {
+TEST(a_float_holds_what_nine_of_its_digits_say)
+{
     char text[40];
     int k;
     for (k = 0; k < 20000; k++) {
@@ -100,11 +108,13 @@ TEST(a_float_holds_what_nine_of_its_digits_say) {
 
 /* -- Vertices that have all that their corners have -- */
 
-static uint32_t random_item(uint32_t count) {
+static uint32_t random_item(uint32_t count)
+{
     return random_below(5) == 0 ? MESH_NONE : random_below(count);
 }
 
-static int random_attribute(struct mesh_file *mesh, int attribute, int components) {
+static int random_attribute(struct mesh_file *mesh, int attribute, int components)
+{
     struct mesh_values *a = &mesh->attribute[attribute];
     size_t k;
     a->components = components;
@@ -118,7 +128,8 @@ static int random_attribute(struct mesh_file *mesh, int attribute, int component
 }
 
 /* Vertices that faces use, and others, whose colors belong to them. */
-static int random_mesh(struct mesh_file *mesh) {
+static int random_mesh(struct mesh_file *mesh)
+{
     size_t k;
     memset(mesh, 0, sizeof *mesh);
     mesh->num_vertices = 1 + random_below(8);
@@ -137,7 +148,8 @@ static int random_mesh(struct mesh_file *mesh) {
 }
 
 /* What corner c has of an attribute; what is missing is 0, of normals 0 0 1. */
-static void value_of(const struct mesh_file *mesh, int attribute, size_t c, float value[3]) {
+static void value_of(const struct mesh_file *mesh, int attribute, size_t c, float value[3])
+{
     const struct mesh_values *a = &mesh->attribute[attribute];
     uint32_t item = a->corner != NULL ? a->corner[c] : mesh->indices[c];
     int i;
@@ -149,7 +161,8 @@ enum { MAX_TEST_CORNERS = 36 };
 
 /* Corners that are the first with their vertex and values, but for one of each vertex. What is missing is no value. */
 static uint32_t most_copies(const uint32_t *vertex, float (*value)[MESH_NUM_ATTRIBUTES][3], const uint8_t *missing,
-                            size_t corners) {
+                            size_t corners)
+{
     uint32_t kinds = 0, vertices = 0;
     size_t c, d;
     for (c = 0; c < corners; c++) {
@@ -165,7 +178,8 @@ static uint32_t most_copies(const uint32_t *vertex, float (*value)[MESH_NUM_ATTR
     return kinds - vertices;
 }
 
-TEST(expanding_keeps_what_corners_have_and_makes_no_vertex_too_many) {
+TEST(expanding_keeps_what_corners_have_and_makes_no_vertex_too_many)
+{
     static float before[MAX_TEST_CORNERS][MESH_NUM_ATTRIBUTES][3];
     static uint32_t vertex[MAX_TEST_CORNERS];
     static uint8_t missing[MAX_TEST_CORNERS];
@@ -206,7 +220,8 @@ TEST(expanding_keeps_what_corners_have_and_makes_no_vertex_too_many) {
     CHECK(copies > 10000);
 }
 
-TEST(without_seams_vertices_stay_what_they_are) {
+TEST(without_seams_vertices_stay_what_they_are)
+{
     static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 7 7 7\nvt 0 0\nvt 1 0\nvt 0 0\nf 1/1 2/2 3/3\nf 3/1 2/2 1/3\n";
     char error[MESH_ERROR_BYTES];
     struct mesh_file mesh;
@@ -219,7 +234,8 @@ TEST(without_seams_vertices_stay_what_they_are) {
     mesh_free(&mesh);
 }
 
-TEST(attributes_that_are_not_wanted_make_no_seams) {
+TEST(attributes_that_are_not_wanted_make_no_seams)
+{
     static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nf 1/1 2/2 3/1\nf 3/2 2/2 1/2\n";
     char error[MESH_ERROR_BYTES];
     struct mesh_file mesh;
@@ -230,7 +246,8 @@ TEST(attributes_that_are_not_wanted_make_no_seams) {
     mesh_free(&mesh);
 }
 
-TEST(the_first_equal_row_is_found) {
+TEST(the_first_equal_row_is_found)
+{
     static uint16_t rows[500][2];
     int k;
     for (k = 0; k < 200; k++) {
@@ -249,7 +266,8 @@ TEST(the_first_equal_row_is_found) {
     }
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(numbers_are_those_of_strtod);
     RUN(the_unit_is_what_the_last_digit_counts);

@@ -7,19 +7,22 @@ enum { LIMIT = 1 << CQI_RING_BITS };   /* offsets in the ring are below it, thos
 
 static uint64_t random_state = 1;
 
-static uint32_t random_below(uint32_t n) {
+static uint32_t random_below(uint32_t n)
+{
     random_state = random_state * 6364136223846793005u + 1442695040888963407u;
     return (uint32_t)(random_state >> 33) % n;
 }
 
 static int32_t any(int32_t low, int32_t high) { return low + (int32_t)random_below((uint32_t)(high - low) + 1); }
 
-static cqi_vector vector(int32_t x, int32_t y, int32_t z) {
+static cqi_vector vector(int32_t x, int32_t y, int32_t z)
+{
     const cqi_vector a = { x, y, z };
     return a;
 }
 
-static cqi_vector anywhere(int32_t low, int32_t high) {
+static cqi_vector anywhere(int32_t low, int32_t high)
+{
     cqi_vector a;
     a.x = any(low, high);
     a.y = any(low, high);
@@ -28,7 +31,8 @@ static cqi_vector anywhere(int32_t low, int32_t high) {
 }
 
 /* The height at a place, or LIMIT if the plane does not count. */
-static int32_t height(cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c) {
+static int32_t height(cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c)
+{
     cqi_fan f;
     f.num_rivals = 0;
     cqi_add_plane(&f, place, a, b, c);
@@ -44,7 +48,8 @@ static int64_t up(int64_t a, int64_t b) { return a / b + (a % b > 0); }
 /* -- Heights ------------------------------------------------------------------------------------------------------- */
 
 /* The triangle has sides along x and y; both parts of the height are rounded up. */
-TEST(heights_are_exact_where_slopes_are_multiples_of_2_to_the_minus_14) {
+TEST(heights_are_exact_where_slopes_are_multiples_of_2_to_the_minus_14)
+{
     int k, counted = 0;
     for (k = 0; k < 20000; ++k) {
         const int32_t dx = 4 << random_below(12), dy = 4 << random_below(12);
@@ -63,7 +68,8 @@ TEST(heights_are_exact_where_slopes_are_multiples_of_2_to_the_minus_14) {
 
 /* |height of the plane through a at a place - expected| is at most 18 / 2^14 of the distance, and two roundings: see
  * cqi_add_plane. A plane that does not count is steep or the height is beyond the ring. */
-static int is_near(cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c, int *counted) {
+static int is_near(cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c, int *counted)
+{
     const double bx = (b.x - a.x) >> 2, by = (b.y - a.y) >> 2, bz = (b.z - a.z) >> 2;
     const double cx = (c.x - a.x) >> 2, cy = (c.y - a.y) >> 2, cz = (c.z - a.z) >> 2;
     const double nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
@@ -81,7 +87,8 @@ static int is_near(cqi_vector place, cqi_vector a, cqi_vector b, cqi_vector c, i
 }
 
 /* Streams depend on each of them, so their sum is what it was when this was written. */
-TEST(heights_of_any_planes_are_near_and_what_they_were) {
+TEST(heights_of_any_planes_are_near_and_what_they_were)
+{
     int64_t sum = 0;
     int k, counted = 0;
     random_state = 1;
@@ -97,7 +104,8 @@ TEST(heights_of_any_planes_are_near_and_what_they_were) {
 }
 
 /* All corners of what a, b, c and the place may be; sanitizers see numbers that overflow. */
-TEST(heights_are_near_at_the_limits_of_offsets) {
+TEST(heights_are_near_at_the_limits_of_offsets)
+{
     static const int32_t inside[] = { 1 - LIMIT, 0, LIMIT - 1 }, outside[] = { -2 * LIMIT, 1, 2 * LIMIT - 1 };
     static const int32_t far[] = { -CQI_FAR, 0, CQI_FAR };
     int i, j, k, at, counted = 0;
@@ -117,7 +125,8 @@ TEST(heights_are_near_at_the_limits_of_offsets) {
 
 /* -- Planes that do not count -------------------------------------------------------------------------------------- */
 
-TEST(steep_planes_and_lines_do_not_count) {
+TEST(steep_planes_and_lines_do_not_count)
+{
     const cqi_vector a = vector(40, 80, 12);
     int k;
     for (k = 0; k < 4; ++k) {
@@ -134,7 +143,8 @@ TEST(steep_planes_and_lines_do_not_count) {
     CHECK_EQ(height(a, a, vector(80, 160, 24), vector(120, 240, 36)), LIMIT);
 }
 
-TEST(heights_beyond_the_ring_do_not_count_nor_those_after_sixteen) {
+TEST(heights_beyond_the_ring_do_not_count_nor_those_after_sixteen)
+{
     const cqi_vector a = vector(0, 0, 0), b = vector(64, 0, 64), c = vector(0, 64, 0);
     cqi_fan f;
     int k;
@@ -151,7 +161,8 @@ TEST(heights_beyond_the_ring_do_not_count_nor_those_after_sixteen) {
 /* -- Which planes there are ---------------------------------------------------------------------------------------- */
 
 /* Vertices around a polygon, and beyond each of its edges one; all at any heights. */
-static void make_fan(cqi_fan *f, int n) {
+static void make_fan(cqi_fan *f, int n)
+{
     static const int32_t x[8] = { 800, 560, 0, -560, -800, -560, 0, 560 };
     int k;
     memset(f, 0, sizeof *f);
@@ -164,7 +175,8 @@ static void make_fan(cqi_fan *f, int n) {
     f->known = ((uint32_t)1 << n) - 1;
 }
 
-TEST(planes_are_those_across_edges_and_those_of_two_edges) {
+TEST(planes_are_those_across_edges_and_those_of_two_edges)
+{
     int n, trial;
     for (n = 1; n <= 8; ++n) {
         for (trial = 0; trial < 50; ++trial) {
@@ -189,7 +201,8 @@ TEST(planes_are_those_across_edges_and_those_of_two_edges) {
     }
 }
 
-TEST(flat_is_less_than_four_steps_from_the_plane) {
+TEST(flat_is_less_than_four_steps_from_the_plane)
+{
     int k, shift;
     for (shift = -8; shift <= 12; ++shift) {
         const int32_t limit = 4 << (shift < 0 ? 0 : shift);
@@ -219,7 +232,8 @@ static int32_t roof_height(int32_t x, int32_t y, int32_t slope) { return y - (x 
 
 /* A fan of two flat sides that meet in an edge; of the vertices beyond, some are anywhere or nowhere. Returns the height
  * of the roof at a place, which is beside the edge where most vertices are. */
-static int32_t make_roof(cqi_fan *f, cqi_vector place) {
+static int32_t make_roof(cqi_fan *f, cqi_vector place)
+{
     static const int32_t x[6] = { 1024, 512, -512, -1024, -512, 512 }, y[6] = { 0, 1024, 1024, 0, -1024, -1024 };
     const int32_t slope = any(1, 3);
     int k;
@@ -237,7 +251,8 @@ static int32_t make_roof(cqi_fan *f, cqi_vector place) {
 
 /* Heights of the roof, every eighth anything, in the scale 2^shift, as an encoder or, without a plan, a decoder codes
  * them; what is predicted without planes is the roof, or anything. Returns how many come out as they went in. */
-static int code_heights(cq_decoder *d, int shift, int flat_sides, int predict_roof) {
+static int code_heights(cq_decoder *d, int shift, int flat_sides, int predict_roof)
+{
     cq_shape shape;
     int k, good = 0;
     memset(&shape, 0, sizeof shape);
@@ -265,7 +280,8 @@ static int code_heights(cq_decoder *d, int shift, int flat_sides, int predict_ro
 }
 
 /* Encodes and decodes; both sides learn the same. Returns the number of bytes; *worth: of asking, at the end. */
-static int bytes_of_heights(int shift, int flat_sides, int predict_roof, int32_t *worth) {
+static int bytes_of_heights(int shift, int flat_sides, int predict_roof, int32_t *worth)
+{
     static uint8_t bytes[MAX_BYTES];
     static cq_decoder encoder, decoder;
     static cqi_plan plan;
@@ -284,7 +300,8 @@ static int bytes_of_heights(int shift, int flat_sides, int predict_roof, int32_t
     return (int)size;
 }
 
-TEST(heights_of_a_roof_come_back_and_planes_save_most_of_their_bits) {
+TEST(heights_of_a_roof_come_back_and_planes_save_most_of_their_bits)
+{
     int shift;
     for (shift = -2; shift <= 2; ++shift) {
         int32_t worth, usual, nothing;
@@ -299,7 +316,8 @@ TEST(heights_of_a_roof_come_back_and_planes_save_most_of_their_bits) {
 
 /* -- Numbers ------------------------------------------------------------------------------------------------------- */
 
-TEST(lengths_of_numbers_are_those_of_their_halves) {
+TEST(lengths_of_numbers_are_those_of_their_halves)
+{
     int bits;
     CHECK_EQ(cqi_bit_length_wide(0), 0);
     for (bits = 0; bits < 64; ++bits) {
@@ -311,7 +329,8 @@ TEST(lengths_of_numbers_are_those_of_their_halves) {
 }
 
 /* An incomplete ring, which has fewer than three vertices or a boundary, has a class of its own. */
-TEST(fans_are_classed_by_their_size_if_they_are_complete) {
+TEST(fans_are_classed_by_their_size_if_they_are_complete)
+{
     cqi_fan f;
     int size;
     memset(&f, 0, sizeof f);
@@ -325,7 +344,8 @@ TEST(fans_are_classed_by_their_size_if_they_are_complete) {
 }
 
 /* Of one triangle, on either side; of two, the sum. */
-TEST(the_normal_of_an_edge_is_the_sum_of_those_beside_it) {
+TEST(the_normal_of_an_edge_is_the_sum_of_those_beside_it)
+{
     const cqi_vector b = vector(100, 0, 0), c = vector(30, 50, 0), e = vector(20, -7, 40);
     const cqi_vector left = cqi_normal_of(b, &c, NULL), right = cqi_normal_of(b, NULL, &e), both = cqi_normal_of(b, &c, &e);
     CHECK(left.x == 0 && left.y == 0 && left.z == 5000);
@@ -334,7 +354,8 @@ TEST(the_normal_of_an_edge_is_the_sum_of_those_beside_it) {
 }
 
 /* One for every 16 old ones, and for every 32 faces. */
-TEST(a_regular_level_needs_new_vertices_for_its_vertices_and_faces) {
+TEST(a_regular_level_needs_new_vertices_for_its_vertices_and_faces)
+{
     cqi_regular r;
     memset(&r, 0, sizeof r);
     r.vertices = 160;
@@ -345,7 +366,8 @@ TEST(a_regular_level_needs_new_vertices_for_its_vertices_and_faces) {
 }
 
 /* Rows have values if they have channels: without, their number is not bounded by what is read for them. */
-TEST(rows_have_the_values_of_channels_that_are_not_of_faces) {
+TEST(rows_have_the_values_of_channels_that_are_not_of_faces)
+{
     cq_shape s;
     memset(&s, 0, sizeof s);
     CHECK(!cqi_has_rows(&s));
@@ -361,7 +383,8 @@ TEST(rows_have_the_values_of_channels_that_are_not_of_faces) {
     CHECK(cqi_has_rows(&s));
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(heights_are_exact_where_slopes_are_multiples_of_2_to_the_minus_14);
     RUN(heights_of_any_planes_are_near_and_what_they_were);

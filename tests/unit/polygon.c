@@ -9,24 +9,28 @@ enum { MAX_CORNERS = 4000, GRID = 12 };
 static struct { int x, y; } point[MAX_CORNERS];
 static size_t count;
 
-static void add_point(int x, int y) {
+static void add_point(int x, int y)
+{
     point[count].x = x;
     point[count++].y = y;
 }
 
-static uint32_t random_below(uint32_t n) {
+static uint32_t random_below(uint32_t n)
+{
     static uint64_t state = 1;
     state = state * 6364136223846793005u + 1442695040888963407u;
     return (uint32_t)(state >> 33) % n;
 }
 
-static int64_t area_of_points(size_t i, size_t j, size_t k) {
+static int64_t area_of_points(size_t i, size_t j, size_t k)
+{
     return (int64_t)(point[j].x - point[i].x) * (point[k].y - point[i].y)
          - (int64_t)(point[j].y - point[i].y) * (point[k].x - point[i].x);
 }
 
 /* Integer planes, some of which turn the polygon over as seen along an axis. */
-static void place_in_space(double (*corner)[3], uint32_t plane) {
+static void place_in_space(double (*corner)[3], uint32_t plane)
+{
     static const int axes[6][2][3] = {
         { { 1, 0, 0 }, { 0, 1, 0 } }, { { 0, 1, 0 }, { 1, 0, 0 } }, { { 0, 0, 1 }, { 1, 0, 0 } },
         { { 1, 2, 0 }, { 0, 1, 3 } }, { { -1, 1, 4 }, { 2, 2, 1 } }, { { 0, 3, 1 }, { 0, -2, 5 } },
@@ -39,7 +43,8 @@ static void place_in_space(double (*corner)[3], uint32_t plane) {
 }
 
 /* Every side of the polygon once, in its direction, and every other side of a triangle once in each. */
-static int is_disc(uint32_t (*triangle)[3]) {
+static int is_disc(uint32_t (*triangle)[3])
+{
     static uint8_t seen[400][400];
     size_t f, k, i, j;
     if (count > 400) return 1;
@@ -61,7 +66,8 @@ struct outcome {
     int is_disc, negative, flat;
 };
 
-static struct outcome cut(uint32_t plane) {
+static struct outcome cut(uint32_t plane)
+{
     static double corner[MAX_CORNERS][3];
     static uint32_t triangle[MAX_CORNERS][3];
     struct outcome o = { 0, 0, 0 };
@@ -81,7 +87,8 @@ static struct outcome cut(uint32_t plane) {
  * the grid, so that many are on a line. */
 static uint8_t cell[GRID + 2][GRID + 2];
 
-static int touches_by_corner_alone(int x, int y) {
+static int touches_by_corner_alone(int x, int y)
+{
     int dx, dy;
     for (dx = -1; dx <= 1; dx += 2)
         for (dy = -1; dy <= 1; dy += 2)
@@ -90,7 +97,8 @@ static int touches_by_corner_alone(int x, int y) {
 }
 
 /* Adding a cell keeps the outline in one piece if its neighbours that are filled follow each other around it. */
-static int keeps_one_outline(int x, int y) {
+static int keeps_one_outline(int x, int y)
+{
     static const int around[8][2] = { { 1, 0 }, { 1, 1 }, { 0, 1 }, { -1, 1 }, { -1, 0 }, { -1, -1 }, { 0, -1 }, { 1, -1 } };
     int k, changes = 0;
     for (k = 0; k < 8; k++)
@@ -98,7 +106,8 @@ static int keeps_one_outline(int x, int y) {
     return changes == 2 && !touches_by_corner_alone(x, y);
 }
 
-static void grow_cells(uint32_t cells) {
+static void grow_cells(uint32_t cells)
+{
     uint32_t tries;
     memset(cell, 0, sizeof cell);
     cell[GRID / 2][GRID / 2] = 1;
@@ -112,7 +121,8 @@ static void grow_cells(uint32_t cells) {
 }
 
 /* With the filled cells on the left. */
-static void trace_outline(void) {
+static void trace_outline(void)
+{
     static const int step[4][2] = { { 1, 0 }, { 0, 1 }, { -1, 0 }, { 0, -1 } };
     static const int left[4][2] = { { 0, 0 }, { -1, 0 }, { -1, -1 }, { 0, -1 } };
     int x, y, d = 0, start_x, start_y;
@@ -130,7 +140,8 @@ static void trace_outline(void) {
     } while (x != start_x || y != start_y);
 }
 
-static void repeat_points(void) {
+static void repeat_points(void)
+{
     size_t i, at;
     for (i = 0; i < 5; i++) {
         at = random_below((uint32_t)count);
@@ -139,7 +150,8 @@ static void repeat_points(void) {
     }
 }
 
-static void turn_list(size_t by) {
+static void turn_list(size_t by)
+{
     size_t i;
     for (i = 0; i < by % count; i++) {
         point[count] = point[0];
@@ -147,7 +159,8 @@ static void turn_list(size_t by) {
     }
 }
 
-TEST(outlines_with_corners_on_a_line_have_triangles_with_an_area) {
+TEST(outlines_with_corners_on_a_line_have_triangles_with_an_area)
+{
     int k, corners = 0;
     for (k = 0; k < 3000; k++) {
         struct outcome o;
@@ -163,7 +176,8 @@ TEST(outlines_with_corners_on_a_line_have_triangles_with_an_area) {
     CHECK(corners > 50000);
 }
 
-TEST(corners_that_repeat_cost_a_flat_triangle_each) {
+TEST(corners_that_repeat_cost_a_flat_triangle_each)
+{
     int k;
     for (k = 0; k < 1000; k++) {
         struct outcome o;
@@ -177,7 +191,8 @@ TEST(corners_that_repeat_cost_a_flat_triangle_each) {
     }
 }
 
-TEST(a_star_with_random_spikes) {
+TEST(a_star_with_random_spikes)
+{
     int k;
     for (k = 0; k < 2000; k++) {
         struct outcome o;
@@ -195,7 +210,8 @@ TEST(a_star_with_random_spikes) {
     }
 }
 
-static void add_square(int x, int y, int side, int is_clockwise) {
+static void add_square(int x, int y, int side, int is_clockwise)
+{
     add_point(x, y);
     if (is_clockwise) add_point(x, y + side); else add_point(x + side, y);
     add_point(x + side, y + side);
@@ -204,7 +220,8 @@ static void add_square(int x, int y, int side, int is_clockwise) {
 }
 
 /* Cuts lead from a corner of the square to each hole and back. */
-TEST(holes_that_cuts_connect_with_the_outside) {
+TEST(holes_that_cuts_connect_with_the_outside)
+{
     int k, hole;
     for (k = 0; k < 6; k++) {
         struct outcome o;
@@ -222,7 +239,8 @@ TEST(holes_that_cuts_connect_with_the_outside) {
 }
 
 /* The cuts of two holes meet in one corner of a third. */
-TEST(a_cut_that_ends_at_a_hole_from_which_another_one_begins) {
+TEST(a_cut_that_ends_at_a_hole_from_which_another_one_begins)
+{
     struct outcome o;
     count = 0;
     add_square(0, 0, 100, 0);
@@ -235,7 +253,8 @@ TEST(a_cut_that_ends_at_a_hole_from_which_another_one_begins) {
 }
 
 /* Cutting off the tip that the hole touches would cut through the hole, of which no corner is inside the triangle. */
-TEST(a_hole_that_touches_a_tip) {
+TEST(a_hole_that_touches_a_tip)
+{
     size_t k;
     for (k = 0; k < 9; k++) {
         struct outcome o;
@@ -252,7 +271,8 @@ TEST(a_hole_that_touches_a_tip) {
     }
 }
 
-TEST(a_spiral) {
+TEST(a_spiral)
+{
     struct outcome o;
     int k, turns = 60;
     count = 0;
@@ -264,7 +284,8 @@ TEST(a_spiral) {
 }
 
 /* As most programs do: corner 0 has all triangles of a convex polygon, and a quad is cut where it must be. */
-TEST(convex_polygons_are_fans) {
+TEST(convex_polygons_are_fans)
+{
     static const double square[4][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 } };
     static const double dart[4][3] = { { 0, 0, 0 }, { 4, 0, 0 }, { 1, 1, 0 }, { 0, 4, 0 } };
     uint32_t triangle[2][3], k;
@@ -281,7 +302,8 @@ TEST(convex_polygons_are_fans) {
     }
 }
 
-TEST(polygons_that_are_none_are_cut_all_the_same) {
+TEST(polygons_that_are_none_are_cut_all_the_same)
+{
     int k;
     for (k = 0; k < 2000; k++) {
         uint32_t n = 4 + random_below(30), i, size = 1 + random_below(6);
@@ -292,7 +314,8 @@ TEST(polygons_that_are_none_are_cut_all_the_same) {
 }
 
 /* What has too many corners is a disc all the same, and said to be cut badly. */
-TEST(work_has_a_limit) {
+TEST(work_has_a_limit)
+{
     static double corner[MAX_CORNERS][3];
     static uint32_t triangle[MAX_CORNERS][3];
     uint64_t work;
@@ -307,7 +330,8 @@ TEST(work_has_a_limit) {
     CHECK_EQ(triangulate((const double (*)[3])corner, count, triangle), 2);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(outlines_with_corners_on_a_line_have_triangles_with_an_area);
     RUN(corners_that_repeat_cost_a_flat_triangle_each);

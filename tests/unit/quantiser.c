@@ -9,19 +9,22 @@
 #define NOT_A_NUMBER 0x7fc00000u
 #define LARGEST 0x7f7fffffu
 
-static float float_of(uint32_t bits) {
+static float float_of(uint32_t bits)
+{
     float x;
     memcpy(&x, &bits, sizeof x);
     return x;
 }
 
-static uint32_t bits_of(float x) {
+static uint32_t bits_of(float x)
+{
     uint32_t bits;
     memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-static cq_channel channel_of(cq_kind kind, int components, int bits) {
+static cq_channel channel_of(cq_kind kind, int components, int bits)
+{
     cq_channel c;
     memset(&c, 0, sizeof c);
     c.kind = (uint8_t)kind;
@@ -32,7 +35,8 @@ static cq_channel channel_of(cq_kind kind, int components, int bits) {
 
 /* -- The grid of a box --------------------------------------------------------------------------------------------- */
 
-TEST(step_and_origin_come_as_the_floats_that_they_are) {
+TEST(step_and_origin_come_as_the_floats_that_they_are)
+{
     cq_channel c;
     int k;
     memset(&c, 0, sizeof c);
@@ -46,7 +50,8 @@ TEST(step_and_origin_come_as_the_floats_that_they_are) {
     CHECK_EQ(bits_of(cq_channel_origin(&c, 3)), INFINITE);
 }
 
-TEST(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side) {
+TEST(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side)
+{
     const float box[] = { -1, 2, 5, 2, 3, 6, 0, 2.4f, 5.6f };
     const cq_value expected[] = { 0, 0, 0, 3, 1, 1, 1, 0, 1 };
     cq_channel c = channel_of(CQ_POSITION, 3, 2);
@@ -65,7 +70,8 @@ TEST(a_grid_begins_at_the_minimum_and_ends_with_the_longest_side) {
     CHECK(back[0] == -1 && back[3] == 2 && back[4] == 3 && back[6] == 0 && back[7] == 2 && back[8] == 6);
 }
 
-TEST(a_point_or_nothing_has_a_grid_without_a_step) {
+TEST(a_point_or_nothing_has_a_grid_without_a_step)
+{
     const float point[] = { -3.25f, 1e-30f, 7e30f, -3.25f, 1e-30f, 7e30f };
     cq_value values[6];
     float back[6];
@@ -81,7 +87,8 @@ TEST(a_point_or_nothing_has_a_grid_without_a_step) {
     CHECK_EQ(cq_quantise(&c, NULL, 0, NULL, NULL), CQ_OK);
 }
 
-TEST(points_of_a_grid_are_never_closer_than_floats) {
+TEST(points_of_a_grid_are_never_closer_than_floats)
+{
     const float far[] = { 16777216.0f, 16777218.0f };
     cq_channel c = channel_of(CQ_GENERIC, 1, 12);
     cq_value values[2];
@@ -94,7 +101,8 @@ TEST(points_of_a_grid_are_never_closer_than_floats) {
     CHECK(back[0] == far[0] && back[1] == far[1]);
 }
 
-TEST(the_last_point_of_a_fine_grid_is_not_one_too_far) {
+TEST(the_last_point_of_a_fine_grid_is_not_one_too_far)
+{
     const float box[] = { -3, 4 };
     cq_channel c = channel_of(CQ_GENERIC, 1, CQ_MAX_BITS);
     cq_value values[2];
@@ -105,7 +113,8 @@ TEST(the_last_point_of_a_fine_grid_is_not_one_too_far) {
 
 /* The side goes float by float, each of which is rounded to a step in another way; a step that is rounded up may leave
  * the last point unused. */
-TEST(no_side_reaches_behind_the_last_point_of_a_fine_grid) {
+TEST(no_side_reaches_behind_the_last_point_of_a_fine_grid)
+{
     cq_channel c = channel_of(CQ_GENERIC, 1, CQ_MAX_BITS);
     int k;
     for (k = 0; k < 32; ++k) {
@@ -118,7 +127,8 @@ TEST(no_side_reaches_behind_the_last_point_of_a_fine_grid) {
     }
 }
 
-TEST(a_box_that_needs_a_step_beyond_all_floats_is_refused) {
+TEST(a_box_that_needs_a_step_beyond_all_floats_is_refused)
+{
     const float box[] = { -float_of(LARGEST), float_of(LARGEST) };
     cq_channel c = channel_of(CQ_GENERIC, 1, 2);
     cq_value values[2];
@@ -133,7 +143,8 @@ TEST(a_box_that_needs_a_step_beyond_all_floats_is_refused) {
 
 /* -- The grid of a step -------------------------------------------------------------------------------------------- */
 
-TEST(an_aligned_grid_has_the_step_and_as_many_bits_as_the_box_needs) {
+TEST(an_aligned_grid_has_the_step_and_as_many_bits_as_the_box_needs)
+{
     const float box[] = { -0.75f, 0.5f, 0, 1, 0.5f, 3.5f };
     cq_channel c = channel_of(CQ_POSITION, 3, 0);
     REQUIRE_EQ(cq_align_grid(&c, 0.5f, box, 2, NULL), CQ_OK);
@@ -147,7 +158,8 @@ TEST(an_aligned_grid_has_the_step_and_as_many_bits_as_the_box_needs) {
     CHECK_EQ(c.origin[0], bits_of(-4));
 }
 
-TEST(an_aligned_grid_may_be_far_from_zero_and_finer_than_floats) {
+TEST(an_aligned_grid_may_be_far_from_zero_and_finer_than_floats)
+{
     const float far[] = { 1e20f, 1e20f };
     cq_channel c = channel_of(CQ_GENERIC, 1, 0);
     cq_value values[2];
@@ -159,7 +171,8 @@ TEST(an_aligned_grid_may_be_far_from_zero_and_finer_than_floats) {
     CHECK(back[0] == far[0]);
 }
 
-TEST(an_aligned_grid_needs_a_power_of_two_and_a_box_that_is_not_too_large) {
+TEST(an_aligned_grid_needs_a_power_of_two_and_a_box_that_is_not_too_large)
+{
     const float box[] = { 0, 1 };
     const float good[] = { 1, 0.25f, 1024 }, bad[] = { 0, -1, 3, 0.1f, -0.5f };
     const float lowest = -float_of(LARGEST);
@@ -181,7 +194,8 @@ TEST(an_aligned_grid_needs_a_power_of_two_and_a_box_that_is_not_too_large) {
 
 /* -- Errors -------------------------------------------------------------------------------------------------------- */
 
-TEST(floats_that_are_none_are_an_error_with_a_place) {
+TEST(floats_that_are_none_are_an_error_with_a_place)
+{
     const uint32_t bad[] = { INFINITE, 0x80000000u | INFINITE, NOT_A_NUMBER };
     size_t k;
     for (k = 0; k < 3; ++k) {
@@ -211,7 +225,8 @@ TEST(floats_that_are_none_are_an_error_with_a_place) {
     }
 }
 
-TEST(half_a_step_off_the_grid_is_an_error) {
+TEST(half_a_step_off_the_grid_is_an_error)
+{
     const float inside[] = { -0.5f, 3.25f }, below[] = { 0, -0.625f }, above[] = { 3.5f, 0 };
     cq_channel c = channel_of(CQ_GENERIC, 1, 2);
     cq_value values[2];
@@ -229,7 +244,8 @@ TEST(half_a_step_off_the_grid_is_an_error) {
     CHECK_EQ(cq_quantise(&c, above + 1, 1, values, &place), CQ_OK);
 }
 
-TEST(bad_arguments_of_the_quantiser_are_refused) {
+TEST(bad_arguments_of_the_quantiser_are_refused)
+{
     const float from[4] = { 0, 0, 0, 1 };
     cq_channel c = channel_of(CQ_POSITION, 3, 8);
     cq_value to[4];
@@ -258,7 +274,8 @@ TEST(bad_arguments_of_the_quantiser_are_refused) {
 
 /* -- What comes back ----------------------------------------------------------------------------------------------- */
 
-TEST(what_comes_back_is_finite_whatever_the_channel_says) {
+TEST(what_comes_back_is_finite_whatever_the_channel_says)
+{
     const uint32_t numbers[] = { 0, 1, 0x3f800000, LARGEST, INFINITE, NOT_A_NUMBER, 0x80000000u | LARGEST,
                                  0x80000000u | INFINITE };
     const cq_value values[] = { 0, 1, 0x7fff };
@@ -279,7 +296,8 @@ TEST(what_comes_back_is_finite_whatever_the_channel_says) {
 /* -- Normals ------------------------------------------------------------------------------------------------------- */
 
 /* The header's lines for a shader, with a normalised attribute, in floats. */
-static void shade(float x, float y, float largest, int bits, float *to) {
+static void shade(float x, float y, float largest, int bits, float *to)
+{
     const float half = ldexpf(1, bits - 1) - 1;
     const float p = x * largest / half - 1, q = y * largest / half - 1, z = 1 - fabsf(p) - fabsf(q);
     const float a = z < 0 ? (1 - fabsf(q)) * (p < 0 ? -1.0f : 1.0f) : p;
@@ -290,7 +308,8 @@ static void shade(float x, float y, float largest, int bits, float *to) {
     to[2] = z / length;
 }
 
-TEST(a_shader_has_the_normals_of_the_library) {
+TEST(a_shader_has_the_normals_of_the_library)
+{
     int bits, x, y, k;
     for (bits = 3; bits <= 15; bits += bits == 15 ? 1 : 2) {
         const int last = (1 << bits) - 2, step = last / 14 > 1 ? last / 14 : 1;
@@ -307,7 +326,8 @@ TEST(a_shader_has_the_normals_of_the_library) {
     }
 }
 
-TEST(a_shader_has_the_positions_of_the_library) {
+TEST(a_shader_has_the_positions_of_the_library)
+{
     const float box[] = { -3.5f, 100, 0.25f, 7, 122, 0.5f };
     cq_channel c = channel_of(CQ_POSITION, 3, 12);
     float back[6];
@@ -322,7 +342,8 @@ TEST(a_shader_has_the_positions_of_the_library) {
     }
 }
 
-TEST(axes_come_back_exactly_and_length_does_not_matter) {
+TEST(axes_come_back_exactly_and_length_does_not_matter)
+{
     int bits, axis, sign;
     for (bits = 2; bits <= CQ_MAX_BITS; ++bits) {
         for (axis = 0; axis < 3; ++axis) {
@@ -340,7 +361,8 @@ TEST(axes_come_back_exactly_and_length_does_not_matter) {
     }
 }
 
-TEST(a_vector_without_a_direction_is_an_error) {
+TEST(a_vector_without_a_direction_is_an_error)
+{
     const float normals[] = { 0, 0, 1, 0, -0.0f, 0 };
     cq_value pairs[4];
     cq_place place;
@@ -350,7 +372,8 @@ TEST(a_vector_without_a_direction_is_an_error) {
     CHECK_EQ(place.vertex, CQ_NONE);
 }
 
-TEST(any_pair_is_a_unit_vector) {
+TEST(any_pair_is_a_unit_vector)
+{
     int bits;
     cq_value pair[2];
     for (bits = 2; bits <= 6; ++bits) {
@@ -366,7 +389,8 @@ TEST(any_pair_is_a_unit_vector) {
 }
 
 #if CQ_INDEX_BITS == 32
-TEST(exact_channels_copy_floats_whatever_they_are) {
+TEST(exact_channels_copy_floats_whatever_they_are)
+{
     const uint32_t patterns[] = { 0x80000000u, NOT_A_NUMBER | 77, INFINITE, 1, LARGEST, 0xffffffffu };
     cq_channel c = channel_of(CQ_POSITION, 3, CQ_EXACT_BITS);
     float from[6], back[6];
@@ -392,7 +416,8 @@ TEST(exact_channels_copy_floats_whatever_they_are) {
 
 /* A compiler may assume that nothing reads an integer where a float was stored, and memory from malloc is of the type that
  * was stored last. -fsanitize=type sees what no compiler makes use of so far. */
-TEST(exact_values_and_floats_have_the_types_that_they_are_read_as) {
+TEST(exact_values_and_floats_have_the_types_that_they_are_read_as)
+{
     enum { COUNT = 300 };
     cq_channel c = channel_of(CQ_GENERIC, 3, CQ_EXACT_BITS);
     float *from = (float *)exact_alloc(COUNT * sizeof *from), *back = (float *)exact_alloc(COUNT * sizeof *back);
@@ -417,7 +442,8 @@ TEST(exact_values_and_floats_have_the_types_that_they_are_read_as) {
 }
 #endif
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(a_shader_has_the_normals_of_the_library);
     RUN(a_shader_has_the_positions_of_the_library);

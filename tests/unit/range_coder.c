@@ -15,14 +15,16 @@ typedef struct sequence {
     size_t size;
 } sequence;
 
-static void sequence_add(sequence *s, uint32_t start, uint32_t freq, uint32_t total) {
+static void sequence_add(sequence *s, uint32_t start, uint32_t freq, uint32_t total)
+{
     s->start[s->count] = start;
     s->freq[s->count] = freq;
     s->total[s->count] = total;
     s->count++;
 }
 
-static void sequence_encode(sequence *s) {
+static void sequence_encode(sequence *s)
+{
     static uint8_t buffer[MAX_BYTES];
     cq_range_encoder e;
     uint32_t k;
@@ -34,7 +36,8 @@ static void sequence_encode(sequence *s) {
 }
 
 /* How many symbols come back from `size` bytes before the first one that is wrong. */
-static uint32_t sequence_decode(const sequence *s, const uint8_t *bytes, size_t size) {
+static uint32_t sequence_decode(const sequence *s, const uint8_t *bytes, size_t size)
+{
     cq_range_decoder d;
     uint32_t k;
     cq_range_decoder_init(&d, bytes, size);
@@ -47,7 +50,8 @@ static uint32_t sequence_decode(const sequence *s, const uint8_t *bytes, size_t 
     return k;
 }
 
-static void sequence_check(sequence *s) {
+static void sequence_check(sequence *s)
+{
     sequence_encode(s);
     CHECK_EQ(sequence_decode(s, s->bytes, s->size), s->count);
     exact_free(s->bytes);
@@ -56,7 +60,8 @@ static void sequence_check(sequence *s) {
 
 /* -- Ends of the code ---------------------------------------------------------------------------------------------- */
 
-TEST(an_empty_stream_has_no_bytes) {
+TEST(an_empty_stream_has_no_bytes)
+{
     cq_range_encoder e;
     cq_range_decoder d;
     cq_range_encoder_init(&e, NULL, 0);
@@ -65,7 +70,8 @@ TEST(an_empty_stream_has_no_bytes) {
     CHECK(d.count > d.size);
 }
 
-TEST(zeros_at_the_end_are_not_written) {
+TEST(zeros_at_the_end_are_not_written)
+{
     static sequence s;
     uint32_t k;
     s.count = 0;
@@ -76,7 +82,8 @@ TEST(zeros_at_the_end_are_not_written) {
     exact_free(s.bytes);
 }
 
-TEST(the_last_byte_of_a_code_is_never_zero) {
+TEST(the_last_byte_of_a_code_is_never_zero)
+{
     uint64_t random = 1;
     static sequence s;
     int round;
@@ -94,7 +101,8 @@ TEST(the_last_byte_of_a_code_is_never_zero) {
     }
 }
 
-TEST(no_shorter_code_means_the_same) {
+TEST(no_shorter_code_means_the_same)
+{
     /* For each code of one or two bytes, try every code that is one byte shorter. */
     uint64_t random = 2;
     static sequence s;
@@ -123,7 +131,8 @@ TEST(no_shorter_code_means_the_same) {
     CHECK(tried > 300);
 }
 
-TEST(any_bytes_may_follow_in_memory_but_only_size_bytes_are_read) {
+TEST(any_bytes_may_follow_in_memory_but_only_size_bytes_are_read)
+{
     static sequence s;
     uint32_t k;
     s.count = 0;
@@ -134,7 +143,8 @@ TEST(any_bytes_may_follow_in_memory_but_only_size_bytes_are_read) {
 }
 
 /* Four bytes 0xff are the end of the first interval, which belongs to no symbol: as good as the number before it. */
-TEST(a_code_that_no_encoder_writes_is_the_last_symbol) {
+TEST(a_code_that_no_encoder_writes_is_the_last_symbol)
+{
     static const uint8_t bytes[] = {0xff, 0xff, 0xff, 0xff};
     cq_range_decoder d;
     cq_range_decoder_init(&d, bytes, sizeof bytes);
@@ -142,7 +152,8 @@ TEST(a_code_that_no_encoder_writes_is_the_last_symbol) {
     CHECK_EQ(cq_decode_slot(&d, 1000), 999);
 }
 
-TEST(a_decoder_counts_the_bytes_it_wanted_past_the_end) {
+TEST(a_decoder_counts_the_bytes_it_wanted_past_the_end)
+{
     static sequence s;
     cq_range_decoder d;
     uint32_t k;
@@ -164,7 +175,8 @@ TEST(a_decoder_counts_the_bytes_it_wanted_past_the_end) {
     exact_free(s.bytes);
 }
 
-TEST(a_decoder_has_read_four_bytes_more_than_the_encoder_has_shifted_out) {
+TEST(a_decoder_has_read_four_bytes_more_than_the_encoder_has_shifted_out)
+{
     /* One byte goes out for each byte that goes in: 8 bits a symbol, exactly. */
     uint8_t data[64];
     cq_range_encoder e;
@@ -182,7 +194,8 @@ TEST(a_decoder_has_read_four_bytes_more_than_the_encoder_has_shifted_out) {
     CHECK(d.count >= size && d.count <= size + 4);
 }
 
-TEST(finish_costs_at_most_two_bytes) {
+TEST(finish_costs_at_most_two_bytes)
+{
     /* 2^24 <= range, so a byte and a bit are enough to name a number in the interval. */
     uint64_t random = 7;
     uint32_t n;
@@ -202,7 +215,8 @@ TEST(finish_costs_at_most_two_bytes) {
 /* -- Carries ------------------------------------------------------------------------------------------------------- */
 
 /* Symbols whose interval always holds the number that `bytes` are the head of (zeros follow). */
-static void sequence_follow(sequence *s, const uint8_t *bytes, size_t size, uint32_t count, uint32_t total) {
+static void sequence_follow(sequence *s, const uint8_t *bytes, size_t size, uint32_t count, uint32_t total)
+{
     cq_range_decoder d;
     uint32_t k;
     s->count = 0;
@@ -215,7 +229,8 @@ static void sequence_follow(sequence *s, const uint8_t *bytes, size_t size, uint
 }
 
 /* The most 0xff bytes that waited for a carry while the sequence was encoded. */
-static size_t longest_wait(const sequence *s) {
+static size_t longest_wait(const sequence *s)
+{
     cq_range_encoder e;
     uint32_t k;
     size_t most = 0;
@@ -227,7 +242,8 @@ static size_t longest_wait(const sequence *s) {
     return most;
 }
 
-TEST(a_carry_goes_through_a_long_run_of_ff_bytes) {
+TEST(a_carry_goes_through_a_long_run_of_ff_bytes)
+{
     /* The interval straddles 0x80 00 00 ... for as long as wanted: its low end is 0x7f ff ff ... Then one symbol below
      * the boundary leaves the run as it is, one above it carries through all of it. */
     static const uint8_t boundaries[][3] = {
@@ -262,7 +278,8 @@ TEST(a_carry_goes_through_a_long_run_of_ff_bytes) {
     CHECK(without > 100);
 }
 
-TEST(a_run_of_ff_bytes_without_a_carry_comes_out_as_it_is) {
+TEST(a_run_of_ff_bytes_without_a_carry_comes_out_as_it_is)
+{
     static sequence s;
     uint32_t k, ff = 0;
     s.count = 0;
@@ -274,7 +291,8 @@ TEST(a_run_of_ff_bytes_without_a_carry_comes_out_as_it_is) {
     exact_free(s.bytes);
 }
 
-TEST(a_code_ends_well_while_bytes_still_wait_for_a_carry) {
+TEST(a_code_ends_well_while_bytes_still_wait_for_a_carry)
+{
     static const uint8_t boundary[] = {0x80};
     uint32_t n;
     for (n = 0; n < 400; ++n) {
@@ -286,7 +304,8 @@ TEST(a_code_ends_well_while_bytes_still_wait_for_a_carry) {
 
 /* -- Symbols ------------------------------------------------------------------------------------------------------- */
 
-TEST(the_first_and_the_last_symbol_survive_at_every_total) {
+TEST(the_first_and_the_last_symbol_survive_at_every_total)
+{
     uint32_t total;
     for (total = 1; total <= 65536; total = total < 600 ? total + 1 : total + 397) {
         static sequence s;
@@ -297,7 +316,8 @@ TEST(the_first_and_the_last_symbol_survive_at_every_total) {
     }
 }
 
-TEST(a_total_of_two_to_the_sixteen_is_allowed) {
+TEST(a_total_of_two_to_the_sixteen_is_allowed)
+{
     static sequence s;
     static const uint32_t slots[] = {0, 1, 255, 256, 32767, 32768, 65279, 65280, 65534, 65535};
     uint32_t k, j;
@@ -310,7 +330,8 @@ TEST(a_total_of_two_to_the_sixteen_is_allowed) {
     sequence_check(&s);
 }
 
-TEST(a_symbol_that_owns_every_slot_costs_nothing) {
+TEST(a_symbol_that_owns_every_slot_costs_nothing)
+{
     cq_range_encoder e;
     cq_range_decoder d;
     uint8_t data[16];
@@ -331,7 +352,8 @@ TEST(a_symbol_that_owns_every_slot_costs_nothing) {
     CHECK_EQ(cq_decode_raw(&d, 12), 0xdef);
 }
 
-TEST(symbols_of_any_width_come_back) {
+TEST(symbols_of_any_width_come_back)
+{
     uint64_t random = 3;
     static sequence s;
     int round;
@@ -348,7 +370,8 @@ TEST(symbols_of_any_width_come_back) {
     }
 }
 
-TEST(a_decoder_of_noise_returns_slots_in_range) {
+TEST(a_decoder_of_noise_returns_slots_in_range)
+{
     uint64_t random = 4;
     int round;
     for (round = 0; round < 300; ++round) {
@@ -377,7 +400,8 @@ TEST(a_decoder_of_noise_returns_slots_in_range) {
 
 /* -- Bits ---------------------------------------------------------------------------------------------------------- */
 
-TEST(a_bit_model_stays_within_its_limits_at_every_rate) {
+TEST(a_bit_model_stays_within_its_limits_at_every_rate)
+{
     int rate, bit;
     for (rate = 1; rate <= 8; ++rate) {
         for (bit = 0; bit < 2; ++bit) {
@@ -396,7 +420,8 @@ TEST(a_bit_model_stays_within_its_limits_at_every_rate) {
     }
 }
 
-TEST(any_number_but_0_is_a_bit_that_is_set) {
+TEST(any_number_but_0_is_a_bit_that_is_set)
+{
     static const int set[] = {1, 2, -1, 256, INT32_MAX, -INT32_MAX - 1};
     size_t k;
     for (k = 0; k < sizeof set / sizeof *set; ++k) {
@@ -411,7 +436,8 @@ TEST(any_number_but_0_is_a_bit_that_is_set) {
     }
 }
 
-TEST(a_model_learns_faster_at_a_lower_rate) {
+TEST(a_model_learns_faster_at_a_lower_rate)
+{
     int rate;
     cq_bit_model last = 65535;
     for (rate = 1; rate <= 8; ++rate) {
@@ -425,7 +451,8 @@ TEST(a_model_learns_faster_at_a_lower_rate) {
     }
 }
 
-TEST(bits_at_both_limits_of_probability_come_back) {
+TEST(bits_at_both_limits_of_probability_come_back)
+{
     /* Long runs bring the model to its limit, then the improbable bit comes. */
     int rate, common;
     for (rate = 1; rate <= 8; ++rate) {
@@ -447,7 +474,8 @@ TEST(bits_at_both_limits_of_probability_come_back) {
     }
 }
 
-TEST(a_model_set_to_its_limit_codes_both_bits) {
+TEST(a_model_set_to_its_limit_codes_both_bits)
+{
     static const cq_bit_model limits[] = {1, 2, 32768, 65533, 65534};
     size_t k;
     int first, second;
@@ -474,7 +502,8 @@ TEST(a_model_set_to_its_limit_codes_both_bits) {
     }
 }
 
-TEST(a_hundred_thousand_sure_bits_cost_under_fourteen_bytes) {
+TEST(a_hundred_thousand_sure_bits_cost_under_fourteen_bytes)
+{
     /* 100000 * -log2(65534 / 65536) = 4.4 bits, and what learning costs. */
     cq_range_encoder e;
     cq_bit_model model = CQ_BIT_MODEL_INIT;
@@ -488,7 +517,8 @@ TEST(a_hundred_thousand_sure_bits_cost_under_fourteen_bytes) {
     CHECK(cq_range_encoder_finish(&e) < 14);
 }
 
-TEST(a_bit_at_even_odds_costs_one_bit) {
+TEST(a_bit_at_even_odds_costs_one_bit)
+{
     cq_range_encoder e;
     uint64_t random = 5;
     int k;
@@ -504,7 +534,8 @@ TEST(a_bit_at_even_odds_costs_one_bit) {
 
 /* -- Raw numbers --------------------------------------------------------------------------------------------------- */
 
-TEST(raw_numbers_of_0_to_32_bits_come_back) {
+TEST(raw_numbers_of_0_to_32_bits_come_back)
+{
     int bits;
     for (bits = 0; bits <= 32; ++bits) {
         uint32_t mask = bits == 0 ? 0 : 0xffffffffu >> (32 - bits);
@@ -527,7 +558,8 @@ TEST(raw_numbers_of_0_to_32_bits_come_back) {
     }
 }
 
-TEST(only_the_low_bits_of_a_raw_number_count) {
+TEST(only_the_low_bits_of_a_raw_number_count)
+{
     int bits;
     for (bits = 0; bits <= 32; ++bits) {
         uint8_t one[16], two[16];
@@ -545,7 +577,8 @@ TEST(only_the_low_bits_of_a_raw_number_count) {
     }
 }
 
-TEST(no_raw_bits_are_no_code) {
+TEST(no_raw_bits_are_no_code)
+{
     cq_range_encoder e;
     uint8_t data[8];
     int k;
@@ -556,7 +589,8 @@ TEST(no_raw_bits_are_no_code) {
 
 /* -- Buffers ------------------------------------------------------------------------------------------------------- */
 
-static size_t encode_sample(uint8_t *data, size_t size) {
+static size_t encode_sample(uint8_t *data, size_t size)
+{
     cq_range_encoder e;
     cq_bit_model model = CQ_BIT_MODEL_INIT;
     uint64_t random = 6;
@@ -570,7 +604,8 @@ static size_t encode_sample(uint8_t *data, size_t size) {
     return cq_range_encoder_finish(&e);
 }
 
-TEST(a_short_buffer_gets_the_head_of_the_code_and_the_count_is_the_whole) {
+TEST(a_short_buffer_gets_the_head_of_the_code_and_the_count_is_the_whole)
+{
     uint8_t whole[256];
     size_t size = encode_sample(whole, sizeof whole), k;
     REQUIRE(size < sizeof whole);
@@ -583,7 +618,8 @@ TEST(a_short_buffer_gets_the_head_of_the_code_and_the_count_is_the_whole) {
     }
 }
 
-TEST(the_same_symbols_give_the_same_bytes) {
+TEST(the_same_symbols_give_the_same_bytes)
+{
     uint8_t one[256], two[256];
     size_t size = encode_sample(one, sizeof one);
     memset(two, 0xcc, sizeof two);
@@ -591,7 +627,8 @@ TEST(the_same_symbols_give_the_same_bytes) {
     CHECK(memcmp(one, two, size) == 0);
 }
 
-TEST(the_code_of_a_known_sequence_is_known) {
+TEST(the_code_of_a_known_sequence_is_known)
+{
     /* By hand: range 0xffffffff, one third is 0x55555555; the middle symbol of three, [0x55555555, 0xaaaaaaaa), holds
      * 0x80000000, whose one byte has the most zeros behind it. */
     uint8_t data[8];
@@ -607,7 +644,8 @@ TEST(the_code_of_a_known_sequence_is_known) {
     CHECK_EQ(data[0], 0x12);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(an_empty_stream_has_no_bytes);
     RUN(zeros_at_the_end_are_not_written);

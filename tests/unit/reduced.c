@@ -15,13 +15,15 @@
 enum { POSITION_BITS = 12 };
 
 /* The header of a tetrahedron with so many channels, which follow. */
-static void put_tetrahedron(header *h, uint32_t num_channels) {
+static void put_tetrahedron(header *h, uint32_t num_channels)
+{
     put_start(h, 4, 0, 0, 1);
     put(h, num_channels, 1);
 }
 
 /* What the header says of its own, to someone who peeks and to a decoder; the same for both. */
-static cq_result read_header(const header *h) {
+static cq_result read_header(const header *h)
+{
     uint8_t *bytes = (uint8_t *)exact_copy(h->bytes, h->size), *memory = (uint8_t *)exact_alloc(8192);
     cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
     cq_bytes in;
@@ -41,7 +43,8 @@ static cq_result read_header(const header *h) {
 }
 
 /* The same for a tetrahedron with one channel. */
-static cq_result read_channel(uint32_t flags, uint32_t form, uint32_t components, uint32_t bits) {
+static cq_result read_channel(uint32_t flags, uint32_t form, uint32_t components, uint32_t bits)
+{
     header h;
     put_tetrahedron(&h, flags + 1);
     put_channel(&h, form, components, bits);
@@ -50,7 +53,8 @@ static cq_result read_channel(uint32_t flags, uint32_t form, uint32_t components
     return read_header(&h);
 }
 
-TEST(positions_and_bare_connectivity_are_read) {
+TEST(positions_and_bare_connectivity_are_read)
+{
     header h;
     put_tetrahedron(&h, 0);
     put_end(&h, 100);
@@ -59,7 +63,8 @@ TEST(positions_and_bare_connectivity_are_read) {
     CHECK_EQ(read_channel(0, CQ_POSITION + NO_GRID, 3, POSITION_BITS), CQ_OK);
 }
 
-TEST(streams_that_may_have_regular_levels_are_unsupported) {
+TEST(streams_that_may_have_regular_levels_are_unsupported)
+{
     header h;
     put_tetrahedron(&h, REGULAR);
     put_end(&h, 100);
@@ -67,11 +72,13 @@ TEST(streams_that_may_have_regular_levels_are_unsupported) {
     CHECK_EQ(read_channel(REGULAR, CQ_POSITION, 3, POSITION_BITS), CQ_ERROR_UNSUPPORTED);
 }
 
-TEST(streams_with_metadata_seams_or_materials_are_unsupported) {
+TEST(streams_with_metadata_seams_or_materials_are_unsupported)
+{
     CHECK_EQ(read_channel(EXTENDED, CQ_POSITION, 3, POSITION_BITS), CQ_ERROR_UNSUPPORTED);
 }
 
-TEST(streams_with_another_channel_are_unsupported) {
+TEST(streams_with_another_channel_are_unsupported)
+{
     static const struct { uint32_t kind, components, bits; } channels[] = {
         { CQ_GENERIC, 1, 8 }, { CQ_NORMAL, 2, 10 }, { CQ_TEXCOORD, 2, 12 }, { CQ_COLOR, 3, 8 }, { CQ_JOINTS, 4, 8 },
         { CQ_WEIGHTS, 4, 8 }, { CQ_NUMBER, 1, 8 }, { CQ_GROUP, 1, 8 }, { CQ_TANGENT, 3, 8 },
@@ -93,7 +100,8 @@ TEST(streams_with_another_channel_are_unsupported) {
     CHECK_EQ(read_channel(0, CQ_TURNED + 16 * CQ_PER_FACE, 1, 1), CQ_ERROR_UNSUPPORTED);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(positions_and_bare_connectivity_are_read);
     RUN(streams_that_may_have_regular_levels_are_unsupported);

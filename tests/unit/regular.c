@@ -15,7 +15,8 @@ typedef struct middles {
     uint32_t count, first;
 } middles;
 
-static cq_index middle_of(middles *m, cq_index a, cq_index b) {
+static cq_index middle_of(middles *m, cq_index a, cq_index b)
+{
     uint32_t k;
     for (k = 0; k < m->count; ++k)
         if ((m->a[k] == a && m->b[k] == b) || (m->a[k] == b && m->b[k] == a)) return (cq_index)(m->first + k);
@@ -27,7 +28,8 @@ static cq_index middle_of(middles *m, cq_index a, cq_index b) {
 
 /* Each face becomes four; frees t. With `skip`, one face in so many stays as it is, and those beside it become two or
  * three. */
-static triangles subdivided(triangles t, uint32_t skip) {
+static triangles subdivided(triangles t, uint32_t skip)
+{
     triangles fine;
     middles m;
     uint32_t f, k, n = 0;
@@ -95,7 +97,8 @@ static triangles subdivided(triangles t, uint32_t skip) {
 }
 
 /* A height field of w x h, cut along one diagonal, along both in turn, or along any. */
-static triangles field(uint32_t w, uint32_t h, int diagonals, uint64_t *random) {
+static triangles field(uint32_t w, uint32_t h, int diagonals, uint64_t *random)
+{
     triangles t = triangles_sheet(w, h);
     uint32_t q;
     for (q = 0; q < t.num_faces / 2; ++q) {
@@ -108,7 +111,8 @@ static triangles field(uint32_t w, uint32_t h, int diagonals, uint64_t *random) 
 }
 
 /* Random places, each then moved to the mean of the triangles around it, time and again; and some noise. */
-static void smooth(sample *s, uint64_t *random) {
+static void smooth(sample *s, uint64_t *random)
+{
     const uint32_t n = s->mesh.num_vertices;
     double *at = (double *)exact_alloc(3 * n * sizeof(double)), *sum = (double *)exact_alloc(4 * n * sizeof(double));
     double low = 1e30, high = -1e30;
@@ -133,7 +137,8 @@ static void smooth(sample *s, uint64_t *random) {
 }
 
 /* A channel whose numbers follow the positions, with some noise; with `steps`, in that many. */
-static void follow_positions(sample *s, cq_kind kind, cq_merge merge, int components, int bits, int steps) {
+static void follow_positions(sample *s, cq_kind kind, cq_merge merge, int components, int bits, int steps)
+{
     const uint32_t k = s->input.shape.num_channels;
     uint64_t random = 300 + k;
     uint32_t v, c, n;
@@ -151,7 +156,8 @@ static void follow_positions(sample *s, cq_kind kind, cq_merge merge, int compon
 }
 
 /* A material for each half of the box. */
-static void add_materials(sample *s, cq_index *materials) {
+static void add_materials(sample *s, cq_index *materials)
+{
     uint32_t f;
     for (f = 0; f < s->mesh.num_faces; ++f) materials[f] = (cq_index)(s->values[0][3 * s->mesh.indices[3 * f]] / 2048);
     s->input.materials = materials;
@@ -161,7 +167,8 @@ static void add_materials(sample *s, cq_index *materials) {
 /* What a mesh has. */
 enum { NOTHING, POSITIONS, ATTRIBUTES, SKIN, FACES, WAYS };
 
-static void add_channels(sample *s, int way, cq_index *materials) {
+static void add_channels(sample *s, int way, cq_index *materials)
+{
     switch (way) {
     case ATTRIBUTES:
         follow_positions(s, CQ_NORMAL, CQ_AVERAGE, 2, 9, 0);
@@ -188,7 +195,8 @@ enum { SHAPES = 11 };
 
 static cq_index materials_of_sample[20000];
 
-static void shape_sample(sample *s, int which, int way) {
+static void shape_sample(sample *s, int which, int way)
+{
     uint64_t random = 11;
     triangles t;
     switch (which) {
@@ -216,13 +224,15 @@ static void shape_sample(sample *s, int which, int way) {
     add_channels(s, way, materials_of_sample);
 }
 
-static cq_result shape_code(sample *s, coded *c, int which, int way) {
+static cq_result shape_code(sample *s, coded *c, int which, int way)
+{
     shape_sample(s, which, way);
     code(c, &s->input);
     return c->result;
 }
 
-static uint32_t regular_levels(const cq_report *r) {
+static uint32_t regular_levels(const cq_report *r)
+{
     uint32_t k, n = 0;
     for (k = 0; k < r->num_levels; ++k) n += r->level[k].regular;
     return n;
@@ -230,7 +240,8 @@ static uint32_t regular_levels(const cq_report *r) {
 
 /* -- Round trips --------------------------------------------------------------------------------------------------- */
 
-static void check_result(const sample *s, const coded *c, const cq_decoder *d) {
+static void check_result(const sample *s, const coded *c, const cq_decoder *d)
+{
     uint32_t f, v, k, j;
     CHECK_EQ(d->mesh.num_vertices, s->mesh.num_vertices);
     CHECK_EQ(d->mesh.num_faces, s->mesh.num_faces);
@@ -254,7 +265,8 @@ static void check_result(const sample *s, const coded *c, const cq_decoder *d) {
     }
 }
 
-TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
+TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back)
+{
     int which, way, counted[WAYS];
     memset(counted, 0, sizeof counted);
     for (which = 0; which < SHAPES; ++which)
@@ -277,7 +289,8 @@ TEST(meshes_that_were_subdivided_have_regular_levels_and_come_back) {
 }
 
 /* The second try of a stream lies behind the first one, if there is room for it. */
-TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
+TEST(room_for_two_streams_does_not_change_the_one_that_is_taken)
+{
     int which, with_report;
     for (which = 3; which < 10; ++which)
         for (with_report = 0; with_report < 2; ++with_report) {
@@ -310,7 +323,8 @@ TEST(room_for_two_streams_does_not_change_the_one_that_is_taken) {
 /* -- Where it is in question whether they pay ----------------------------------------------------------------------- */
 
 /* Vertices of a sheet of so many columns, so far apart, with some noise. */
-static void place_on_grid(sample *s, uint32_t columns, uint32_t apart, uint32_t noise) {
+static void place_on_grid(sample *s, uint32_t columns, uint32_t apart, uint32_t noise)
+{
     uint64_t random = 5;
     uint32_t v, c;
     sample_channel(s, CQ_POSITION, 3, 12);
@@ -321,7 +335,8 @@ static void place_on_grid(sample *s, uint32_t columns, uint32_t apart, uint32_t 
 }
 
 /* Regular levels of the stream, which is not larger than one without any. */
-static uint32_t regular_levels_that_pay(sample *s) {
+static uint32_t regular_levels_that_pay(sample *s)
+{
     coded with, without;
     uint32_t n;
     code(&with, &s->input);
@@ -338,7 +353,8 @@ static uint32_t regular_levels_that_pay(sample *s) {
 }
 
 /* Quads with diagonals without order: their regular levels are near the surface, and pay if it is smooth or not at all. */
-TEST(levels_of_half_regular_meshes_are_taken_if_they_pay) {
+TEST(levels_of_half_regular_meshes_are_taken_if_they_pay)
+{
     static const uint32_t noise[] = {1, 5, 14, 40};
     uint32_t with, k, q, taken = 0, left = 0;
     for (with = 2; with <= 10; ++with)
@@ -361,7 +377,8 @@ TEST(levels_of_half_regular_meshes_are_taken_if_they_pay) {
 }
 
 /* A box of n x n x n small ones: as triangles, and with its places. */
-static triangles box(uint32_t n, cq_value *places) {
+static triangles box(uint32_t n, cq_value *places)
+{
     enum { MOST = 16 };
     static int number[MOST][MOST][MOST];
     triangles t;
@@ -395,7 +412,8 @@ static triangles box(uint32_t n, cq_value *places) {
 }
 
 /* Two boxes of which the second touches the first with a corner; or it does not. */
-static uint32_t levels_of_boxes(uint32_t n, int touch) {
+static uint32_t levels_of_boxes(uint32_t n, int touch)
+{
     static cq_value places[6 * 1500];
     sample s;
     coded c;
@@ -405,7 +423,10 @@ static uint32_t levels_of_boxes(uint32_t n, int touch) {
     triangles_append(&t, box(n, places + 3 * count));
     sample_begin(&s, t);
     sample_channel(&s, CQ_POSITION, 3, 12);
-    for (v = 0; v < 6 * count; ++v) s.values[0][v] = (cq_value)((places[v] + (v < 3 * count ? 0 : n + !touch)) * (4000 / (2 * n + 1)));
+    for (v = 0; v < 6 * count; ++v) {
+        const uint32_t moved = v < 3 * count ? 0 : n + !touch;
+        s.values[0][v] = (places[v] + (cq_value)moved) * (cq_value)(4000 / (2 * n + 1));
+    }
     for (h = 0; touch && h < 3 * s.mesh.num_faces; ++h)
         if (!memcmp(places + 3 * s.mesh.indices[h], places, 3 * sizeof *places) && s.mesh.indices[h] >= count)
             for (v = 0; v < count; ++v)
@@ -421,7 +442,8 @@ static uint32_t levels_of_boxes(uint32_t n, int touch) {
 
 /* A mesh with copied rows is not encoded twice: it has regular levels if they surely pay, which sharp edges beside the rows
  * of a level leave open. */
-TEST(copied_rows_and_sharp_edges_are_not_compared) {
+TEST(copied_rows_and_sharp_edges_are_not_compared)
+{
     CHECK(levels_of_boxes(12, 0) > 0);
     CHECK(levels_of_boxes(12, 1) > 0);
     CHECK(levels_of_boxes(13, 0) > 0);
@@ -429,7 +451,8 @@ TEST(copied_rows_and_sharp_edges_are_not_compared) {
 }
 
 /* Vertices of a strip that lie at its other end: where the surface is near them is not looked for so far away. */
-TEST(a_search_for_the_nearest_face_has_an_end) {
+TEST(a_search_for_the_nearest_face_has_an_end)
+{
     sample s;
     coded c;
     uint32_t k;
@@ -445,7 +468,8 @@ TEST(a_search_for_the_nearest_face_has_an_end) {
 }
 
 /* Labels take more than the memory of so many components of two faces has: they are then not looked for. */
-TEST(components_too_small_for_labels_have_none) {
+TEST(components_too_small_for_labels_have_none)
+{
     triangles t = triangles_pillow();
     sample s;
     coded c;
@@ -468,7 +492,8 @@ TEST(components_too_small_for_labels_have_none) {
 
 /* Each face of the input has the same rows, in the same order around, and its rows the same values. */
 static void check_triangles(const sample *s, const coded *c, const cq_decoder *d, const cq_index *indices,
-                            uint32_t num_faces) {
+                            uint32_t num_faces)
+{
     uint32_t f, k, v;
     for (f = 0; f < num_faces; ++f) {
         const cq_index face = c->face_map[f], *from = indices + 3 * f;
@@ -489,7 +514,8 @@ static void check_triangles(const sample *s, const coded *c, const cq_decoder *d
 }
 
 /* A face is there twice, and another one is turned over: that makes no difference to the rest. */
-TEST(meshes_that_are_prepared_have_regular_levels_too) {
+TEST(meshes_that_are_prepared_have_regular_levels_too)
+{
     int which, counted = 0;
     for (which = 0; which < SHAPES; ++which) {
         sample s;
@@ -520,7 +546,8 @@ TEST(meshes_that_are_prepared_have_regular_levels_too) {
 }
 
 /* Each corner's row is one of its vertex. */
-static void check_rows(const cq_decoder *d) {
+static void check_rows(const cq_decoder *d)
+{
     uint32_t h, wrong = 0;
     for (h = 0; h < 3 * d->mesh.num_faces && d->vertex; ++h) {
         if (d->mesh.origin[h / 3 * 3] == CQ_NONE) continue;
@@ -530,7 +557,8 @@ static void check_rows(const cq_decoder *d) {
 }
 
 /* Faces in one half of the box have rows of their own, with other normals and texture coordinates. */
-static void add_seam(sample *s) {
+static void add_seam(sample *s)
+{
     const uint32_t n = s->mesh.num_vertices;
     cq_index *copy = (cq_index *)exact_alloc(n * sizeof(cq_index));
     cq_value *values[3];
@@ -560,7 +588,8 @@ static void add_seam(sample *s) {
     exact_free(copy);
 }
 
-TEST(meshes_with_seams_have_regular_levels_too) {
+TEST(meshes_with_seams_have_regular_levels_too)
+{
     uint64_t random = 8;
     int which, counted = 0, wrong = 0, tries;
     for (which = 0; which < SHAPES; ++which) {
@@ -602,7 +631,8 @@ TEST(meshes_with_seams_have_regular_levels_too) {
 }
 
 /* Two rows with all their values must not be more than a step codes. */
-TEST(rows_with_too_many_numbers_have_no_regular_levels) {
+TEST(rows_with_too_many_numbers_have_no_regular_levels)
+{
     uint32_t channels;
     for (channels = 6; channels < 8; ++channels) {
         sample s;
@@ -626,7 +656,8 @@ TEST(rows_with_too_many_numbers_have_no_regular_levels) {
 }
 
 /* Two surfaces that share a vertex: two vertices are made of its row. */
-TEST(meshes_with_copied_rows_have_regular_levels_too) {
+TEST(meshes_with_copied_rows_have_regular_levels_too)
+{
     triangles t = subdivided(subdivided(subdivided(triangles_icosahedron(), 0), 0), 0);
     const uint32_t n = t.num_vertices;
     uint64_t random = 11;
@@ -660,7 +691,8 @@ TEST(meshes_with_copied_rows_have_regular_levels_too) {
     sample_free(&s);
 }
 
-TEST(locked_vertices_are_in_the_base) {
+TEST(locked_vertices_are_in_the_base)
+{
     int which, counted = 0;
     for (which = 0; which < SHAPES; ++which) {
         sample s;
@@ -699,7 +731,8 @@ typedef struct seen {
     uint32_t num_marked, num_changed;           /* in all */
 } seen;
 
-static void begin_to_look(seen *s, const sample *of) {
+static void begin_to_look(seen *s, const sample *of)
+{
     uint32_t k;
     memset(s, 0, sizeof *s);
     s->origin = (cq_index *)exact_alloc(3 * (size_t)of->mesh.num_faces * sizeof(cq_index));
@@ -711,7 +744,8 @@ static void begin_to_look(seen *s, const sample *of) {
                                                    of->input.shape.channel[k].components * sizeof(cq_value));
 }
 
-static void end_looking(seen *s) {
+static void end_looking(seen *s)
+{
     uint32_t k;
     exact_free(s->origin);
     exact_free(s->there);
@@ -720,7 +754,8 @@ static void end_looking(seen *s) {
 }
 
 /* Are the faces there that the mesh has? */
-static int is_face_there(const cq_decoder *d, cq_index f) {
+static int is_face_there(const cq_decoder *d, cq_index f)
+{
     uint32_t m;
     for (m = 0; m < (d->shape.num_materials ? d->shape.num_materials : 1); ++m) {
         cq_index first, count;
@@ -731,7 +766,8 @@ static int is_face_there(const cq_decoder *d, cq_index f) {
 }
 
 /* A watched face that is marked has changed, though it may be as it was before: flipped there and back. */
-static void look(seen *s, cq_decoder *d) {
+static void look(seen *s, cq_decoder *d)
+{
     const cq_mesh *m = &d->mesh;
     uint8_t *changed = s->watched ? s->watched : (uint8_t *)exact_alloc(m->num_faces + 1);
     cq_index f, v;
@@ -760,7 +796,8 @@ static void look(seen *s, cq_decoder *d) {
     if (!s->watched) exact_free(changed);
 }
 
-TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
+TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived)
+{
     uint64_t random = 5;
     int which, way;
     for (which = 0; which < SHAPES; ++which)
@@ -802,7 +839,8 @@ TEST(each_step_leaves_a_valid_mesh_and_all_that_has_arrived) {
 
 /* -- Streams that are not whole, or wrong ----------------------------------------------------------------------------- */
 
-TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
+TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices)
+{
     int which;
     for (which = 0; which < SHAPES; ++which) {
         sample s;
@@ -834,7 +872,8 @@ TEST(a_stream_that_is_cut_is_a_coarser_mesh_of_the_same_vertices) {
 }
 
 /* Values of the mesh that are out of their range. */
-static uint32_t num_stray_values(const cq_decoder *d) {
+static uint32_t num_stray_values(const cq_decoder *d)
+{
     uint32_t k, v, n = 0;
     for (k = 0; k < d->shape.num_channels && d->mesh.num_vertices; ++k) {
         const cq_channel *channel = &d->shape.channel[k];
@@ -844,7 +883,8 @@ static uint32_t num_stray_values(const cq_decoder *d) {
     return n;
 }
 
-TEST(damaged_streams_leave_a_valid_mesh) {
+TEST(damaged_streams_leave_a_valid_mesh)
+{
     uint64_t random = 77;
     int which, tries, wrong = 0;
     for (which = 0; which < SHAPES; ++which) {
@@ -877,20 +917,23 @@ TEST(damaged_streams_leave_a_valid_mesh) {
 
 /* -- Decisions that no encoder makes ---------------------------------------------------------------------------------- */
 
-static void set_models(cq_decoder *d, int from, int to, uint32_t probability) {
+static void set_models(cq_decoder *d, int from, int to, uint32_t probability)
+{
     int k;
     for (k = from; k < to; ++k) d->model.bit[k] = (cq_bit_model)probability;
 }
 
 /* Probabilities of what a regular level asks: marks, dissolved edges, and patterns with their flips. */
-static void set_regular_models(cq_decoder *d, uint32_t marks, uint32_t flips) {
+static void set_regular_models(cq_decoder *d, uint32_t marks, uint32_t flips)
+{
     set_models(d, CQI_MARK, CQI_DISSOLVED, marks);
     set_models(d, CQI_DISSOLVED, CQI_TWO, 35000);
     set_models(d, CQI_TWO, CQI_NEW_ALONG, flips);
 }
 
 /* A step with input of any bytes, so that bits are as likely as their models say. */
-static cq_result any_step(cq_decoder *d, uint64_t *random) {
+static cq_result any_step(cq_decoder *d, uint64_t *random)
+{
     uint8_t bytes[64];
     cq_bytes in = { bytes, sizeof bytes };
     size_t k;
@@ -900,14 +943,16 @@ static cq_result any_step(cq_decoder *d, uint64_t *random) {
 }
 
 /* Decodes up to the first regular level; 0: there is none. */
-static int reach_regular_level(cq_decoder *d, const coded *c) {
+static int reach_regular_level(cq_decoder *d, const coded *c)
+{
     cq_bytes in = { c->bytes, c->size };
     while (d->phase != CQI_WIPE)
         if (cq_decode(d, &in, 1) != CQ_MORE) return 0;
     return 1;
 }
 
-TEST(any_marks_and_flips_leave_a_valid_mesh) {
+TEST(any_marks_and_flips_leave_a_valid_mesh)
+{
     uint64_t random = 3;
     int which, tries, reached = 0, done = 0;
     for (which = 0; which < SHAPES; ++which) {
@@ -940,7 +985,8 @@ TEST(any_marks_and_flips_leave_a_valid_mesh) {
 }
 
 /* Their third corner would be joined to a vertex on one of the edges twice. */
-TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
+TEST(no_vertex_goes_into_two_faces_that_share_their_edges)
+{
     uint64_t random = 9;
     cq_shape shape;
     decoding d;
@@ -966,7 +1012,8 @@ TEST(no_vertex_goes_into_two_faces_that_share_their_edges) {
 }
 
 /* A stream with seams, decoded up to its first regular level; *in is what follows. 0: it has none. */
-static int begin_with_seams(sample *s, coded *c, decoding *d, cq_bytes *in, int which) {
+static int begin_with_seams(sample *s, coded *c, decoding *d, cq_bytes *in, int which)
+{
     shape_sample(s, which, POSITIONS);
     add_seam(s);
     code(c, &s->input);
@@ -978,14 +1025,16 @@ static int begin_with_seams(sample *s, coded *c, decoding *d, cq_bytes *in, int 
     return d->decoder->seams != NULL;
 }
 
-static void end_with_seams(sample *s, coded *c, decoding *d) {
+static void end_with_seams(sample *s, coded *c, decoding *d)
+{
     decoding_free(d);
     uncode(c);
     sample_free(s);
 }
 
 /* Marks make rows: more than the header has are found at once. */
-TEST(no_more_rows_are_made_than_the_header_has) {
+TEST(no_more_rows_are_made_than_the_header_has)
+{
     int which, tries, in_marks = 0;
     for (which = 0; which < SHAPES; ++which)
         for (tries = 0; tries < 4; ++tries) {
@@ -1009,7 +1058,8 @@ TEST(no_more_rows_are_made_than_the_header_has) {
 
 /* A new vertex on a border needs another virtual face, and the header says how many there are. Where there is none left,
  * all corners keep their rows. */
-TEST(no_border_is_longer_than_the_header_says) {
+TEST(no_border_is_longer_than_the_header_says)
+{
     int which, more, counted = 0;
     for (which = 0; which < SHAPES; ++which)
         for (more = 0; more < 4; ++more) {
@@ -1022,7 +1072,7 @@ TEST(no_border_is_longer_than_the_header_says) {
                 const cq_index most = (cq_index)(m->num_virtual_faces + (cq_index)more);
                 if (most < m->max_virtual_faces) {
                     m->max_virtual_faces = most;
-                    while (cq_decode(d.decoder, &in, 1) == CQ_OK) {}
+                    while (cq_decode(d.decoder, &in, 1) == CQ_MORE) {}
                     CHECK_EQ(d.decoder->status, CQ_ERROR_CORRUPT);
                     CHECK_EQ(d.decoder->phase, CQI_SWEEP);
                     CHECK_EQ(m->num_virtual_faces, most);
@@ -1036,7 +1086,8 @@ TEST(no_border_is_longer_than_the_header_says) {
     CHECK(counted >= 12);
 }
 
-TEST(any_marks_and_flips_leave_each_row_one_vertex) {
+TEST(any_marks_and_flips_leave_each_row_one_vertex)
+{
     uint64_t random = 4;
     int which, tries, reached = 0, done = 0;
     for (which = 0; which < SHAPES; ++which)
@@ -1065,7 +1116,8 @@ TEST(any_marks_and_flips_leave_each_row_one_vertex) {
 }
 
 /* A flip turns the rows with the corners; an edge that is a seam on either side is left as it is. */
-TEST(an_edge_that_is_a_seam_is_not_flipped) {
+TEST(an_edge_that_is_a_seam_is_not_flipped)
+{
     built b;
     triangles t = triangles_torus(5, 4);
     cq_index index[3 * 40], before[3 * 40], h, g, k;
@@ -1090,7 +1142,8 @@ TEST(an_edge_that_is_a_seam_is_not_flipped) {
     triangles_free(&t);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(meshes_that_were_subdivided_have_regular_levels_and_come_back);
     RUN(room_for_two_streams_does_not_change_the_one_that_is_taken);

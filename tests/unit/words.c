@@ -2,23 +2,27 @@
 #include "../../examples/cqm/words.c"
 #include "test.h"
 
-static uint32_t random_below(uint32_t n) {
+static uint32_t random_below(uint32_t n)
+{
     static uint64_t state = 1;
     state = state * 6364136223846793005u + 1442695040888963407u;
     return (uint32_t)(state >> 33) % n;
 }
 
-static int same_text(const char *a, const char *b) {
+static int same_text(const char *a, const char *b)
+{
     return a == NULL || b == NULL ? a == b : strcmp(a, b) == 0;
 }
 
 static struct words parsed;
 
-static int parse_text(const char *text) {
+static int parse_text(const char *text)
+{
     return parse_words(&parsed, (const uint8_t *)text, strlen(text));
 }
 
-TEST(names_come_back) {
+TEST(names_come_back)
+{
     static uint32_t materials[4] = { 1, 2, 2, 1 }, groups[4] = { 1, 1, 1, 1 }, objects[4] = { 0, 2, 1, 2 };
     static uint8_t marks[4] = { 0, 0, 0, 1 };
     struct mesh_file mesh;
@@ -46,7 +50,8 @@ TEST(names_come_back) {
     free(text);
 }
 
-TEST(a_mesh_without_names_has_no_words) {
+TEST(a_mesh_without_names_has_no_words)
+{
     struct mesh_file mesh;
     char *text;
     memset(&mesh, 0, sizeof mesh);
@@ -58,13 +63,15 @@ TEST(a_mesh_without_names_has_no_words) {
 }
 
 /* Whatever is parsed can be written as lines of a mesh file. */
-static void check_lines(const char *text) {
+static void check_lines(const char *text)
+{
     const char *c;
     for (c = text; c != NULL && *c != '\0'; c++) CHECK(*c != '\r');
     CHECK(text == NULL || (*text != '\0' && text[strlen(text) - 1] == '\n'));
 }
 
-TEST(any_bytes_may_be_there) {
+TEST(any_bytes_may_be_there)
+{
     static const char *const pieces[] = { "faces", " g", " o", " marks", "usemtl", "mtllib", "g", "o", " ", "\n", "\r", "x", "\xff" };
     int k, i, names = 0;
     for (k = 0; k < 20000; k++) {
@@ -89,7 +96,8 @@ TEST(any_bytes_may_be_there) {
     CHECK(names > 1000);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     TEST_BEGIN(argc, argv);
     RUN(names_come_back);
     RUN(a_mesh_without_names_has_no_words);

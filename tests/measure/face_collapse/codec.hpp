@@ -74,7 +74,8 @@ struct Stream {
 
 // Refines by all levels. next_run(level) is asked for each patch: a reader ignores the answer. Calls done(level).
 template <class Coder, class Next, class Done>
-void refine(Mesh &mesh, const Stream &stream, Coder &coder, Next next_run, Done done) {
+void refine(Mesh &mesh, const Stream &stream, Coder &coder, Next next_run, Done done)
+{
     Model model;
     for (size_t level = stream.num_levels; level-- > 0;) {
         conquer(mesh, stream.first, level % 2 != 0, [&](Vertex a, const Ring &ring, const std::vector<State> &) {
@@ -89,7 +90,8 @@ void refine(Mesh &mesh, const Stream &stream, Coder &coder, Next next_run, Done 
 
 // Calls done(mesh) after each level.
 template <class Done>
-Mesh decode(const Stream &stream, Done done) {
+Mesh decode(const Stream &stream, Done done)
+{
     Mesh mesh = stream.base;
     Reader reader(stream.bytes);
     refine(mesh, stream, reader, [](size_t) { return Run(); }, [&](size_t) { done(mesh); });
@@ -101,7 +103,8 @@ struct Encoding {
     std::vector<Vertex> input_vertex;     // of each decoded vertex
 };
 
-inline void take_base(Encoding &e, const Simplifier &s) {
+inline void take_base(Encoding &e, const Simplifier &s)
+{
     std::vector<Vertex> number(s.mesh.rings.size());
     for (Vertex v = 0; v < number.size(); ++v) {
         if (s.mesh.rings[v].empty()) continue;
@@ -117,7 +120,8 @@ inline void take_base(Encoding &e, const Simplifier &s) {
     for (Gate g : s.first) e.stream.first.emplace_back(number[g.first], number[g.second]);
 }
 
-inline Encoding encode(const Simplifier &s, Kind kind) {
+inline Encoding encode(const Simplifier &s, Kind kind)
+{
     Encoding e;
     take_base(e, s);
     e.stream.kind = kind;
@@ -137,7 +141,8 @@ inline Encoding encode(const Simplifier &s, Kind kind) {
 }
 
 // Whether the decoded mesh is the input: the same oriented triangles around each vertex.
-inline bool is_same(const Mesh &input, const Mesh &decoded, const std::vector<Vertex> &input_vertex) {
+inline bool is_same(const Mesh &input, const Mesh &decoded, const std::vector<Vertex> &input_vertex)
+{
     auto from_least = [](Ring ring) {
         std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end()), ring.end());
         return ring;

@@ -23,7 +23,8 @@ enum State : char { AVAILABLE, CONQUERED, CENTRE };
 // Conquers the mesh once. For each patch, visit(centre, its ring clockwise from L to R, states) may merge or split, and
 // returns the ring that the patch has in the coarser mesh: the encoder and the decoder meet the same gates.
 template <class Visit>
-void conquer(Mesh &mesh, const std::vector<Gate> &first, bool other_side, Visit visit) {
+void conquer(Mesh &mesh, const std::vector<Gate> &first, bool other_side, Visit visit)
+{
     std::vector<State> state(mesh.rings.size(), AVAILABLE);
     std::deque<Gate> queue;
     std::set<Gate> crossed;

@@ -42,7 +42,8 @@ struct Checks {
 
 // Decodes the stream, and again with a wrong bit in front of the last quarter, which must not go unnoticed. Returns
 // nullptr, or what is wrong.
-const char *check(Checks &checks, const Mesh &mesh, const Topology &topology, const Encoding &e) {
+const char *check(Checks &checks, const Mesh &mesh, const Topology &topology, const Encoding &e)
+{
     const char *error = nullptr;
     Mesh decoded = decode(e.stream, [&](const Mesh &level) {
         Topology found;
@@ -69,7 +70,8 @@ struct Measured {
     const Statistics &at(Kind kind) const { return at(kind, Choice::SMALLEST); }
 };
 
-void measure(Checks &checks, Measured &m) {
+void measure(Checks &checks, Measured &m)
+{
     const Mesh &mesh = m.model.mesh;
     Topology topology;
     if (const char *error = examine(mesh, topology)) return checks.note(m.name, error);
@@ -92,7 +94,8 @@ void measure(Checks &checks, Measured &m) {
 
 // -- Tables -----------------------------------------------------------------------------------------------------------
 
-void print_models(const std::vector<Measured> &models) {
+void print_models(const std::vector<Measured> &models)
+{
     std::printf("\nModels of the paper's Table 1, smallest valence afterwards; bits per removed vertex\n\n");
     std::printf("%-10s %-6s %14s %6s %9s %8s %17s %8s %8s %6s %6s %9s\n", "", "", "vertices", "", "isolated", "out of",
                 "means of indices", "formula", "order 0:", "", "", "simple");
@@ -115,7 +118,8 @@ void print_models(const std::vector<Measured> &models) {
                 "Of mixed: the means of triangles. Formula: the paper's largest entropy at the means measured.\n");
 }
 
-void print_package(const std::vector<Measured> &package) {
+void print_package(const std::vector<Measured> &package)
+{
     std::printf("\nOriented manifolds of the package with at least 300 vertices: isolated patches in per cent, bits\n"
                 "per removed vertex of order 0 (indices; with flags) and with simple contexts\n\n");
     std::printf("%-32s %8s", "mesh", "vertices");
@@ -133,13 +137,15 @@ void print_package(const std::vector<Measured> &package) {
 
 using Value = std::function<double(const Statistics &)>;
 
-double mean(const std::vector<Measured> &list, Kind kind, Choice choice, const Value &value) {
+double mean(const std::vector<Measured> &list, Kind kind, Choice choice, const Value &value)
+{
     double sum = 0;
     for (const Measured &m : list) sum += value(m.at(kind, choice));
     return sum / double(list.size());
 }
 
-void print_choices(const std::vector<Measured> &list, const char *title) {
+void print_choices(const std::vector<Measured> &list, const char *title)
+{
     std::printf("\n%s: means of the columns, for each choice of the run\n\n", title);
     std::printf("%-6s %-17s %7s %9s %9s %13s %8s %6s %6s %9s %9s\n", "kind", "choice", "levels", "left, %", "isolated",
                 "sum of means", "indices", "flags", "both", "contexts", "in pairs");
@@ -179,7 +185,8 @@ enum { NUM_FRACTIONS = 2 };
 const double fractions[NUM_FRACTIONS] = {0.1, 0.01};
 
 // Distances of the levels around each fraction of the vertices.
-Sizes_and_distances simplify_and_measure(Distance &distance, const Model_file &model, Strategy strategy) {
+Sizes_and_distances simplify_and_measure(Distance &distance, const Model_file &model, Strategy strategy)
+{
     Sizes_and_distances result;
     Simplifier s(model.mesh, model.positions, strategy);
     double all = double(model.mesh.num_real()), before = all;
@@ -200,13 +207,15 @@ Sizes_and_distances simplify_and_measure(Distance &distance, const Model_file &m
     return result;
 }
 
-void print_distance(double distance) {
+void print_distance(double distance)
+{
     if (std::isnan(distance)) std::printf(" %7s", "-");
     else std::printf(" %7.3f", distance);
 }
 
 // For each kind, fraction and model: thousandths of the diagonal, and their geometric mean relative to edges.
-void print_distances(const std::vector<Measured> &models) {
+void print_distances(const std::vector<Measured> &models)
+{
     std::printf("\nDistance from the exact surface, root mean square in thousandths of the diagonal, at a tenth and a\n"
                 "hundredth of the vertices; last, the geometric mean relative to edges\n\n%-17s %-5s %-6s", "choice",
                 "place", "kind");
@@ -245,7 +254,8 @@ void print_distances(const std::vector<Measured> &models) {
 // Where all valences are 6, i + j is 2 and k is 3, or 2 if it is counted from 1.
 double corrected_bound(double k = 3) { return (2 * largest_entropy(1) + largest_entropy(k)) / 2; }
 
-void print_formula() {
+void print_formula()
+{
     std::printf("\nThe paper's formula\n");
     std::printf("  edge, i = j = 3/2                                 %.2f\n", 2 * largest_entropy(1.5));
     std::printf("  face as in the paper, i = j = k = 1               %.2f\n", 3 * largest_entropy(1) / 2);
@@ -254,7 +264,8 @@ void print_formula() {
 }
 
 // How many of the list are at most `bound`, and smallest and largest.
-void print_claim(const char *claim, double bound, const std::vector<Measured> &list, Kind kind, const Value &value) {
+void print_claim(const char *claim, double bound, const std::vector<Measured> &list, Kind kind, const Value &value)
+{
     size_t holds = 0;
     std::vector<double> values;
     for (const Measured &m : list) values.push_back(value(m.at(kind)));
@@ -263,7 +274,8 @@ void print_claim(const char *claim, double bound, const std::vector<Measured> &l
                 *std::min_element(values.begin(), values.end()), *std::max_element(values.begin(), values.end()));
 }
 
-void print_claims(const std::vector<Measured> &list, const char *title) {
+void print_claims(const std::vector<Measured> &list, const char *title)
+{
     std::printf("\n%s: on how many it holds; smallest and largest value\n", title);
     print_claim("edge: mean of i + j at most 3", 3, list, Kind::EDGE,
                 [](const Statistics &s) { return s.sum_of_means(1); });
@@ -285,7 +297,8 @@ void print_claims(const std::vector<Measured> &list, const char *title) {
 
 const char *const model_names[] = {"fandisk", "horse", "mannequin", "torus", "dinosaur", "eight", "feline"};
 
-std::vector<Measured> measure_models(Checks &checks, const std::string &folder, const std::string &torus) {
+std::vector<Measured> measure_models(Checks &checks, const std::string &folder, const std::string &torus)
+{
     std::vector<Measured> models;
     for (std::string name : model_names) {
         std::string path = name == "torus" ? torus : folder + "/" + name + ".off";
@@ -302,7 +315,8 @@ std::vector<Measured> measure_models(Checks &checks, const std::string &folder, 
 }
 
 // The larger ones.
-std::vector<Measured> measure_package(Checks &checks, char **paths, int count) {
+std::vector<Measured> measure_package(Checks &checks, char **paths, int count)
+{
     std::vector<Measured> package;
     int refused = 0;
     for (int k = 0; k < count; ++k) {
@@ -321,7 +335,8 @@ std::vector<Measured> measure_package(Checks &checks, char **paths, int count) {
 
 }  // namespace
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     if (argc < 4) {
         std::fprintf(stderr, "usage: face_collapse MODELS TORUS FILE ...\n");
         return 2;

@@ -142,7 +142,8 @@ private:
 };
 
 // Closes the triangles of `faces` to a mesh: nullptr, or why they are no oriented manifold.
-inline const char *close_mesh(Mesh &mesh, size_t num_vertices, const std::vector<Face> &faces) {
+inline const char *close_mesh(Mesh &mesh, size_t num_vertices, const std::vector<Face> &faces)
+{
     std::map<std::pair<Vertex, Vertex>, Vertex> third;   // of the triangle at the left of an edge
     for (const Face &f : faces)
         for (size_t k = 0; k < 3; ++k)

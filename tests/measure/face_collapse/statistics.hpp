@@ -8,7 +8,8 @@
 #include "codec.hpp"
 
 // The paper's appendix: the largest entropy of integers from 0 on with this mean.
-inline double largest_entropy(double mean) {
+inline double largest_entropy(double mean)
+{
     return mean > 0 ? (mean + 1) * std::log2(mean + 1) - mean * std::log2(mean) : 0;
 }
 

@@ -27,7 +27,8 @@ struct Model_file {
 };
 
 // nullptr, or why the file is no oriented manifold of triangles.
-inline const char *read_file(Model_file &model, const std::string &path) {
+inline const char *read_file(Model_file &model, const std::string &path)
+{
     std::vector<Point> points;
     std::vector<std::vector<size_t>> polygons;
     std::vector<Face> faces;
@@ -41,7 +42,8 @@ inline const char *read_file(Model_file &model, const std::string &path) {
 }
 
 // Joins the triangles; vertices that have none are left out. False if CGAL can't join them.
-inline bool build(Surface &surface, const Mesh &mesh, bool real, const std::vector<Position> &positions) {
+inline bool build(Surface &surface, const Mesh &mesh, bool real, const std::vector<Position> &positions)
+{
     std::vector<Surface::Vertex_index> vertex(mesh.rings.size());
     for (Vertex v = 0; v < vertex.size(); ++v) {
         if (mesh.rings[v].empty() || (real && mesh.is_virtual[v])) continue;
@@ -62,7 +64,8 @@ struct Topology {
     }
 };
 
-inline bool is_manifold(const Surface &s) {
+inline bool is_manifold(const Surface &s)
+{
     std::vector<size_t> degree(s.number_of_vertices());
     for (Surface::Halfedge_index h : s.halfedges()) degree[s.target(h)]++;
     for (Surface::Vertex_index v : s.vertices())
@@ -71,7 +74,8 @@ inline bool is_manifold(const Surface &s) {
 }
 
 // nullptr, or what CGAL finds wrong with the closed mesh or with the mesh without its virtual vertices.
-inline const char *examine(const Mesh &mesh, Topology &found) {
+inline const char *examine(const Mesh &mesh, Topology &found)
+{
     Surface closed, open;
     if (!build(closed, mesh, false, {}) || !build(open, mesh, true, {})) return "CGAL can't join the triangles";
     if (!is_manifold(closed) || !is_manifold(open)) return "no manifold";
