@@ -379,7 +379,7 @@ def main():
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
         seams = tuple(1000 + channels + k for k in range(8 if options.all else 4))
         textures = (channels,) + TEXTURES, (seams[0],) + TEXTURES
-        jobs += [(compare_mesh, path, how, 3) for how in WAYS + (WIDE, channels, channels + 1) + seams + textures]
+        jobs += [(compare_mesh, path, how, 3 if options.all else 2) for how in WAYS + (WIDE, channels, channels + 1) + seams + textures]
     for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 4),
                       ("torus_3x3.off", 5), ("torus_3x3.off", 1004), ("octahedron.off", WIDE)):
         jobs.append((compare_cuts, ROOT / "ref_data" / name, how))
