@@ -141,7 +141,7 @@ build/tests/minimal_encode: examples/minimal_encode.c $(HEADER)
 	@mkdir -p $(@D)
 	$(CLANG) -std=c99 $(TEST_FLAGS) $(SANITIZERS) $< -o $@
 
-build/log/examples.log: build/cqm $(EXAMPLES) build/meshgen build/tests/minimal_decode-16 build/tests/minimal_encode README.md $(wildcard tests/doors/*)
+build/log/examples.log: build/cqm $(EXAMPLES) build/meshgen build/tests/minimal_decode-16 build/tests/minimal_encode README.md CONTRIBUTING.md $(wildcard tests/doors/*)
 	$(call log,tests/cli/examples.sh)
 
 build/log/channels.log: build/meshgen

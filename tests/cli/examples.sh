@@ -105,6 +105,14 @@ readme_prints() {
     awk -v first="$(head -n 1 "$1")" '$0 == first { code = 1 } /^```/ { code = 0 } code { print }' README.md | cmp - "$1"
 }
 
+# The test that CONTRIBUTING has for somebody who adds one
+contributed_test_passes() {
+    awk '/^```c$/ { code = 1; next } /^```/ { code = 0 } code { print }' CONTRIBUTING.md >"$out/test.c" &&
+        cc -std=c99 -Wall -Wextra -Werror -Iinclude -Iexamples -Itests/support "$out/test.c" -o "$out/test" &&
+        "$out/test" | grep '^1 passed, 0 failed$'
+}
+
+check contributed_test_passes
 check readme_prints examples/minimal_decode.c
 check readme_prints examples/minimal_encode.c
 check make_door
