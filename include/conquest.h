@@ -10022,9 +10022,10 @@ void cq_read_rows_uint16(const cq_decoder *d, uint32_t k, cq_index first, cq_ind
     const size_t n = d->shape.channel[k].components;
     cq_index r;
     size_t c;
-    for (r = 0; r < count; r++)
-        for (c = 0; c < n; c++)
-            to[r * stride + c] = (uint16_t)cqi_values_of_row(d, k, (cq_index)(first + r))[c];
+    for (r = first; r < first + count; r++, to += stride) {
+        const cq_value *const from = cqi_values_of_row(d, k, r);
+        for (c = 0; c < n; c++) to[c] = (uint16_t)from[c];
+    }
 }
 
 void cq_read_rows_uint8(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, uint8_t *to, size_t stride)
@@ -10034,9 +10035,10 @@ void cq_read_rows_uint8(const cq_decoder *d, uint32_t k, cq_index first, cq_inde
     const size_t n = d->shape.channel[k].components;
     cq_index r;
     size_t c;
-    for (r = 0; r < count; r++)
-        for (c = 0; c < n; c++)
-            to[r * stride + c] = (uint8_t)cqi_values_of_row(d, k, (cq_index)(first + r))[c];
+    for (r = first; r < first + count; r++, to += stride) {
+        const cq_value *const from = cqi_values_of_row(d, k, r);
+        for (c = 0; c < n; c++) to[c] = (uint8_t)from[c];
+    }
 }
 
 /* Values of the channel CQ_TURNED, which is the last one; or NULL. */
@@ -10207,7 +10209,7 @@ size_t cq_encoder_bytes(const cq_shape *shape)
 static uint32_t cqi_limited(uint64_t count, uint32_t limit) { return count < limit ? (uint32_t)count : limit; }
 
 /* The largest counts that cq_encode may set in a shape with v vertices and f faces, each at most `limit` of those that
- * cqi_countable lets pass.
+ * cqi_countable lets pass; those of rows and of what is aside are 0 before.
  *
  * As they are, triangles are a mesh with v vertices: at most one boundary halfedge leaves each of them, of the 3f that
  * there are, and a loop has 3 edges or more, as the two halfedges of an edge are twins. Prepared, of the f faces some
@@ -10222,7 +10224,6 @@ static void cqi_set_most(cq_shape *s, int prepared)
     const uint64_t corners = 3 * (uint64_t)f;
     s->num_boundary_edges = cqi_limited(!prepared && v < corners ? v : corners, limit - f);
     s->num_boundary_loops = cqi_limited(s->num_boundary_edges / 3, limit - v);
-    s->num_rows = s->num_aside_rows = s->num_aside_faces = 0;
     if (!prepared) return;
     s->num_rows = f ? cqi_limited(corners, CQI_MAX_HALFEDGES) : 1;
     s->num_aside_rows = cqi_limited(v, CQI_MAX_HALFEDGES - s->num_rows);
