@@ -10247,7 +10247,8 @@ size_t cq_encoder_bytes_at_most(const cq_shape *shape)
     cqi_set_most(&most, 1);
     prepared = cq_encoder_bytes(&most);
 #endif
-    return !as_they_are || !prepared ? 0 : prepared > as_they_are ? prepared : as_they_are;
+    if (!as_they_are || !prepared) return 0; /* unreachable: size_t of 64 bits */
+    return prepared > as_they_are ? prepared : as_they_are;
 }
 
 static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_index b)

@@ -597,6 +597,10 @@ TEST(memory_at_most_is_there_for_all_counts_that_can_be_numbered)
     shape.num_vertices = 4;
     shape.num_faces++;
     CHECK_EQ(cq_encoder_bytes_at_most(&shape), 0);
+    shape.num_boundary_edges = shape.num_rows = shape.num_aside_rows = 0;
+    shape.num_vertices = 1000; /* far more than corners */
+    shape.num_faces = 4;
+    CHECK(cq_encoder_bytes_at_most(&shape) >= cq_encoder_bytes(&shape));
 }
 
 TEST(memory_for_no_shape_is_zero)
