@@ -284,15 +284,18 @@ test_door() {
 
 # -- Other compilers -------------------------------------------------------------------------------------------------
 
-# test_process NAME STREAM RUN COMPILE...: the program for an operating system
+# test_process NAME STREAMS RUN COMPILE...: programs for an operating system, one for each stream
 test_process() {
-    name=$1 stream=$2 run=$3
+    name=$1 streams=$2 run=$3
     shift 3
     mkdir -p "$out/$name"
-    check "$name: compiles" "$@" -std=c99 -Iinclude -I"$out/$stream" $example/main.c $example/decoder.c \
-        $example/host.c -o "$out/$name/$stream"
-    check "$name: decodes $stream" sh -c "$run $out/$name/$stream >$out/$name/$stream.txt"
-    check "$name: same mesh, $stream" same_mesh "$out/$name/$stream.txt" "$out/host/$stream.txt"
+    check "$name: compiles" "$@" -std=c99 -Iinclude -c $example/decoder.c -o "$out/$name/decoder.o"
+    for stream in $streams; do
+        check "$name: program for $stream" "$@" -std=c99 -Iinclude -I"$out/$stream" $example/main.c $example/host.c \
+            "$out/$name/decoder.o" -o "$out/$name/$stream"
+        check "$name: decodes $stream" sh -c "$run $out/$name/$stream >$out/$name/$stream.txt"
+        check "$name: same mesh, $stream" same_mesh "$out/$name/$stream.txt" "$out/host/$stream.txt"
+    done
 }
 
 # AVR, where int has 16 bits: without -Wconversion, which warns of integer promotion there.
@@ -324,12 +327,11 @@ test_avr_sizes() {
 }
 
 test_compilers() {
-    for stream in grid random regular; do
-        test_process tcc "$stream" "" tcc -DCQ_INDEX_BITS=16
-        test_process big-endian "$stream" qemu-s390x s390x-linux-gnu-gcc -O2 -static
-        test_process big-endian-16 "$stream" qemu-s390x s390x-linux-gnu-gcc -O2 -static -DCQ_INDEX_BITS=16
-        test_process host-16 "$stream" "" cc -O2 -DCQ_INDEX_BITS=16
-    done
+    others="grid random regular"
+    test_process tcc "$others" "" tcc -DCQ_INDEX_BITS=16
+    test_process big-endian "$others" qemu-s390x s390x-linux-gnu-gcc -O2 -static
+    test_process big-endian-16 "$others" qemu-s390x s390x-linux-gnu-gcc -O2 -static -DCQ_INDEX_BITS=16
+    test_process host-16 "$others" "" cc -O2 -DCQ_INDEX_BITS=16
     test_avr small
     test_avr_sizes
 }
@@ -392,7 +394,7 @@ measure_all() {
     compilers >"$out/figures.tsv"
     check "streams" make_streams
     check "plugin" cc -O2 -shared -fPIC $here/count.c -o "$out/libcount.so"
-    for stream in disc small grid random regular; do test_process host $stream "" cc -O2; done
+    test_process host "disc small grid random regular" "" cc -O2
     test_device cortex-m3 grid random
     test_device cortex-m0 disc
     test_device rv32 grid random

@@ -88,7 +88,7 @@ cmake_installs() {
 
 # -- Warnings ------------------------------------------------------------------------------------------------------
 
-gcc_flags="-O2 -Wall -Wextra -pedantic -Wconversion -Wshadow -Wundef -Wcast-qual -Wcast-align -Wdouble-promotion"
+gcc_flags="-O1 -Wall -Wextra -pedantic -Wconversion -Wshadow -Wundef -Wcast-qual -Wcast-align -Wdouble-promotion"
 gcc_cxx_flags="$gcc_flags -Wold-style-cast -Wuseless-cast -Wzero-as-null-pointer-constant"
 
 # Names of the warnings of the implementation, each once, as a line "clang c++ -Wname".
