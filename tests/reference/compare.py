@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Compares decoder.py with the C decoder: compare.py [--all] [--seed N] CQM FOLDER   SPDX-License-Identifier: MIT
+"""Compares decoder.py with the C decoder: compare.py [--all] [--seed N] CQM DUMP CHANNELS   SPDX-License-Identifier: MIT
 
-CQM encodes; FOLDER holds the programs `dump` and `channels` (dump.c, channels.c). Both decoders must print the same:
+CQM and CHANNELS (channels.c) encode, DUMP (dump.c) is the C decoder. Both decoders must print the same:
 the kind of result, and the mesh with the order of vertices, triangles and corners. They get
 
     meshes     of ref_data, with positions (also of 24 bits), without, with odd channels, textures: whole, stopped at some
@@ -67,7 +67,7 @@ class Tally:
         reference = decoder.Decoder(data, stop, limit=LIMIT)
         if reference.kind == "limit":
             return reference
-        found = run([options.folder / "dump"] + ([str(stop)] if stop else []), data)
+        found = run([options.dump] + ([str(stop)] if stop else []), data)
         text = found.stdout.decode()
         if found.returncode == 0 and text == decoder.dump(reference):
             self.passed += 1
@@ -96,7 +96,7 @@ def encode(path, how):
     that and channels."""
     if isinstance(how, (int, tuple)):
         arguments = how if isinstance(how, tuple) else (how,)
-        done = run([options.folder / "channels", *map(str, arguments)], path.read_bytes())
+        done = run([options.channels, *map(str, arguments)], path.read_bytes())
         return done.stdout if done.returncode == 0 else None
     out = FAILED / f"{os.getpid()}.tmp"
     FAILED.mkdir(parents=True, exist_ok=True)
@@ -368,7 +368,8 @@ def main():
     parser.add_argument("--all", action="store_true", help="larger meshes and more streams")
     parser.add_argument("--seed", type=int, default=0, help="of the corrupt and valid streams")
     parser.add_argument("cqm", type=pathlib.Path)
-    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("dump", type=pathlib.Path)
+    parser.add_argument("channels", type=pathlib.Path)
     options = parser.parse_args()
     small = sorted((ROOT / "ref_data").glob("*.off"))
     jobs = [(compare_appendix,), (compare_example,), (compare_edges_of_the_format,),
