@@ -5019,7 +5019,7 @@ static void cqi_map_place(const cqi_similarity *s, int32_t x, int32_t y, int64_t
     to[1] = (int32_t)cqi_clamp_wide((s->im * x + s->re * y) / 256, most);
 }
 
-/* The sum of the similarity's distances from the first n texture coordinates; from two, how far these are apart. */
+/* How far the similarity misses the first n texture coordinates, in total; with n < 3, how far apart these are. */
 static uint32_t cqi_misses(const cqi_fan *f, int n, const cqi_similarity *s)
 {
     const int32_t *const u = f->scratch[0], *const v = f->scratch[1];
@@ -5038,7 +5038,7 @@ static uint32_t cqi_misses(const cqi_fan *f, int n, const cqi_similarity *s)
  *
  * The normals of the faces of a fan, each weighted by its angle, predict that of their common corner. Octahedral pairs
  * have the lower hemisphere folded out to the border of the square, where close directions may be far apart. If the
- * prediction is in the lower hemisphere, all pairs are folded before they are compared: the upper one is then
+ * prediction is in the lower hemisphere, all pairs are folded before they are compared: the upper hemisphere is then
  * outside. */
 
 /* An octahedral pair, relative to the middle of the square, whose border is `half` away. */
@@ -5146,7 +5146,7 @@ static int cqi_has_pairs(const cq_decoder *d, uint32_t k)
     return d->located >= 0 && cqi_may_be_pair(&d->shape.channel[k]);
 }
 
-/* The mean distance of the pairs around from the one that is expected. */
+/* The mean distance, per component, of the pairs around from the one that is expected. */
 static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, const cq_index *around, int n,
                                     int32_t half, int fold, cqi_pair_of_normal p)
 {
@@ -5159,8 +5159,8 @@ static uint32_t cqi_spread_of_pairs(const cq_value *values, uint32_t stride, con
     return sum / 2;
 }
 
-/* Codes a pair, given the expected direction, and the rows around: those of the fan, or the one beside. `turned`: the
- * direction has been turned to where the pair is, so that only rounding is left. */
+/* Codes a pair, given the expected direction and the n rows around: those of the fan, or in the base the known ones, or
+ * at a seam one or none. `turned`: the direction was turned to where the pair is, so that only rounding is left. */
 static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 direction,
                                    const cq_index *around, int n, int turned, cq_index wedge)
 {
@@ -5198,7 +5198,7 @@ static int cqi_code_pair_near(cq_decoder *d, uint32_t k, cq_index row, cqi_vecto
 
 /* -- Tangents --
  *
- * The normal is coded before. In its plane, a tangent is expected in the direction that texture coordinates of faces
+ * The normal is coded first. In its plane, a tangent is expected in the direction that texture coordinates of faces
  * give, or in the mean direction of the tangents around. The angle by which it is turned from there is coded; what is
  * left for the pair is rounding. */
 
@@ -5250,8 +5250,9 @@ typedef struct cqi_growth {
     int64_t side;                             /* above 0 if on the left, seen from outside */
 } cqi_growth;
 
-/* Adds that of a triangle, weighted by its angle at one corner, given the offsets a and b of the other two from it, and
- * those of their texture coordinates. All have 25 bits, and sums of two products 51, of which 20 are used. */
+/* Adds that of a triangle, weighted by its angle at one corner. a and b are the offsets of the other two corners from
+ * it, of_a and of_b those of their texture coordinates. All have 25 bits, sums of two products 51, of which 20 are
+ * used. */
 static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int32_t *of_a, const int32_t *of_b)
 {
     const int64_t det = cqi_minor(of_a[0], of_b[1], of_a[1], of_b[0]), x = cqi_minor(a.x, of_b[1], b.x, of_a[1]);
@@ -5269,7 +5270,7 @@ static void cqi_add_growth(cqi_growth *g, cqi_vector a, cqi_vector b, const int3
     cqi_add_direction(&g->along, along, length, angle);
 }
 
-/* The sum over the faces of the fan of a vertex or row. */
+/* The sum of these over the faces of a fan, that of vertex or row `own`. */
 static cqi_growth cqi_growth_of_fan(const cq_decoder *d, uint32_t k, cq_index own)
 {
     const cqi_fan *f = &d->now.fan;
@@ -5363,7 +5364,7 @@ static cqi_vector cqi_tangent_of(const cq_decoder *d, uint32_t k, cq_index row)
     return cqi_vector_of(cqi_pair_at(d->channel[k], d->shape.channel[k].components, row, half, 0), half);
 }
 
-/* Axes by the mean of the tangents around, */
+/* Axes by the mean of the tangents around. */
 static int cqi_find_axes_around(const cq_decoder *d, uint32_t k, cqi_vector normal, const cq_index *around, int n,
                                 cqi_axes *axes)
 {
@@ -5378,7 +5379,7 @@ static int cqi_find_axes_around(const cq_decoder *d, uint32_t k, cqi_vector norm
     return cqi_find_axes(sum, normal, cqi_half_of(&d->shape.channel[k]), axes);
 }
 
-/* and the mean of how far these are turned from given axes. */
+/* The mean of how far the tangents around are turned from given axes. */
 static uint32_t cqi_spread_of_turns(const cq_decoder *d, uint32_t k, const cq_index *around, int n,
                                     const cqi_axes *axes)
 {
@@ -5446,7 +5447,7 @@ static int cqi_code_turn(cq_decoder *d, uint32_t k, cq_index row, cqi_vector64 *
     return 1;
 }
 
-/* The third component that a tangent may have, mostly a sign, 0 or 1: as faces say, or as nearby. */
+/* The third component that a tangent may have, mostly a sign, 0 or 1: as faces say, or else as row `near` has it. */
 static void cqi_code_sign(cq_decoder *d, uint32_t k, cq_index near, int64_t by_faces, cq_index row, cq_index wedge)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5499,8 +5500,8 @@ static int cqi_code_common_pair(cq_decoder *d, uint32_t k, cq_index row, const c
     return 1;
 }
 
-/* A pair: of a normal, by the faces of the fan; of a tangent, by their texture coordinates and the tangents around, of
- * which the first one may be CQ_NONE if n is 0. */
+/* A pair: of a normal, by the faces of the fan; of a tangent, by their texture coordinates and the tangents around.
+ * Even if n is 0, around[0] is read; it may then be CQ_NONE. */
 static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const cq_index *around, int n,
                                   cq_index wedge)
 {
@@ -5520,10 +5521,12 @@ static int cqi_code_expected_pair(cq_decoder *d, uint32_t k, cq_index row, const
 
 /* -- Other channels --
  *
- * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever place, while
- * these have been nearer than the weights in the same place. And weights mostly have the same sum as those of A. */
+ * Weights of skinning are predicted by the weights that the same joint has at other vertices, in whichever component,
+ * as long as these have been nearer than the weights in the same component. And weights mostly have the same sum as
+ * those of A. */
 
-/* The channel of joints that goes with the weights of channel k: the n-th with the n-th, if it comes before; or -1. */
+/* The channel of joints that goes with the weights of channel k: the n-th with the n-th, if it comes before and has as
+ * many components; or -1. */
 static int cqi_joints_of(const cq_shape *s, uint32_t k)
 {
     uint32_t j, nth = 0, found = 0;
@@ -5535,7 +5538,7 @@ static int cqi_joints_of(const cq_shape *s, uint32_t k)
     return -1;
 }
 
-/* Component c of a vertex or row; or with a channel of joints, its weight of the joint that B has as component c. */
+/* Component c of a vertex or row; or with a channel of joints, its weight for the joint in component c of B, or 0. */
 static int32_t cqi_value_near(const cq_decoder *d, uint32_t k, uint32_t c, cq_index vertex, int joints)
 {
     const uint32_t stride = d->shape.channel[k].components;
@@ -5572,7 +5575,7 @@ static int32_t cqi_rest_of_weights(const cq_decoder *d, uint32_t k, uint32_t c, 
     return (int32_t)(uint32_t)rest;
 }
 
-/* Is a weight of B all that is left of the sum? Usual if that is 0, or if A has no weights after it. */
+/* Is a weight of B all that is left of the sum? It usually is, if nothing is left or if A has no weights after it. */
 static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, int32_t *rest)
 {
     int more, usual, is_rest;
@@ -5582,8 +5585,8 @@ static int cqi_code_rest(cq_decoder *d, uint32_t k, uint32_t c, cq_index input, 
     return cqi_code_bit(d, CQI_REST + (*rest ? 1 + more : 0), is_rest == usual) == usual;
 }
 
-/* Sets f->scratch[0] to component c of the fan's vertices minus that of A, which is returned; all rough if exact. Also
- * the mean of these, and the sum of their distances from it. */
+/* Sets f->scratch[0] to component c of the fan's vertices minus that of A, which is returned; all as cqi_rough gives
+ * them. Also finds the mean of the differences, and the sum of their distances from it. */
 static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t *mean, uint32_t *spread)
 {
     cqi_fan *f = &d->now.fan;
@@ -5597,8 +5600,8 @@ static int32_t cqi_compare_fan(cq_decoder *d, uint32_t k, uint32_t c, int joints
     return a;
 }
 
-/* Without positions there are three features, all minus the mean: parallelograms across the edges of the fan, A, and
- * the middle between the common neighbours. */
+/* Without positions there are three features: how far the vertices beyond the fan's edges are from the middles of these
+ * edges, on average; and A and the middle between the common neighbours, both minus the mean. */
 static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int joints, int32_t a, int32_t mean,
                                     int32_t *feature)
 {
@@ -5618,7 +5621,8 @@ static void cqi_find_plain_features(cq_decoder *d, uint32_t k, uint32_t c, int j
     feature[2] = f->boundary ? 0 : cqi_floor_shift(x[1] + x[f->size - 1], 1) - mean;
 }
 
-/* Learns which mean of the fan was nearer to this weight of B. Numbers have 25 bits, sums and running means 30. */
+/* Learns which mean of the fan, by component or by joint, was nearer to this weight of B. Numbers have 25 bits, sums
+ * and running means 30. */
 static void cqi_learn_skin(cq_decoder *d, uint32_t k, uint32_t c, int32_t value)
 {
     const cq_channel *channel = &d->shape.channel[k];
@@ -5670,8 +5674,8 @@ static int cqi_is_texture(const cq_decoder *d, uint32_t k)
     return d->located >= 0 && channel->kind == CQ_TEXCOORD && channel->merge == CQ_AVERAGE && channel->components == 2;
 }
 
-/* Sets f->scratch to the texture coordinates of the fan's first n vertices minus those of the first one, which come to
- * `first`; shifted to 20 bits. Returns by how many. */
+/* Sets f->scratch to the texture coordinates of the fan's first n vertices minus those of the first one, which go to
+ * `first`. The differences are shifted to 20 bits; returns by how many bits to the left. */
 static int cqi_compare_textures(cq_decoder *d, uint32_t k, int n, int32_t *first)
 {
     cqi_fan *f = &d->now.fan;
@@ -5732,7 +5736,7 @@ static CQI_APART int cqi_code_copied(cq_decoder *d, uint32_t k, uint32_t c, cq_i
     return 1;
 }
 
-/* Joints nearby: in the same place at B's first neighbours, then in other places at A and the common neighbours. */
+/* Joints nearby: the same component of B's first neighbours, then other components of A and the common neighbours. */
 enum { CQI_AT_PLACE = 6, CQI_JOINTS_NEARBY = CQI_AT_PLACE + 3 * (CQ_MAX_COMPONENTS - 1) };
 static int cqi_list_joints(const cq_decoder *d, uint32_t k, uint32_t c, int32_t *near)
 {
@@ -5821,9 +5825,9 @@ static int cqi_code_values(cq_decoder *d, int p, int q, cq_index input, cq_index
 
 /* -- Conquest (sections 2.2 to 2.4 of the paper) ---------------------------------------------------------------------
  *
- * A patch is conquered: the vertices in front of its gates are queued, each with the first gate that found it, and if
- * its flag says so, it is split at once. A vertex that is still free when its turn comes is the centre of the next
- * patch: nothing around it has changed since. */
+ * When a patch is conquered, the vertices in front of its gates are queued, each with the first gate that found it; and
+ * if the patch's flag says so, its centre is split at once. A vertex that is still free when its turn comes is the
+ * centre of the next patch: nothing around it has changed since it was queued. */
 
 static int cqi_state(const cq_mesh *m, cq_index v) { return m->mark[v] & CQI_STATE; }
 
@@ -5885,7 +5889,7 @@ static void cqi_enqueue(cq_mesh *m, cqi_walk *w, cq_index v, cq_index spoke)
 static void cqi_queue_fronts(cq_mesh *m, cqi_walk *w, cqi_ring *r)
 {
     const cq_index *const origin = m->origin, *const twin = m->twin;
-    cq_index spoke = r->spoke[0]; /* behind the ring edge */
+    cq_index spoke = r->spoke[0]; /* the ring edge is in its face */
     int k;
     for (k = r->size - 1; k >= 0; k--) {
         const cq_index beyond = cq_prev(twin[cq_next(spoke)]), v = origin[beyond];
@@ -5908,7 +5912,7 @@ static void cqi_queue_neighbours(cq_mesh *m, cqi_walk *w, cq_index spoke)
     } while (h != spoke);
 }
 
-/* Keeps a vertex that is free from becoming a centre and from being removed. */
+/* Holds a free vertex: it can no longer become a centre or be removed. */
 static void cqi_hold(cq_mesh *m, cq_index v) { m->mark[v]++; }
 
 /* The vertex of the queue that has its turn after this many others. */
@@ -6106,15 +6110,16 @@ static void cqi_score_ends(const int16_t *w, const cqi_ring *r, cqi_choice *c)
     }
 }
 
-/* The smallest valence of a free vertex, which could have been B instead: from the first place of the ring to each p,
- * and from each q to the last one. p and q themselves had one neighbour more when B was chosen. before[] has p added,
- * for the index of a weight. */
+/* The valence of vertex k of the ring if it is free, so that it could have been B instead; else CQI_LARGE_VALENCE. */
 static int cqi_valence_of_free(const cqi_ring *r, int k)
 {
     const int kind = r->kind[k];
     return kind & CQI_STATE ? (int)CQI_LARGE_VALENCE : (kind - CQI_ANGLES) / 4 + CQI_SMALL_VALENCE;
 }
 
+/* The smallest valence of a vertex that could have been B instead: from the first place of the ring to each p, and from
+ * each q to the last place. p and q themselves had one neighbour more when B was chosen. before[] has p added, for the
+ * index of a weight. */
 static void cqi_find_alternatives(const cqi_ring *r, cqi_choice *c)
 {
     int smallest = CQI_LARGE_VALENCE, k;
@@ -6138,13 +6143,13 @@ static int32_t cqi_best_of(const int32_t *score, int n)
     return best;
 }
 
-/* A score together with its q, in the order of the scores, and of equal ones by q. Cannot overflow: a score is a sum of
- * at most 52 weights, of 16 bits. */
+/* A score and its q as one number: larger for a higher score, and with equal scores for a larger q. Cannot overflow: a
+ * score is a sum of at most 52 weights, of 16 bits. */
 static inline int32_t cqi_ranked(int32_t score, int q) { return score * 32 + q; }
 
 /* Adds to the scores how likely it is that the encoder's rule, the smallest valence, would have removed B rather than
- * the best alternative up to p, or that from q on: weights by the alternative's valence minus that of B. With goals
- * other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
+ * the best alternative up to p, or the best one from q on: weights by the alternative's valence minus that of B. With
+ * goals other than CQ_LEAST_CONNECTIVITY, this would save no more than 0.03 bit. */
 static int32_t cqi_score_rule(const int16_t *w, const cqi_ring *r, cqi_choice *c)
 {
     int32_t *score = c->score, top = 32 * CQI_TRIED;
@@ -6184,7 +6189,7 @@ static int32_t cqi_score_pairs(cq_decoder *d)
     return d->ruled ? cqi_score_rule(w, &d->ring, c) : top;
 }
 
-/* Takes out the best of the pairs with a q, the first of equal ones; returns its p. */
+/* Takes out the best of the pairs with this q, the first of equal ones; returns its p. */
 static int cqi_take_best(cqi_choice *c, int q, int32_t best)
 {
     int32_t *const score = c->score + ((unsigned)(q * (q - 1)) >> 1);
@@ -6277,7 +6282,8 @@ static CQI_APART void cqi_code_pair(cq_decoder *d, int *p, int *q)
 
 #define CQI_HUB (CQ_MAX_VALENCE / 2 + 1) /* least valence of a vertex that may be passed over, see cqi_code_pass */
 
-/* Is the patch split? The model depends on how many neighbours were available to the encoder for a collapse. */
+/* Is the patch split? The model depends on the centre's valence, and on how many neighbours were available to the
+ * encoder for a collapse. */
 static int cqi_code_flag(cq_decoder *d, int available, int split)
 {
     return cqi_code_bit(d, CQI_FLAG + 12 * cqi_at_most(available, 3) + cqi_at_most(d->ring.size, 11), split);
@@ -6438,7 +6444,7 @@ static void cqi_split_rows(cq_decoder *d)
     }
 }
 
-/* What an edge is, by the rows of a vertex on both sides of it, 0: nothing, 1: a seam, 2: a border. */
+/* What an edge is, by the rows that one end has on both sides of it. 0: neither of these, 1: a seam, 2: a border. */
 static int cqi_seam_class(cq_index a, cq_index b) { return a == CQ_NONE || b == CQ_NONE ? 2 : a != b; }
 
 /* Number of different rows of A, at most 3, minus 1. */
@@ -6559,8 +6565,8 @@ static void cqi_code_corners(cq_decoder *d)
 
 /* -- Values of the rows that a split makes -- */
 
-/* Lists B's neighbours as rows, like cqi_list_fan_of_b but without the vertices beyond; and the faces that have the
- * row. */
+/* Lists the fan of a row that is split from `beside`: that one, then the neighbours of B that corners with the row
+ * have, as rows. Like cqi_list_fan_of_b, but without the vertices beyond; and with the faces that have the row. */
 static void cqi_list_fan_of_row(cq_decoder *d, cq_index row, cq_index beside)
 {
     const cqi_ring *r = &d->ring;
@@ -6659,7 +6665,7 @@ static int cqi_code_near_copy(cq_decoder *d, uint32_t k, uint32_t c, cq_index we
     return 1;
 }
 
-/* Rows whose value of a channel a new row may have, each value once. */
+/* Rows with values that a new row may have in a channel, each value once. */
 enum { CQI_NEARBY = 6 };
 typedef struct cqi_nearby {
     cq_index row[CQI_NEARBY];
@@ -6674,8 +6680,8 @@ static void cqi_add_nearby(const cq_decoder *d, uint32_t k, cq_index candidate, 
     if (j == n->num_rows) n->row[n->num_rows++] = candidate;
 }
 
-/* Adds rows of the vertex of a corner: all of A or B, but of p or q those of four faces on each side of the spoke. Only
- * those before `row` have values. */
+/* Adds rows of the vertex of a corner: of A or B all, but of p or q those in four faces on each side of the spoke. Only
+ * rows before `row` have values. */
 static void cqi_list_nearby(const cq_decoder *d, uint32_t k, int corner, cq_index row, cqi_nearby *n)
 {
     const cqi_ring *r = &d->ring;
@@ -6695,8 +6701,8 @@ static void cqi_list_nearby(const cq_decoder *d, uint32_t k, int corner, cq_inde
     }
 }
 
-/* Is channel k of a row that only new faces have equal to that of the last row before it in its face, of the row
- * beside, or of others of its vertex? */
+/* For a row that only new faces have: is its channel k equal to that of the last row before it in its face, of the row
+ * beside, or of another row of its vertex? */
 static int cqi_code_equal_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index in_face)
 {
     const cq_index beside = made->beside;
@@ -6739,8 +6745,8 @@ static int cqi_keep_known(cqi_fan *f, cq_index row)
     return known;
 }
 
-/* Channel k of a row that only one or both of the new faces have: equal to that of another row; or by these faces; or
- * near the row before in its face, or the row beside. */
+/* Channel k of a row that only new faces have: equal to that of another row; or by these faces; or near that of the
+ * last row before it in its face, or of the row beside. */
 static int cqi_code_seam_row(cq_decoder *d, uint32_t k, cq_index row, const cqi_new_row *made, cq_index wedge)
 {
     const cqi_seams *s = d->seams;
@@ -6853,7 +6859,7 @@ static int cqi_code_new_row(cq_decoder *d, uint32_t k, int nth)
     return cqi_code_seam_row(d, k, row, made, wedge);
 }
 
-/* The next channel of a new row, channel by channel; or the split, when all values are there. */
+/* Channel by channel, the values of the next new row; or the split, when all values are there. */
 static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 {
     cqi_seams *s = d->seams;
@@ -6874,8 +6880,8 @@ static CQI_APART cq_result cqi_step_rows(cq_decoder *d)
 
 #endif /* CQ_NO_WEDGES */
 
-/* The split of the patch: both indices, then the values, then the mesh; with seams, rows come before that, in steps of
- * their own. */
+/* The split of the patch: both indices, then the values, then the mesh; with seams, rows come before the mesh, in steps
+ * of their own. */
 static cq_result cqi_code_split(cq_decoder *d)
 {
     const cq_index b = d->mesh.num_vertices;
@@ -6892,7 +6898,8 @@ static cq_result cqi_code_split(cq_decoder *d)
 
 /* Is a vertex that is not split passed over, so that its ring stays free? Only asked about large ones. The encoder
  * passes over vertices of a valence above CQ_MAX_VALENCE. Here, after the collapses of the level, they still have at
- * least CQI_HUB neighbours: of two, at most one was removed, as each neighbour is on one side of one collapse. */
+ * least CQI_HUB neighbours: they only lose a neighbour where that is collapsed into another one, and no vertex takes
+ * part in two collapses. */
 static int cqi_code_pass(cq_decoder *d, cq_index centre)
 {
     int pass = 0;
@@ -6951,8 +6958,8 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  * A regular level is one step of subdivision: its new vertices lie on edges of the mesh before, the coarse edges.
  *
  *     marks        for each coarse edge: does it get a vertex? New vertices are in the order of the edges
- *     expected     for each new vertex a place that the coarse mesh alone predicts: in its final row of the channel,
- *                  which is not part of the mesh yet
+ *     expected     for each new vertex a place that the coarse mesh alone predicts: it is kept where the vertex's final
+ *                  values will be, which is not part of the mesh yet
  *     patterns     for each face with two or three new vertices: into which triangles is it cut?
  *     dissolves    for some edges without a vertex: is the edge flipped, once its faces have got theirs?
  *     sweep        coarse face after coarse face: the new vertices of its edges that are not there yet, one by one,
@@ -6960,7 +6967,7 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *                  dissolved edges that it shares with earlier faces
  *
  * So the mesh is valid after each insertion and each flip, and what has arrived is final. The first vertex that is
- * inserted into a face is its hub: two or three of them make a fan around it.
+ * inserted into a face is at first its hub: if two or three are, the triangles make a fan around it.
  *
  *            c                c                   c                    c
  *          /   \            / | \               / | \                / | \        the edge from the hub to the opposite
@@ -6971,7 +6978,7 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  *
  * The level keeps its notes in memory of vertices and faces that are still to come. Of new vertex v, out[v] is its
  * coarse edge (the smaller halfedge), valence[v] belongs to the table of cqi_vertex_on, bits 4 and 5 of mark[v] are its
- * side in the other face, and the slots of the faces that its insertion makes hold its record, see there.
+ * side in the face of the twin, and the slots of the faces that its insertion makes hold its record, see there.
  * Bits of the coarse faces are in the queue. All this is written while the mesh is coarse: halfedges in it are of the
  * coarse mesh. */
 
@@ -6980,12 +6987,14 @@ static cq_result cqi_code_first_patch(cq_decoder *d, cq_index l)
  * Five for each face: of each side, whether it is marked; then two, by the number of these marks:
  *
  *     none     0, or 1 + the side whose edge is dissolved, and flipped in the turn of this face
- *     one      the same; or 1 + the marked side, if the face has a dissolved edge that is flipped in the other one's turn
+ *     one      the same; or 1 + the marked side, if the face has a dissolved edge that is flipped in the turn of the
+ *              face beyond it
  *     two      1 if the third side is dissolved and flipped in this turn; 2 if of the two marked sides, the one before
  *              the third side is the hub's, see cqi_code_pattern
  *     three    the side of the hub, or 3
  *
- * The queue has at least 2/3 byte for each: with F = 3k + i, byte 1 of the last face is (15k + 5i - 5) / 8 + 1 <= 2k + 1. */
+ * The queue has room: with F = 3k + i faces it has k + 1 elements or more, so at least 2k + 2 bytes, and byte 1 of the
+ * last face is number (15k + 5i - 5) / 8 + 1 <= 2k + 1. */
 
 static int cqi_has_mark(const cq_decoder *d, cq_index h)
 {
@@ -7000,7 +7009,7 @@ static int cqi_state_of(const cq_decoder *d, cq_index f)
     return (byte[0] | byte[1] << 8) >> (5 * f & 7) & 31;
 }
 
-/* Adds bits that are not set, or takes off such that are. */
+/* Sets bits that are clear, or clears bits that are set. */
 static void cqi_toggle_state(cq_decoder *d, cq_index f, int bits)
 {
     uint8_t *const byte = (uint8_t *)d->walk.queue + (5 * (size_t)f >> 3);
@@ -7011,7 +7020,7 @@ static void cqi_toggle_state(cq_decoder *d, cq_index f, int bits)
 
 static void cqi_set_mark(cq_decoder *d, cq_index h) { cqi_toggle_state(d, (cq_index)(h / 3), 1 << h % 3); }
 
-/* The marked sides of a face, as bits; and the other two. */
+/* The marked sides of a face, as bits; and its other two bits. */
 static int cqi_marks_of(const cq_decoder *d, cq_index f) { return cqi_state_of(d, f) & 7; }
 
 static int cqi_face_bits(const cq_decoder *d, cq_index f) { return cqi_state_of(d, f) >> 3; }
@@ -7233,7 +7242,7 @@ static int cqi_has_expected(const cq_decoder *d)
     return 0;
 }
 
-/* Lets cqi_at look at channel k, at three components from this one on. */
+/* Lets cqi_at look at channel k, at three components from `part` on. */
 static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 {
     d->regular.view = k;
@@ -7243,7 +7252,7 @@ static void cqi_look_at(cq_decoder *d, uint32_t k, uint32_t part)
 
 static void cqi_look_at_positions(cq_decoder *d) { cqi_look_at(d, (uint32_t)(d->located < 0 ? 0 : d->located), 0); }
 
-/* Has pairs folded if the one that is expected for v is in the lower hemisphere. */
+/* Has pairs folded if that of v, final or expected, is in the lower hemisphere. */
 static void cqi_look_around(cq_decoder *d, cq_index v)
 {
     const cq_channel *const c = &d->shape.channel[d->regular.view];
@@ -7326,14 +7335,14 @@ static cq_index cqi_vertex_on(const cq_decoder *d, cq_index h)
 
 /* -- Regular levels: predictions --
  *
- * A prediction is a weighted sum of features. Weights along the surface differ from those above it: x and y of the tilt
- * are two components, z is the third one above a plane that rises by the slopes. */
+ * A prediction is a weighted sum of features. Weights along the surface differ from those above it: a tilt takes two
+ * components as x and y, and the third one as z, which is measured above a plane that rises by the slopes. */
 
 typedef struct cqi_tilt {
     int axis[3];                 /* components that are x, y, z here */
     int32_t slope_x, slope_y;    /* in 1/256 */
     int32_t edge_x, edge_y;      /* the edge in x and y, with 12 bits, */
-    int32_t inverse;             /* 2^39 / its square; both 0: it has no direction there */
+    int32_t inverse;             /* 2^39 / its square; all three 0: it has no direction there */
 } cqi_tilt;
 
 /* Sets the direction of an edge. Its square is at least 2^22 and below 2^25, so 2^14 < inverse <= 2^17. */
@@ -7427,8 +7436,8 @@ static cqi_vector cqi_place_ahead(const cq_decoder *d, int end)
 }
 
 /* What the coarse mesh says of the middle of the edge a -> b of a real face, as the butterfly scheme does (N. Dyn, D.
- * Levin, J. Gregory, 1990): offsets from it, times 4. Wings are the vertices beyond the other edges of the two faces;
- * straight on from a and b is the four-point rule. Tilts are of positions. */
+ * Levin, J. Gregory, 1990): offsets from that middle, times 4. Wings are the vertices beyond the other edges of the two
+ * faces; what lies straight on from a and b gives the four-point rule. t is NULL for other channels than positions. */
 static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature, cqi_tilt *t)
 {
     const cq_mesh *m = &d->mesh;
@@ -7459,7 +7468,7 @@ static void cqi_find_fixed(const cq_decoder *d, cq_index h, cqi_vector *feature,
 }
 
 /* Weighted sums of n features, in 1/256. Of the sum that the last n weights give, only the part along the edge is
- * added: below 2^39, its product with the inverse has 56 bits, and 53 with the edge in the end. */
+ * added. That is below 2^39 after the first shift, has 56 bits times the inverse, and in the end 53 times the edge. */
 static void cqi_weigh(const cqi_tilt *t, const cqi_vector *feature, const int8_t *weight, int n, int64_t *sum)
 {
     int64_t part = 0, sum_x = 0, sum_y = 0, sum_z = 0;
@@ -7543,8 +7552,8 @@ static cqi_vector cqi_sum_features(cqi_vector from, const cqi_vector *feature, c
  *
  * A new vertex has one row; or two, one on each side of its edge, if that is a seam there. Corners on one side of the
  * edge have the same row, as no edge inside of a coarse face is a seam. A row is expected to be the mean of the rows at
- * the edge's ends, on its side; a single row, on the left side. In index[], the record has the rows of the opposite
- * vertex and of the vertices beside the new one, on its side. */
+ * the edge's ends, on its side; a single row, on the left side. The record of a new vertex, see "records" below, also
+ * has rows, in index[]: those of the opposite vertex and of the new vertices on the other two edges, on that side. */
 
 static int cqi_has_row_values(const cq_decoder *d, uint32_t k)
 {
@@ -7703,26 +7712,26 @@ static void cqi_find_ahead(const cq_decoder *d, cq_index h, cq_index *ahead)
 
 /* -- Regular levels: records --
  *
- * For each real face of its edge a -> b, a new vertex has a face slot that its insertion will fill. That holds its
- * record of this face, as origin[] and twin[]: the opposite vertex; the new vertices on the next and the previous edge;
- * what lies straight on from the edge's start, the second one if there are two; and the new vertices on edges of the
- * faces beyond, where those begin or end where this edge does.
+ * For each real face of its edge a -> b, a new vertex has a face slot that its insertion will fill. Until then, the
+ * slot holds its record of this face, as origin[] and twin[]: the opposite vertex; the new vertices on the next and the
+ * previous edge; what lies straight on from the edge's start, the second one if there are two; and, of the faces beyond
+ * these two edges, the new vertices on those edges that meet this one at b or at a.
  *
  * Some of these are written otherwise:
  *
  *     opposite vertex w    CQ_NONE - 2 w, and 1 less if the new vertex is the hub of this face: so the slot is no face,
  *                          as 2 V < CQ_NONE - V
- *     next, previous       if a fan around the new vertex of another edge separates it from the new vertex of this one:
- *                          CQ_NONE, and the latter is in the place of the one beyond
- *     straight on          around a vertex of valence 5, the first of two is also the last one beyond: then the second
- *                          one w is CQI_JOINED - w
- *     next, previous       if this edge is dissolved so that it joins the new vertex to one beyond: CQI_JOINED, and the
- *                          latter is in the place beyond */
+ *     next, previous       if a fan around the new vertex of the third edge separates it from that of a -> b: CQ_NONE,
+ *                          and it takes the place of the one beyond
+ *     straight on          around a vertex of valence 5, the first of two is also the one beyond the previous edge:
+ *                          then the second one, w, is written as CQI_JOINED - w
+ *     next, previous       if that edge is dissolved, which joins the new vertex of a -> b to a vertex beyond it:
+ *                          CQI_JOINED, and that vertex is in the place of the one beyond */
 
 #define CQI_JOINED ((cq_index)(CQ_NONE - 1))
 
-/* What the record says of the next edge of h or the previous one, and beyond it; by_fan: a fan around the new vertex of
- * the other one separates them. */
+/* What the record of h says of `edge`, its next or previous one, and beyond it. by_fan: a fan around the new vertex of
+ * the third edge separates the new vertices of these two. */
 static void cqi_write_beyond(const cq_decoder *d, cq_index h, cq_index edge, int by_fan, cq_index *beside, cq_index *beyond)
 {
     const cq_index g = d->mesh.twin[edge], v = cqi_vertex_on(d, edge);
@@ -7772,7 +7781,7 @@ static cq_index cqi_record_tip(const cq_mesh *m, cq_index slot)
 /* Is the new vertex the hub of the face? */
 static int cqi_is_hub(const cq_mesh *m, cq_index slot) { return (CQ_NONE - m->origin[3 * slot]) & 1; }
 
-/* Do two vertices lie straight on? And which one does, of two the second? */
+/* Does the record have two vertices straight on? And which is the only one, or the second of two? */
 static int cqi_has_two_ahead(const cq_mesh *m, cq_index slot)
 {
     return m->twin[3 * slot] >= CQ_NONE / 2 && m->twin[3 * slot] != CQ_NONE;
@@ -7919,11 +7928,11 @@ static void cqi_code_weights(cq_decoder *d, int8_t *weight, int n)
  *
  * Iteratively reweighted least squares, in integers: an equation counts by its error to the power -1, later -3/2, so
  * that the residuals get short codes. As there are many minima, this is done three times, beginning with the weights of
- * the level before, with those of least squares and with none; each of the best weights is then moved to and fro by
- * ever smaller steps, where that makes the residuals cheaper. A sample is a vertex, one of CQI_MOST_SAMPLES at most:
+ * the level before, with those of least squares and with zeros. Each weight of the best result is then moved to and fro
+ * by ever smaller steps, where that makes the residuals cheaper. A sample is a vertex, one of CQI_MOST_SAMPLES at most:
  * its features along x, y and above the surface, and what their weighted sum should be.
  *
- * Bounds: features have 13 bits and a sign, offsets in 1/16 16, shares 12, so sums have 54. */
+ * Bounds: features have 13 bits and a sign; offsets, which are in 1/16, have 16; shares have 12; so sums have 54. */
 enum { CQI_PASSES = 8, CQI_SIZES = 24, CQI_FIRST_STEP = 16, CQI_LATER_STEP = 4, CQI_CHANGES = 4 };
 
 typedef struct cqi_sums {
@@ -7956,7 +7965,7 @@ typedef struct cqi_equations {
 /* Number of bits, without the sign, of an error in 1/256 after the prediction is rounded. */
 static int cqi_size_of_error(int32_t error) { return cqi_bit_length(cqi_fold_sign(error - 1) + 128) - 8; }
 
-/* What the errors of so many components of all samples cost, given how many have each size, in 1/8 bit: the entropy of
+/* What the errors of all samples, in so many components, cost in 1/8 bit, given how many have each size: the entropy of
  * the sizes, and the bits of each error. As the components share their models, they share the counts. */
 static uint32_t cqi_cost_of_sizes(const cqi_samples *samples, const uint32_t *size, int components)
 {
@@ -7968,7 +7977,7 @@ static uint32_t cqi_cost_of_sizes(const cqi_samples *samples, const uint32_t *si
     return (uint32_t)(cost >> 13);
 }
 
-/* By how much less an equation counts for its error in 1/256, in 1/8 octave; 0 if the error rounds to 0. */
+/* By how much less an equation with this error counts, in 1/8 octave. The error is in 1/256; 0 if it rounds to 0. */
 static uint32_t cqi_discount(int32_t error)
 {
     return cqi_abs(error) < 128 ? 0 : (uint32_t)cqi_logarithm((cqi_abs(error) >> 4) + 4) - 28;
@@ -8168,8 +8177,8 @@ static uint32_t cqi_move_weights(cqi_equations *fit, int8_t *weight, int first_s
     return cost;
 }
 
-/* Fits weights to some of the samples, beginning with those given. With all passes, also from other beginnings, and
- * then moves the best ones; by smaller steps with all samples. */
+/* Fits weights to some of the samples, beginning with the weights given. With all passes, also begins elsewhere, and
+ * then moves the best weights: by large steps with some of the samples, by smaller ones with all. */
 static uint32_t cqi_fit_weights(const cqi_samples *samples, int first, int last, int8_t *weight, int n, int passes)
 {
     cqi_equations fit;
@@ -8346,7 +8355,7 @@ static uint32_t cqi_place_of_sample(const cqi_samples *samples, uint32_t k)
     return samples->some == samples->count ? k : k % 2 ? samples->some + k / 2 : k / 2;
 }
 
-/* Fills sample k, a vertex in the edge of h, in all parts; t is the tilt of the first one. */
+/* Fills sample k, a vertex in the edge of h, in all parts; t is the tilt of the first part. */
 static void cqi_set_samples(const cq_decoder *d, const cqi_samples *samples, uint32_t k, cq_index h, cqi_tilt *t,
                             const cqi_vector *feature, int n, cqi_vector offset)
 {
@@ -8384,8 +8393,8 @@ static cqi_samples cqi_fixed_samples(cq_decoder *d, int parts)
     return samples;
 }
 
-/* Of the new vertices in the record of v, some will be final when v has its turn, 10 at most. Exchanges their values
- * with those in `place`, which before that gets the final ones, unless these are exchanged `back`. */
+/* Some of the new vertices in the record of v, 10 at most, will be final when v has its turn. Puts their final values
+ * in place of the expected ones, which are kept in `place`; or, if `back`, undoes that. */
 static void cqi_exchange(cq_decoder *d, cq_index v, cq_value (*place)[CQ_MAX_COMPONENTS], int back)
 {
     const uint32_t stride = d->shape.channel[d->regular.view].components;
@@ -8429,8 +8438,8 @@ static void cqi_plan_normal(cq_decoder *d, cq_index v, cqi_vector *feature)
 
 #ifndef CQ_NO_WEDGES
 
-/* The same for a channel per row: of each sampled vertex the first one. Even values that will be final when it has its
- * turn are taken as they are expected. */
+/* Samples for the fine prediction of a channel per row: of each sampled vertex the first row. Even values around it
+ * that will be final when it has its turn are taken as they are expected. */
 static cqi_samples cqi_fine_samples_of_rows(cq_decoder *d)
 {
     const cqi_samples samples = cqi_take_samples(d, 1);
@@ -8895,7 +8904,8 @@ static int cqi_code_new_values(cq_decoder *d, cq_index v, cq_index h, cq_index i
 /* -- Regular levels: insertions and flips -- */
 
 /* The coarse halfedge that was in slot h, as long as its edge has no new vertex. An insertion into another edge of its
- * face, at the end that they share, may have put a halfedge there that joins the new vertex to its old end.
+ * face, at the end that they share, may have put another halfedge there: one that joins its other end to the new
+ * vertex.
  *
  *          x                x
  *        /   \            / | \         v is inserted into a -> b. The slot of x -> a now has x -> v, and x -> a is the
@@ -8963,8 +8973,8 @@ static void cqi_copy_faces(cq_decoder *d, cq_index h, cq_index g)
     }
 }
 
-/* Inserts the next new vertex into its edge, by a split of the edge's start. It cannot be where two faces share all
- * three edges: it would be joined to their third corner twice. */
+/* Inserts the next new vertex into its edge, by a split of the edge's start. Not possible where two faces share all
+ * three edges: the new vertex would be joined to their third corner twice. */
 static cq_result cqi_code_insertion(cq_decoder *d)
 {
     cq_mesh *m = &d->mesh;
@@ -9007,10 +9017,10 @@ static int cqi_side_here(const cq_decoder *d, cq_index v)
     return v < d->regular.own ? d->mesh.mark[v] >> 4 & 3 : d->regular.side[v - d->regular.own];
 }
 
-/* The spoke from the hub of face f to the corner opposite to its side. Each triangle that the face consists of has the
- * hub as a corner, and at most one other new vertex. Counter-clockwise, the hub's spokes in the face go to: the end of
- * its side, the new vertex of the next side, the opposite corner, the new vertex of the previous side, the start of
- * its side. */
+/* The spoke from the first hub of face f to the corner opposite to its side, before any flip. Each triangle of the face
+ * has this hub as a corner, and at most one other new vertex. Counter-clockwise, the hub's spokes in the face go to:
+ * the end of its side, the new vertex of the next side, the opposite corner, the new vertex of the previous side, the
+ * start of its side. */
 static cq_index cqi_find_hub(const cq_decoder *d, cq_index f, int marks)
 {
     const cq_mesh *m = &d->mesh;
@@ -9039,13 +9049,14 @@ static cq_result cqi_make_pattern(cq_decoder *d, cq_index f, cq_index spoke, int
 }
 
 /* The edge inside of a face with one mark, from its new vertex to the opposite corner, as a halfedge of the triangle
- * beyond it. h is a halfedge of another edge of the face, which is dissolved. CQ_NONE: the face of h does not have one
- * mark.
+ * beyond it. h is a halfedge of another edge of the face, one that is dissolved. CQ_NONE: the face of h does not have
+ * exactly one mark.
  *
  * One of the two triangles of such a face is in the face's own slot, the other one in a new slot. If h is in the new
- * one, the own slot is beyond one of the other two sides of h's triangle. So it might be taken for another face with
- * one mark; but that would have its marked side there, and the own slot does not. All this only holds while the face is
- * as its insertion has left it: so its bits are cleared when it is found, and it is not found again. */
+ * one, the own slot is beyond one of the other two sides of h's triangle. Another face with one mark, beyond one of
+ * these sides, might be taken for it; but that has its marked side there, and the own slot does not. All this only
+ * holds while the face is as its insertion has left it: so its bits are cleared when it is found, and it is not found
+ * again. */
 static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
 {
     const cq_mesh *m = &d->mesh;
@@ -9063,7 +9074,7 @@ static cq_index cqi_take_inside(cq_decoder *d, cq_index h)
     return CQ_NONE;
 }
 
-/* Is the edge h inside of a face flipped after a dissolved edge of the face? It then joins the vertex beyond that edge
+/* Is h, the edge inside of a face, flipped after the face's dissolved edge? It then joins the vertex beyond that edge
  * to the one beyond h, and may only be flipped if the former is new. */
 static int cqi_code_second_flip(cq_decoder *d, cq_index h, cq_index beyond)
 {
@@ -9122,8 +9133,8 @@ static uint32_t cqi_vertices_after(const cqi_plan *p, uint32_t k, uint32_t num_v
     return num_vertices;
 }
 
-/* The same for the vertices after level k, judged by those before all regular levels. `bytes`: of the stream so far,
- * which may not have the finest levels yet. */
+/* cqi_guess_size of the vertices after level k, judged by those before all regular levels. `bytes`: of the stream so
+ * far, which may not have the finest levels yet. */
 static int64_t cqi_guess_after(const cqi_plan *p, size_t bytes, uint32_t num_vertices, uint32_t k, int located)
 {
     uint32_t rest = cqi_vertices_after(p, p->num_regular + 1, num_vertices), j;
@@ -9515,7 +9526,7 @@ static int cqi_code_aside_row(cq_decoder *d, uint32_t k)
     return 1;
 }
 
-/* The number in the stream of a row of the input. */
+/* The number that a row of the input has in the stream. */
 static cq_index cqi_plan_row(const cqi_plan *p, cq_index row, cq_index num_rows)
 {
     const cq_index t = p->target[row];
@@ -9618,7 +9629,7 @@ static void cqi_show_component(cq_decoder *d)
     if (d->seams) d->num_rows = d->seams->num_rows;
 }
 
-/* The values of a vertex or face; when all have theirs, the component becomes public. Behind the last one, levels
+/* The values of a vertex or face; when all have theirs, the component becomes public. After the last component, levels
  * follow. */
 static CQI_APART cq_result cqi_step_base_values(cq_decoder *d)
 {
