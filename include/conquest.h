@@ -10128,7 +10128,7 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
         k++;
     }
     for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split makes some */
+        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split adds faces */
         if (is_new && corners > capacity - end) break;
         if (is_new) end += corners;
         cqi_keep_faces(d, indices + (end - corners), lod[k].of_material);
@@ -11454,7 +11454,7 @@ typedef struct cqi_preparer {
     cq_index *source;                  /* of each face that stays: its number in the input */
     cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
     cq_index *row;                     /* [3 * num_faces] that of each corner, in the order of the turned faces */
-    cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
+    cq_index *count;                   /* [rows, or 3 * num_faces if that is more], scratch */
     cq_index num_fans, num_wedges, num_aside;
     cq_index num_glued;                /* pairs, but for those glued by their rows */
     cq_index num_open, num_loops;      /* halfedges without a twin, and the loops that they form */
