@@ -10139,7 +10139,7 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
         k++;
     }
     for (; k < count && cqi_is_due(d, &lod[k]); k++) {
-        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split makes some */
+        const int is_new = !k || lod[k - 1].num_faces != faces; /* each split adds faces */
         if (is_new && corners > capacity - end) break;
         if (is_new) end += corners;
         cqi_keep_faces(d, indices + (end - corners), lod[k].of_material);
@@ -10163,8 +10163,8 @@ size_t cq_keep_lods(const cq_decoder *d, cq_lod *lod, size_t count, cq_index *in
 typedef struct cqi_known {
     uint32_t levels;                        /* the finest ones; 0 if the input had to be prepared */
     cq_index count_of[CQI_MAX_REGULAR + 1];
-    uint8_t alike[CQI_MAX_REGULAR + 1];     /* of the labels of each */
-    int is_sharp, limit, found;             /* of the labels of the finest one */
+    uint8_t alike[CQI_MAX_REGULAR + 1];     /* cqi_labels.alike of each, */
+    int is_sharp, limit, found;             /* and these fields of the labels of the finest one */
 } cqi_known;
 
 typedef struct cqi_encoder {
@@ -10219,16 +10219,17 @@ size_t cq_encoder_bytes(const cq_shape *shape)
 
 static uint32_t cqi_limited(uint64_t count, uint32_t limit) { return count < limit ? (uint32_t)count : limit; }
 
-/* The largest counts that cq_encode may set in a shape with v vertices and f faces, each at most `limit` of those that
- * cqi_countable lets pass; those of rows and of what is aside are 0 before.
+/* The largest counts that cq_encode may set in a shape with v vertices and f faces, but none that is larger than
+ * cqi_countable lets pass. Before the call, the counts of rows and of what is aside are 0.
  *
- * As they are, triangles are a mesh with v vertices: at most one boundary halfedge leaves each of them, of the 3f that
- * there are, and a loop has 3 edges or more, as the two halfedges of an edge are twins. Prepared, of the f faces some
- * go aside. The others have at most 3f corners: of these, each can be a wedge, which is a row of the mesh, and each
- * halfedge open, again in loops of 3 or more, as no two edges join the same fans. A row aside is one of the v rows.
+ * Triangles that need no preparation are a mesh with v vertices. Of the 3f halfedges, at most one boundary halfedge
+ * leaves each vertex; and a loop has 3 edges or more, as the two halfedges of an edge are twins. Of triangles that are
+ * prepared, some may go aside. The others have at most 3f corners, and as many halfedges: each corner can be a wedge,
+ * which is a row of the mesh, and each halfedge can be open, again in loops of 3 or more, as no two edges join the same
+ * fans. A row aside is one of the v rows.
  *
- * cq_encoder_bytes grows with each count. Where a limit on the sum of rows and rows aside matters, a row of the mesh
- * takes more than one aside. */
+ * cq_encoder_bytes grows with each count. Where the sum of rows and rows aside is limited, rows of the mesh come first,
+ * as each of them takes more bytes than a row aside. */
 static void cqi_set_most(cq_shape *s, int prepared)
 {
     const uint32_t v = s->num_vertices, f = s->num_faces, limit = (uint32_t)(CQI_MAX_HALFEDGES / 3);
@@ -10292,17 +10293,17 @@ static uint64_t cqi_square_distance(const cq_value *positions, cq_index a, cq_in
 #define CQI_OFFSET_BITS 12
 #define CQI_OCTAVE 256
 
-/* Growth of the limit from one level to the next; and at least, if a level is tried again. */
+/* By how much the limit grows from one level to the next; and by how much at least if a level is tried again. */
 #define CQI_LEVEL_QUADRIC (4 * CQI_OCTAVE / 5)
 #define CQI_MORE_QUADRIC ((uint32_t)2 * CQI_OCTAVE)
 
-/* Vertices that a level with a limit must remove if it keeps this many: half of what a level without one can. */
+/* Vertices that a level with a limit must remove if it keeps this many: half of what one without a limit can remove. */
 #define CQI_WORTH(num_vertices) ((num_vertices) / 8 + 1)
 
 /* The triangles around a vertex, with offsets from it. */
 typedef struct cqi_fan_of_input {
     int size, shift;                             /* offsets are shifted down to CQI_OFFSET_BITS */
-    int common, boundary;                        /* vertices with the scratch mark; is one virtual? */
+    int common, boundary;                        /* neighbours with the scratch mark; is any virtual? */
     cq_index vertex[CQ_MAX_VALENCE + 1];         /* clockwise, the first again at the end */
     cqi_vector at[CQ_MAX_VALENCE + 1];           /* 0 for virtual ones */
     cqi_vector area[CQ_MAX_VALENCE];             /* twice that of the triangle with the next one; boundary: its edge */
@@ -10393,7 +10394,8 @@ static uint64_t cqi_fan_quadric(const cqi_plan *p, cqi_fan_of_input *f, uint64_t
     return sum;
 }
 
-/* Does a triangle that stays turn over if the centre moves to the first vertex? */
+/* Does a triangle that stays turn over, or keep no more than an eighth of its area as seen along its normal, if the
+ * centre moves to the first vertex? */
 static int cqi_turns_a_face(const cqi_fan_of_input *f)
 {
     int k;
@@ -10494,13 +10496,13 @@ static uint32_t cqi_first_limit(cqi_plan *p, cq_index num_vertices)
  *
  * The error of a level is never smaller than that of a finer one, so a vertex need only be within the error so far.
  * Mostly a test without a division shows that it is, and the first face that passes will do. Else the nearest face of
- * the cover is searched; if that is too far away, faces of the component outside the cover are tried before the error
+ * the cover is found; if that is too far away, faces of the component outside the cover are tried before the error
  * grows.
  *
  * Time: no face belongs to two patches of a level, while the faces that a collapse replaces and its cover belong to
  * one. So a level attaches each vertex at most once, to one of less than CQ_MAX_VALENCE faces. The search outside
- * visits all vertices of the component; it is done CQI_LOOKS times a level, and by coarser levels also as often as
- * finer ones have not.
+ * visits all vertices of the component; it is done at most CQI_LOOKS times a level, and what a level leaves of these
+ * the next coarser one may use, too.
  *
  * Bounds: coordinates of corners, from the centre, are at most 2^13, edges 2^14, normals 2^27, areas below 2^56, to_u
  * and to_v at most 2^41. Attached vertices are below 2^15, and 2^15.4 from other corners. So their products with to_u
@@ -10633,9 +10635,9 @@ static void cqi_set_facet(cqi_facet *f, cqi_vector64 u, cqi_vector64 v)
 }
 
 /* Does a point pass, which shows that it is within the slack s? Its barycentric coordinates are then -margin / area or
- * more, at most two of them below 0. Set to 0, with the others scaled to a sum of 1, these give a point of the face
- * that is at most 2 margin / area times the longest edge from the foot of the perpendicular, that is s / 2 or less. The
- * perpendicular is at most 13/16 s; and (1/2)^2 + (13/16)^2 < 1. */
+ * more, at most two of them below 0. If these are set to 0, and the others scaled to a sum of 1, they give a point of
+ * the face at most 2 margin / area times the longest edge from the foot of the perpendicular, that is s / 2 or less.
+ * The perpendicular is at most 13/16 s; and (1/2)^2 + (13/16)^2 < 1. */
 static inline int cqi_passes(const cqi_facet *f, cqi_vector64 x)
 {
     const int64_t u = cqi_dot64(f->to_u, x) + f->margin, v = cqi_dot64(f->to_v, x) + f->margin;
@@ -10843,8 +10845,8 @@ static void cqi_look_outside(cqi_plan *p, cq_index v, cqi_nearest *n)
  *
  * Moves what was attached to faces that a collapse replaces to faces of its cover. */
 
-/* The list of the first face of the cover, from number `from` on, that x passes at, or else passes an edge of; or that
- * of the rest. */
+/* The list that takes x: that of the first face of the cover that x passes at, beginning with face number `from` and
+ * going round; else that of the first face of which x passes an edge; else that of the rest. */
 static inline cq_index *cqi_first_pass(cqi_cover *c, cqi_vector64 x, int from)
 {
     int k;
@@ -10934,7 +10936,7 @@ static void cqi_measure_collapse(cqi_plan *p, const cqi_collapse *c)
     cqi_attach_rest(p, &cover);
 }
 
-/* Prefetch a face of a cover; */
+/* Prefetches a face of a cover; */
 static CQI_INLINED void cqi_expect_face(const cqi_plan *p, cq_index h)
 {
     CQI_SOON(&p->mesh.twin[h]);
@@ -11025,8 +11027,8 @@ static void cqi_list_corners(const cqi_plan *p, cq_index h, cq_index *corner)
     corner[CQI_AT_Q] = cqi_wedge_at(p, cq_prev(t));
 }
 
-/* On which sides a wedge of B is tied to one of A: CQI_TIED_LEFT and CQI_TIED_RIGHT. If both sides have the same wedge
- * of A or of B, the right one is not. */
+/* On which sides a wedge of B is tied to one of A: CQI_TIED_LEFT and CQI_TIED_RIGHT. If the left side is tied, the
+ * right one is not if it has the same wedge of A or of B. */
 static int cqi_tied(const cqi_plan *p, cq_index h, const cq_index *corner)
 {
     const cq_index t = p->mesh.twin[h], at_a = cq_next(t), at_b = cq_next(h);
@@ -11214,8 +11216,8 @@ static cq_index cqi_take_candidate(const cqi_plan *p, cqi_candidates *c)
     return h;
 }
 
-/* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, and loses no
- * more than is allowed. CQ_NONE: the patch is isolated. */
+/* The halfedge A -> B from the spoke's origin A to the best neighbour B that can be collapsed into it, with no larger
+ * error than this level allows. CQ_NONE: the patch is isolated. */
 static cq_index cqi_choose(cqi_plan *p, cq_index spoke)
 {
     const cq_mesh *m = &p->mesh;
@@ -11282,7 +11284,8 @@ static void cqi_hold_ring(cq_mesh *m, cqi_ring *r, cq_index spoke)
     r->size = n;
 }
 
-/* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre that is too large is passed over. */
+/* Conquers a patch: collapses h into its centre, unless that is CQ_NONE. A centre of too large a valence is passed
+ * over. */
 static void cqi_conquer_patch(cqi_plan *p, cq_index spoke, cq_index h, int first)
 {
     cq_mesh *m = &p->mesh;
@@ -11402,8 +11405,8 @@ static void cqi_union(cq_index *parent, cq_index a, cq_index b)
     parent[a < b ? b : a] = a < b ? a : b;
 }
 
-/* Finds the components. The first gate of each is the first halfedge of its first face; its vertices are listed through
- * p->decoded, beginning with the smallest. `parent` is scratch. */
+/* Finds the components. The first gate of each is the first halfedge of its first face; the vertices of each are listed
+ * through p->decoded, beginning with the smallest. `parent` is scratch. */
 static void cqi_find_components(cqi_plan *p, cq_index *parent)
 {
     cq_mesh *m = &p->mesh;
@@ -11436,9 +11439,9 @@ static void cqi_find_components(cqi_plan *p, cq_index *parent)
 
 /* -- Encoder: preparation --
  *
- * Triangles over rows become an oriented manifold: faces that no surface can have go aside, halfedges are glued in
- * pairs, and the corners that glued edges join, a fan, become one vertex. cq_preparation tells what it took. Nearly all
- * of it is sorting, in linear time except for rows, and uses nothing but the caller's memory.
+ * The triangles, whose corners are rows, become an oriented manifold: faces that no surface can have go aside,
+ * halfedges are glued in pairs, and the corners that glued edges join, a fan, become one vertex. cq_preparation tells
+ * what it took. Nearly all of it is sorting, in linear time except for rows, and uses nothing but the caller's memory.
  *
  * Halfedges are numbered here through the faces that stay, in the orientation that the mesh will have. */
 
@@ -11458,19 +11461,20 @@ typedef struct cqi_preparer {
     uint8_t *state;                    /* of each face of the input */
     uint8_t *locked;                   /* of each fan */
     cq_index *same;                    /* of each row: the first one with the same values */
-    cq_index *place;                   /* and the number of its values of the channels per mesh vertex */
+    cq_index *place;                   /* and its place: rows equal in the channels per mesh vertex share one */
     cq_index *source;                  /* of each face that stays: its number in the input */
     cq_index *sorted, *twin, *list, *fan; /* [3 * num_faces] */
     cq_index *row;                     /* [3 * num_faces] that of each corner, in the order of the turned faces */
-    cq_index *count;                   /* [rows, or 3 * num_faces, + 1], scratch */
+    cq_index *count;                   /* [rows, or 3 * num_faces if that is more], scratch */
     cq_index num_fans, num_wedges, num_aside;
-    cq_index num_glued;                /* pairs */
+    cq_index num_glued;                /* pairs, but for those glued by their rows */
     cq_index num_open, num_loops;      /* halfedges without a twin, and the loops that they form */
 } cqi_preparer;
 
 /* -- Rows with the same values --
  *
- * Sorts rows: those with the same positions are one place, those with the same values one row. */
+ * Sorts rows: those with the same values of the channels per mesh vertex, such as positions, are at one place; those
+ * with the same values of all channels are one row. */
 
 /* Orders two rows by the channels per mesh vertex, or by those per row: below, equal to or above 0. */
 static int cqi_compare_rows(const cq_input *in, cq_index a, cq_index b, int of_row)
@@ -11672,8 +11676,8 @@ static void cqi_put_faces_aside(cqi_preparer *p)
 
 /* -- Faces that are turned over --
  *
- * Two faces alone at an edge should run along it in opposite directions. Faces that are connected by such edges form a
- * sheet; of each sheet the smaller part is turned over. */
+ * Where an edge has just two faces, they should run along it in opposite directions. Faces that are connected by such
+ * edges form a sheet; of each sheet the smaller part is turned over. */
 
 /* Union-find with path compression, for sheets: the root of a face, and whether just one of the two is to be turned.
  * parent[f] is 2 * the parent of f, plus 1 if just one of f and the parent is to be turned. */
@@ -11704,7 +11708,7 @@ static void cqi_join_sheets(cqi_preparer *p, cq_index g, cq_index h, cq_index di
     if (b < a) parent[a] = (cq_index)(2 * b + turned);
 }
 
-/* Joins faces over edges with two of them: those that agree first, then the others. Returns 0 if all agree. */
+/* Joins faces across edges that have just two: those that agree first, then the others. Returns 0 if all agree. */
 static int cqi_find_sheets(cqi_preparer *p)
 {
     const cq_index n = cqi_list_edges(p, CQI_BY_PLACE, CQI_ALL);
@@ -11847,9 +11851,9 @@ static void cqi_glue_places(cqi_preparer *p)
 /* -- Fans --
  *
  * No two edges may join the same two fans. Two such edges that are open are glued, if there is no third one; else faces
- * are cut off all around, which gives them fans of their own. Cutting off never makes a second edge, and an edge has two
- * faces: so when nothing is glued any more, two more rounds are enough. No edge joins a fan with itself, as a fan is at
- * one place, and a face at three. */
+ * are cut off all around, which gives them fans of their own. Cutting off never makes a second edge between two fans,
+ * and a round cuts off one face of each second edge, which has two at most: so when nothing is glued any more, two more
+ * rounds are enough. No edge joins a fan with itself, as a fan is at one place, and a face at three. */
 
 static void cqi_find_fans(cqi_preparer *p)
 {
@@ -11972,8 +11976,8 @@ static void cqi_join_copies(cqi_preparer *p, cq_index *parent)
     }
 }
 
-/* Lists the faces that stay in p->twin, sorted by their places, by their numbers among those that stay: these are
- * looked up in source[], which is ascending. */
+/* Writes the faces that stay into p->twin, sorted by their places. Their numbers in the input become those among the
+ * faces that stay: these are looked up in source[], which is ascending. */
 static void cqi_sort_by_places(cqi_preparer *p)
 {
     cq_index k;
@@ -12222,13 +12226,13 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  *
  * A labelling can be coded if all of this holds:
  *   1. Each polygon is a disc of at most six faces without inner vertices, with 3 or 4 corners, all different.
- *   2. A polygon of 4 corners can be dissolved, see below, and none of them is virtual.
+ *   2. A polygon of 4 corners consists of two coarse faces, see below, and none of its corners is virtual.
  *   3. The vertices around each even vertex are all different: the other ends of its sides, and the opposite corners of
  *      its polygons of 4 corners.
  *
  * A polygon of 3 corners is a coarse face. Its odd vertices are its marks. No edge inside joins two corners, as that
- * would be cut: so it has one triangulation with no mark or one; two with two marks; and with three marks four, a
- * triangle in the middle or one of three fans. The hub of a face is the odd vertex that is joined to the corner
+ * would be cut: so with no mark or one mark there is one triangulation; with two marks, two; and with three marks,
+ * four: a triangle in the middle or one of three fans. The hub of a face is the odd vertex that is joined to the corner
  * opposite to its side: one of two marks, one or none of three.
  *
  * A polygon of 4 corners is two coarse faces whose common edge, from A to C, is dissolved: it was flipped after both
@@ -12242,20 +12246,20 @@ static const cq_index *cqi_keep_prepared(const cqi_preparer *p, cqi_plan *plan, 
  * of its polygons. For if only two did, they would share both sides at v, to a and b. If one of them has 4 corners, b
  * is opposite to a in it, and in the other one opposite to a or the end of a side at a, against 3. If both have 3
  * corners, their third sides lead from a to b, and are the same by 3. Then both have the same vertices; and as any two
- * triangulations with as many marks share an edge, the mesh would have this edge twice.
+ * triangulations with the same marks share an edge, the mesh would have this edge twice.
  *
  * A decoder may insert odd vertices, then flip to the wanted triangulations of faces, then dissolve, then do the second
  * flips, in any order of polygons: the mesh stays valid. Valences: in every state a polygon has a triangle at each of
  * its corners, and two at each odd vertex; so all vertices keep three or more neighbours. Edges: every edge inside of a
  * polygon, if it is no coarse one, has an odd end x. It could only be there twice if the two polygons at x shared
- * another vertex than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around each. If c is
+ * a vertex other than x and its parents a, b. Let them be a b c (d) and b a e (f), in this order around each. If c is
  * also the last corner of the second one, which is f, or e where there is no f, then both sides b - c are the same by
  * 3, and only two polygons meet at b. The same holds at a for d, or c where there is no d, and e. So no side is shared,
  * and hence no odd vertex, whose parents would be shared. What is left are two polygons of four corners with c = e or d
  * = f: then c is opposite to a in one and the end of a side at a in the other, or d likewise for b, against 3. */
 
-/* The two lowest bits are the label; the others are set meanwhile. When the level is undone, they are what the note
- * will say of the two coarse faces instead, 3 bits each: see CQI_SIDE_HUB. */
+/* The two lowest bits are the label; the others are flags until the level is undone. Then, of an odd vertex, they are
+ * what the note will say of the two coarse faces, 3 bits each: see CQI_SIDE_HUB. */
 enum {
     CQI_UNLABELLED, CQI_EVEN, CQI_ODD, CQI_LABEL = 3, CQI_LOOK_AROUND = 4, CQI_MAY_FILL = 8, CQI_CONFLICT = 16,
     CQI_TOO_FAR = 32, CQI_ACUTE = 64 /* of the waves, see cqi_has_sharp_edges and cqi_is_acute */
@@ -12319,7 +12323,7 @@ static int cqi_labels_carve(cqi_labels *l, const cq_mesh *m, void *memory, size_
 static int cqi_label(const cqi_labels *l, cq_index v) { return l->label[v] & CQI_LABEL; }
 static int cqi_is_odd(const cqi_labels *l, cq_index v) { return cqi_label(l, v) == CQI_ODD; }
 
-/* Ends of the numbers of vertices and faces, virtual ones and the slots before them included. */
+/* Numbers of vertices, and of faces, are below these: virtual ones and the slots before them are included. */
 static cq_index cqi_vertex_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual + m->num_virtual); }
 static cq_index cqi_face_slots(const cq_mesh *m) { return (cq_index)(m->first_virtual_face + m->num_virtual_faces); }
 
@@ -12543,8 +12547,8 @@ static int cqi_is_marked(const cqi_polygon *p, int corner)
     return !(p->even >> cqi_next_place(p, p->corner[corner]) & 1);
 }
 
-/* The diagonal by which all polygons of two opposite marked sides are dissolved alike, which ends at the ends of these
- * sides: each of their triangulations leads back to it. -1 if there is none. */
+/* The diagonal by which all polygons with odd vertices on just two sides, opposite ones, are dissolved alike: it joins
+ * the ends of these two sides, counter-clockwise. Each of their triangulations leads back to it. -1 for all others. */
 static int cqi_alike(const cqi_polygon *p)
 {
     if (p->size != 6 || cqi_is_marked(p, 0) != cqi_is_marked(p, 2)) return -1;
@@ -12882,7 +12886,7 @@ static void cqi_label_strips(cqi_labels *l, cq_index seed)
         if (cqi_label(l, v) == CQI_UNLABELLED) cqi_strip_wave(l, cqi_real_spoke(m, v), CQ_NONE);
 }
 
-/* Is the mesh one of quads? In these, 42 % or more of the vertices that a wave of strips reaches first are odd; in
+/* Is the mesh one of quads? In these, of the first vertices that a wave of strips reaches, 42 % or more are odd; in
  * other meshes less than 40 %. Frames need as many faces as vertices, for their memory. */
 static int cqi_are_quads(cqi_labels *l, cq_index seed)
 {
@@ -13190,7 +13194,7 @@ static int cqi_is_acute(const cqi_labels *l, cq_index v)
                         cqi_offset(l->positions, v, l->parent[1][v])) >= 0;
 }
 
-/* Marks the odd vertices where it is. Are they few? Then they were labelled across a fold; else the surface is
+/* Marks the odd vertices with such an angle. Are they few? Then they were labelled across a fold; else the surface is
  * rough. */
 static int cqi_are_few_acute(const cqi_labels *l)
 {
@@ -13228,8 +13232,8 @@ static cq_index cqi_refuse(cqi_labels *l)
 }
 
 /* Does the mesh have sharp edges? Then distances of odd vertices are either small or large: of those above 8 steps,
- * three fifths are above 16, and an eighth is above 32; or more than an eighth, if many are above 8. Marks the latter
- * for cqi_refuse. */
+ * three fifths are above 16, and an eighth is above 32; or more than an eighth, if many are above 8. Marks those above
+ * 8 steps for cqi_refuse. */
 static int cqi_has_sharp_edges(cqi_labels *l)
 {
     cq_index odd = 0, far[3] = { 0, 0, 0 }, v;
@@ -13411,7 +13415,7 @@ static cq_index cqi_find_seed(const cq_mesh *m, uint32_t try_number, int eight)
 
 /* Labellings are tried until one is nearly as good as can be. Seeds are irregular vertices, which were there before the
  * subdivision. Waves across any even valence are for quads whose diagonals alternate, so that valences are 4 and 8;
- * they must begin at an 8. Elsewhere waves across valence 6 only leave more to filling. */
+ * they must begin at an 8. Elsewhere, waves that cross no valence but 6 leave more to filling. */
 enum { CQI_ANY_VALENCE = 1, CQI_STRIPS = 12, CQI_NO_LABELS }; /* numbers of labellings; others below: valence 6 only */
 #define CQI_MORE_LABELS(vertices) ((vertices) / 5 * 2)        /* with fewer odd ones, other seeds do not help */
 
@@ -13577,7 +13581,7 @@ static void cqi_undo_polygon(cqi_labels *l, cq_mesh *m, const cqi_polygon *p)
     }
 }
 
-/* Can this edge at an odd vertex be flipped within its coarse face, as the vertex has another one there? */
+/* Can this edge at an odd vertex be flipped within its coarse face, as the vertex has another edge inside it? */
 static int cqi_is_extra(const cqi_labels *l, cq_index h)
 {
     const cq_mesh *m = l->mesh;
@@ -13760,8 +13764,8 @@ static cq_index cqi_component_size(const cqi_plan *p, cq_index root)
     return p->measured ? longest : n;
 }
 
-/* Simplifies a component, level by level. A note of level 0 comes before its collapses, and a note with the component's
- * size after them. */
+/* Simplifies a component, level by level. A note of level 0 comes before its collapses. `kept` of the note after them,
+ * which is the one of level 0 of the next component, is the component's size. */
 static void cqi_simplify_component(cqi_plan *p, cqi_seed *seed, uint32_t most_quadric)
 {
     const cq_index size = cqi_component_size(p, seed->notes);
@@ -13871,13 +13875,13 @@ static int cqi_may_be_regular(const cqi_plan *p, const cq_input *in)
     return (!p->copies_rows || p->corners) && !in->conquest_only && cqi_allows_regular(&in->shape);
 }
 
-/* Regular levels have paid on all meshes without sharp edges of whose vertices waves make at least this many per mille
- * odd, and that have at least this many; conquest levels alone are then not tried. */
+/* Regular levels have paid on all meshes without sharp edges that have CQI_SMALL vertices or more, of which waves make
+ * CQI_SURELY per mille or more odd; conquest levels alone are then not tried. */
 #define CQI_SURELY 620
 #define CQI_SMALL 750
 
-/* Is a mesh of this many vertices large, and the one before its finest level near it: less away than 3/2 of the span of
- * the positions, divided by the root of the number of vertices? Counts in 1/4096 of the span. */
+/* Is a mesh of this many vertices large, and the one before its finest level near it: with an error below 3/2 of the
+ * span of the positions, divided by the square root of the number of vertices? Counts in 1/4096 of the span. */
 static int cqi_is_near_before(const cqi_plan *p, const cqi_labels *l, cq_index live)
 {
     const uint64_t error = l->step ? cqi_error_of_code(p->level_error[1]) / 16 / (uint32_t)l->step : 0;
@@ -14193,8 +14197,9 @@ static cq_index cqi_count_pairs(const cq_mesh *m, const cq_input *in, const cq_i
 }
 
 /* Could more pairs of halfedges be glued than faces would go aside? Else borders do not become shorter. The memory
- * behind the mesh is free: at first it has room for the plan and the replay of the mesh without borders. That is more
- * than what the borders add, of which an edge begins at each vertex at most, and what is needed here. */
+ * behind the mesh is free: even if it is just what cq_encoder_bytes asks for first, there is room for the plan and the
+ * replay of a mesh without borders. That is more than what is needed here and what the borders add to the mesh, as at
+ * most one of their edges begins at each vertex. */
 static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const cqi_arena *arena)
 {
     const cq_mesh *const m = &e->plan.mesh;
@@ -14210,8 +14215,8 @@ static int cqi_borders_may_meet(const cqi_encoder *e, const cq_input *in, const 
     return cqi_count_pairs(m, in, open, n) > aside;
 }
 
-/* Prepares the triangles and builds their mesh, if they are no manifold as they are; or an open one whose borders meet,
- * if more pairs of edges are glued than faces go aside. Else CQ_DONE: they are fine as they are. */
+/* Prepares the triangles, and builds their mesh if they are no manifold as they are, or one whose borders become
+ * shorter by gluing more pairs of halfedges than faces go aside. Else CQ_DONE: they are fine as they are. */
 static cq_result cqi_build_prepared(cqi_encoder *e, cq_input *in, cqi_arena *arena, int is_manifold, size_t memory_size,
                                     cq_preparation *counts)
 {
@@ -14343,9 +14348,10 @@ static int cqi_is_near(const cqi_plan *p, uint32_t k, const cqi_plan *other, siz
            (gain < most ? gain : most) * error + 16 * (uint64_t)bytes;
 }
 
-/* How many regular levels there should be, given the bytes of a plan with them and of one without: none if that makes
+/* How many regular levels there should be, given the bytes of a plan with them and of one without: none if they make
  * the stream longer; else the finest ones, as long as their vertices do not take too much. With CQ_BALANCED, they must
- * also save a 50th, and the meshes before them must be near enough; for the finest one either measure will do. */
+ * also save a 50th, and the meshes before them must be near enough: by cqi_is_near, or for the finest one by
+ * cqi_is_near_before instead. */
 static uint32_t cqi_choose_regular(const cqi_plan *p, const cqi_plan *other, size_t bytes, size_t without,
                                    const cq_input *in)
 {
@@ -14374,9 +14380,10 @@ static uint32_t cqi_guess_regular(const cqi_plan *p, size_t bytes, uint32_t num_
 }
 
 /* Encodes with all regular levels that there are; if one of these turns out not to pay, again with only those finer
- * than it. Then without any, to compare, if it is in question whether they pay: into what is left of the output, so
- * that this stream only moves if it is chosen. If fewer levels are better, or if there was no room, again. Should a
- * plan with regular levels be wrong, the mesh is encoded without any. */
+ * than it. Then, if it is in question whether they pay, without any, to compare: that stream goes into what is left of
+ * the output, and is only moved if it is chosen. If some of the levels are best, or if there was no room for the stream
+ * that is chosen, the mesh is encoded once more. Should a plan with regular levels be wrong, it is encoded without
+ * any. */
 static cq_result cqi_encode_best(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                                  size_t *stream_size, cq_place *place, cq_report *report)
 {
