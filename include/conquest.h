@@ -559,9 +559,11 @@ CQ_API size_t cq_encoder_bytes_at_most(const cq_shape *shape);
  *
  * The finest levels are regular, whatever channels, seams and materials there are, if that makes the stream smaller;
  * locked vertices, edges of materials and seams stay what they are. With CQ_BALANCED, coarser meshes must also stay
- * about as near to the surface. To find out, cq_encode may encode the mesh two or three times.
+ * about as near to the surface. To find out, cq_encode may encode the mesh two or three times; progress is told of the
+ * first time only.
  *
- * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces). */
+ * The same input gives the same bytes on every platform and with both index widths. Time O(vertices + faces), beside
+ * sorting of rows and open edges, O(n log n). */
 CQ_API cq_result cq_encode(cq_input *in, void *memory, size_t memory_size, uint8_t *out, size_t out_size,
                            size_t *stream_size, cq_place *place, cq_report *report);
 
@@ -599,7 +601,8 @@ CQ_API cq_result cq_fit_grid(cq_channel *channel, const float *from, size_t coun
 
 /* The same with a given step, a power of two: origins become multiples of it, and `bits` as many as the box needs.
  * Meshes with the same step meet without cracks: equal coordinates come back equal, whatever the origins.
- * CQ_ERROR_VALUE without a vertex: the box needs more than CQ_MAX_BITS, or an origin is beyond all floats. */
+ * CQ_ERROR_VALUE without a vertex: the box needs more than CQ_MAX_BITS, or an origin is beyond all floats. On an error,
+ * `bits` and `step` may have changed. */
 CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *from, size_t count, cq_place *place);
 
 /* Floats to the nearest points of a channel's grid: float[count][components] to cq_value[count][components]. Returns
@@ -1194,7 +1197,7 @@ typedef struct cqi_regular {
     int axes;                              /* 0: the plane of each vertex; 1 .. 3: x, y, z is above */
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
     uint32_t length;                       /* of marked edges, 1/16: running mean */
-    uint32_t size;                         /* class of the residuals, 1/16: running mean */
+    uint32_t size;                         /* class of the residuals, 1/64: running mean */
     int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the
                                                         edge, more */
     int8_t weight[CQ_MAX_CHANNELS][CQI_MOST];        /* of other channels: of the prediction that is made next */
