@@ -1173,8 +1173,8 @@ typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
 } cqi_model;
 
-/* Running means of the residuals before, by channel and component; and of those at the first vertex of each connected
- * component. */
+/* Running means of the residuals before, by channel and component; and of those where a connected component begins, or
+ * no row around is known. */
 typedef struct cqi_base_sizes {
     int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS], first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];
 } cqi_base_sizes;
