@@ -52,14 +52,16 @@
  * Words
  *     patch        all triangles around one vertex, its centre
  *     gate         directed edge (L, R) on the border of a conquered patch; the next patch lies to its left
- *     front        the vertex A of the triangle L, R, A to the left of a gate
+ *     front        the third vertex of the triangle to the left of a gate
  *     conquered    a vertex that already belongs to a patch of this level; until then it is available
  *     isolated     a patch whose centre is not split at this level
  *     spoke        a halfedge that starts at the centre of a patch, or at whichever vertex is looked at
  *     level        one conquest, which covers the mesh with patches that do not overlap; or one regular level
  *     regular      a level without gates: one step of subdivision, which inserts vertices into edges. The regular
  *                  levels of a stream are its finest ones
- *     split (i, j) i: steps clockwise from L to the first common vertex; j: counter-clockwise from R to the second
+ *     A, B, p, q   a split makes vertex B, which takes some neighbours of A, the centre of a patch; p and q are the two
+ *                  common neighbours of A and B
+ *     split (i, j) i: steps clockwise on A's ring of neighbours from L to p; j: counter-clockwise from R to q
  *     base         the coarsest mesh, with which the stream begins
  *     row          one element of the vertex buffers. A mesh vertex has several where a seam runs through it
  *     channel      one attribute: 1 to 4 integers per vertex, face or row
@@ -158,7 +160,7 @@
  *     CQ_NO_WEDGES      nothing of "Rows and wedges", "Materials" and metadata: streams with them are unsupported, and
  *                       cq_encode takes oriented manifolds only
  *     CQ_NO_ATTRIBUTES  no channels but one of positions that is not exact: the smallest decoder; needs CQ_NO_ENCODER
- *     CQ_ASSERT(c)      as assert for example: checks each precondition below that no result reports, and never what a
+ *     CQ_ASSERT(c)      such as assert: checks each precondition below that no result reports, and never what a
  *                       stream contains
  *     CQ_TRACE(decoder, event, a, b, c)   for those who write a decoder: a statement that is run with each event of
  *                       decoding, see cq_event; examples/cqm/trace.c prints them */
@@ -190,10 +192,10 @@ extern "C" {
 
 /* Zero and above: the mesh is valid. Below zero: an error; what was decoded before it stays valid. */
 typedef enum cq_result {
-    CQ_OK = 0,                   /* done; never of cq_decode */
+    CQ_OK = 0,                   /* done; cq_decode never returns this */
     CQ_NEED_INPUT = 1,           /* all bytes given are used, the stream goes on */
     CQ_DONE = 2,                 /* the mesh is complete: exactly the one that was encoded */
-    CQ_TRUNCATED = 3,            /* the input ended early: the mesh is valid, but a coarser one, and stays that */
+    CQ_TRUNCATED = 3,            /* the input ended early: the mesh is valid, but coarser, and stays so */
     CQ_MORE = 4,                 /* the budget is spent, and there is more to refine: call cq_decode again */
     CQ_ERROR_ARGUMENT = -1,      /* a NULL pointer or a number outside its documented range */
     CQ_ERROR_MEMORY = -2,        /* the memory handed in is too small or misaligned; the shape says what is needed */
@@ -312,10 +314,10 @@ typedef struct cq_shape {
  *
  * In a mesh without seams, index == mesh.origin, row v is vertex v, and none of this costs anything.
  *
- * Aside are faces that no surface can have, namely those with the same row or position twice, or with the same three
- * rows as another face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
+ * Carried aside are faces that no surface can have, namely those with the same row or position twice, or with the same
+ * three rows as another face; and rows that no face of the mesh uses. They are complete at CQ_DONE. */
 
-/* Faces and rows aside. Their rows are numbered after those of the mesh: row k below has the number shape.num_rows + k
+/* Faces and rows aside. Rows aside are numbered after those of the mesh: row k below has the number shape.num_rows + k
  * in an index, or shape.num_vertices + k if there are no wedges. */
 typedef struct cq_aside {
     uint32_t num_rows, num_faces;          /* as in the shape, or 0 before they are read */
@@ -408,8 +410,8 @@ CQ_API cq_result cq_decoder_init(cq_decoder *d, void *memory, size_t memory_size
  *          after the end of the stream are not used. NULL: no more input will come.
  * budget   number of steps, at most. A step reads one face or vertex of the base, conquers one patch, makes one split,
  *          or prepares 1024 vertices for a level; in a regular level it looks at one face or inserts one vertex. With
- *          budget 1, each call makes at most one split. A step takes bounded time, except that once a level one may
- *          walk around each vertex that has more than CQ_MAX_VALENCE neighbours.
+ *          budget 1, each call makes at most one split. A step takes bounded time, except that it may walk around a
+ *          vertex with more than CQ_MAX_VALENCE neighbours: about once a level around each of these.
  *
  * Returns CQ_MORE (budget spent), CQ_NEED_INPUT, CQ_DONE, CQ_TRUNCATED (only with in == NULL) or an error:
  * CQ_ERROR_ARGUMENT, _MEMORY, _TOO_LARGE, _FORMAT, _VERSION, _UNSUPPORTED, _CORRUPT or _CHECKSUM. All errors but
@@ -426,15 +428,15 @@ CQ_API cq_result cq_decode(cq_decoder *d, cq_bytes *in, uint32_t budget);
 CQ_API void cq_read_rows(const cq_decoder *d, uint32_t k, cq_index first, cq_index count, cq_value *to);
 
 /* The same in less room, for a GPU: as uint16_t, of a channel of at most 16 bits, or as uint8_t, of at most 8. A row
- * begins every `stride` elements, which are at least its components; those between rows are not written. Most GPUs want
- * rows of a multiple of 4 bytes, so that three components take stride 4.
+ * begins every `stride` elements, at least as many as it has components; elements between rows are not written. Most
+ * GPUs want rows of a multiple of 4 bytes, so three components take stride 4.
  *
  * `index` and `channel` can also be uploaded as they are: integers of CQ_INDEX_BITS bits. With normalised attributes,
- * which are value / 65535.0, or value / 255.0 of a uint8_t, a shader has floats by
+ * which are value / 65535.0, or value / 255.0 of a uint8_t, a shader gets floats by
  *
  *     position = origin + step * 65535.0 * attribute;                    cq_channel_origin, cq_channel_step
  *
- * and the direction of an octahedral pair, of which exp2(bits - 1.0) - 1.0 is 0, by
+ * and the direction of an octahedral pair, in which exp2(bits - 1.0) - 1.0 stands for 0, by
  *
  *     vec2 p = attribute * 65535.0 / (exp2(bits - 1.0) - 1.0) - 1.0;
  *     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
@@ -446,7 +448,7 @@ CQ_API void cq_read_rows_uint8(const cq_decoder *d, uint32_t k, cq_index first, 
                                size_t stride);
 
 /* The index buffer of faces first .. first + count - 1 with the orientation that they had before cq_encode:
- * cq_index[3 * count]. Only differs from `index` if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
+ * cq_index[3 * count]. Differs from `index` only if there is a channel CQ_TURNED. first + count <= mesh.num_faces. */
 CQ_API void cq_read_triangles(const cq_decoder *d, cq_index first, cq_index count, cq_index *to);
 
 /* The faces of material m that are there: *first .. *first + *count - 1. To draw them, draw 3 * *count indices from
@@ -455,7 +457,7 @@ CQ_API void cq_material(const cq_decoder *d, uint32_t m, cq_index *first, cq_ind
 
 /* Has a decoder mark flips when they happen, for callers that upload in each frame: cq_mesh_changes with the same faces
  * and shift then marks only what has changed since the caller last cleared the bytes. Call it once after
- * cq_decoder_init; flips of before are not marked.
+ * cq_decoder_init; earlier flips are not marked.
  *
  * faces    uint8_t[blocks] as for cq_mesh_changes; in use until this is called with others, or NULL, or the decoder is
  *          done or initialised again. */
@@ -468,11 +470,11 @@ CQ_API void cq_moved_rows(const cq_decoder *d, cq_index since_vertices, cq_index
 
 /* -- Levels of detail -----------------------------------------------------------------------------------------------
  *
- * A vertex never changes after it was decoded, so the index buffer of any moment, with the vertex buffers of any later
+ * A vertex never changes once it is decoded, so the index buffer of any moment, with the vertex buffers of any later
  * one, is a level of detail. Index buffers that are kept while decoding goes on make a chain of levels with one set of
- * vertex buffers. A row that moves later on is drawn at its last place; with cq_input.clean none moves. */
+ * vertex buffers. A row that moves later on is drawn where it has moved to; with cq_input.clean none moves. */
 typedef struct cq_lod {
-    cq_index min_vertices;  /* in: keeps the first mesh with at least as many vertices (with wedges: rows), and with */
+    cq_index min_vertices;  /* in: keeps the first mesh with at least this many vertices (wedges: rows), and with */
     uint32_t max_error;     /* in: at most this error, as in cq_decoder; CQ_NO_LIMIT: any */
     cq_index num_vertices;  /* in: 0. out: its indices are 0 .. num_vertices - 1; 0: not kept yet */
     cq_index num_faces;     /* out */
@@ -485,7 +487,7 @@ typedef struct cq_lod {
  * calls, so a level may have up to one vertex more than asked for per step of the budget.
  *
  * lod      cq_lod[count], the coarsest first: each is kept when it is due and those before it are kept.
- * indices  cq_index[capacity], for all levels, one after the other. Levels that are due at once share theirs.
+ * indices  cq_index[capacity], for all levels, one after the other. Levels that are due in the same call share theirs.
  *
  * Returns how many are kept. A level for which there is no room is not, nor are those after it. Without positions
  * errors are not known, and a max_error is reached at CQ_DONE. */
@@ -503,7 +505,7 @@ typedef enum cq_goal {
 } cq_goal;
 
 /* What to encode, and how. Zero-initialise, then set what you need. Of `shape`, set num_vertices (rows of the vertex
- * buffers), num_faces, num_channels and channel[], and for what you have metadata_bytes and num_materials. */
+ * buffers), num_faces, num_channels and channel[]; and, if you have any, metadata_bytes and num_materials. */
 typedef struct cq_input {
     cq_shape shape;                        /* in and out: see cq_encode */
     const cq_index *indices;               /* cq_index[3 * num_faces], rows 0 .. num_vertices - 1 */
@@ -530,9 +532,9 @@ typedef struct cq_report cq_report; /* see "Reports" */
 CQ_API size_t cq_encoder_bytes(const cq_shape *shape);
 
 /* Bytes that are enough for any triangles with num_vertices, num_faces and the channels of a shape, so that cq_encode
- * never returns CQ_ERROR_MEMORY; its other counts are not looked at. That is room for triangles of which no two share a
- * vertex of the mesh: with two faces per row 1.3 KB per row, seven times what a closed mesh takes (with 16-bit indices
- * 0.43 KB, four times). 0 if it is too large for cq_index or size_t. */
+ * never returns CQ_ERROR_MEMORY; the shape's other counts are not looked at. That is room for triangles of which no two
+ * share a vertex of the mesh: with two faces per row 1.3 KB per row, seven times what a closed mesh takes (with 16-bit
+ * indices 0.43 KB, four times). 0 if it is too large for cq_index or size_t. */
 CQ_API size_t cq_encoder_bytes_at_most(const cq_shape *shape);
 
 /* Encodes any triangles: the rows and the index buffer of a GPU as they are. What is not an oriented manifold is made
@@ -546,7 +548,7 @@ CQ_API size_t cq_encoder_bytes_at_most(const cq_shape *shape);
  *          an eighth more at first, most meshes with boundaries need no second call.
  * out      uint8_t[out_size]. *stream_size is the size of the stream, also when CQ_ERROR_OUTPUT says it did not fit: a
  *          call with NULL and 0 tells it, in the time that encoding takes. No bound is promised. Random triangles with
- *          noise in all values have taken less than 4 bytes for each number there is if no corners share a row.
+ *          noise in all values have taken less than 4 bytes for each number there would be if no corners shared a row.
  * place    out: where CQ_ERROR_INDEX or CQ_ERROR_VALUE is; may be NULL.
  * report   out: where the bits went; may be NULL.
  *
@@ -588,9 +590,9 @@ CQ_API float cq_channel_step(const cq_channel *channel);
 CQ_API float cq_channel_origin(const cq_channel *channel, int component);
 
 /* Chooses the grid of a channel over the bounding box of all vertices: 2^bits points along its longest side, from its
- * minimum. The step is longer if neighbouring floats there are further apart than that, and 0 if all vertices are
- * equal. If it is not longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives the same
- * values.
+ * minimum. The step is longer if floats in the box are further apart than these points would be, and 0 if all
+ * vertices are equal. If it is not longer, and with up to 22 bits, a grid fitted to what cq_reconstruct returns gives
+ * the same values.
  *
  * channel  in: components, bits. out: origin, step; the rest stays as it is.
  * from     float[count][components].
@@ -609,8 +611,9 @@ CQ_API cq_result cq_align_grid(cq_channel *channel, float step, const float *fro
  * CQ_OK, CQ_ERROR_ARGUMENT, or CQ_ERROR_VALUE with the first vertex that is not finite or half a step or more off the
  * grid; place may be NULL.
  *
- * Coordinates come back with an error of at most (1/2 + 2^-26) step plus half the distance of two floats there. On a
- * grid of the two functions above, what has come back has the same values again, and comes back as the same floats. */
+ * Coordinates come back with an error of at most (1/2 + 2^-26) step plus half the distance of neighbouring floats
+ * there. On a grid of the two functions above, floats that have come back get the same values again, so that they come
+ * back unchanged. */
 CQ_API cq_result cq_quantise(const cq_channel *channel, const float *from, size_t count, cq_value *to, cq_place *place);
 
 /* Values to the nearest floats, cq_value[count][components] to float[count][components]; never NaN or infinite,
@@ -619,8 +622,8 @@ CQ_API void cq_reconstruct(const cq_channel *channel, const cq_value *from, size
 
 /* Directions float[count][3], of any length but 0, to octahedral pairs cq_value[count][2] of 2 .. CQ_MAX_BITS bits, and
  * back to unit vectors. The axes come back exactly. Any other direction is turned by at most 2.122 / (2^(bits - 1) - 1)
- * radians and the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. With up to 22 bits, what has come back
- * has the same pair again. Results and places as of cq_quantise.
+ * radians plus the rounding of floats: 0.96 degrees with 8 bits, 0.06 with 12. With up to 22 bits, a direction that has
+ * come back gets the same pair again. Results and places as with cq_quantise.
  * Source: Meyer et al., "On Floating-Point Normal Vectors", 2010. */
 CQ_API cq_result cq_quantise_normals(int bits, const float *from, size_t count, cq_value *to, cq_place *place);
 CQ_API void cq_reconstruct_normals(int bits, const cq_value *from, size_t count, float *to);
@@ -761,7 +764,7 @@ typedef struct cq_range_decoder {
     size_t count;         /* bytes read; above size: the stream was too short */
 } cq_range_decoder;
 
-typedef uint16_t cq_bit_model;       /* probability of a 1 in 1/65536, kept in 1 .. 65534 */
+typedef uint16_t cq_bit_model;       /* probability of a 1, in 1/65536, kept in 1 .. 65534 */
 #define CQ_BIT_MODEL_INIT 32768u
 
 CQ_API void cq_range_encoder_init(cq_range_encoder *e, uint8_t *data, size_t size);
@@ -805,7 +808,7 @@ typedef struct cq_level {
 typedef struct cq_preparation {
     uint32_t degenerate_faces;       /* aside: the same row or position twice */
     uint32_t repeated_faces;         /* aside: the same rows as another face */
-    uint32_t detached_faces;         /* joined to no other face, since two of their vertices would have two edges */
+    uint32_t detached_faces;         /* joined to no other face, since two edges would join the same two vertices */
     uint32_t turned_faces;           /* their orientation is reversed in the mesh, to agree with their neighbours */
     uint32_t unused_rows;            /* aside: of no face */
     uint32_t merged_rows;            /* rows equal to another one, which have become that one */
@@ -828,9 +831,10 @@ struct cq_report {
 
 /* -- Trace ---------------------------------------------------------------------------------------------------------
  *
- * What CQ_TRACE is run with, in the words of SPEC.md: `a`, `b`, `c` are of type uint32_t, 0 where nothing is said. An
- * event comes as soon as its symbols are read, in the order of the stream; none comes if bytes are missing for it. What
- * is at fault is not told. Nothing is told of rows and faces aside, and of metadata. */
+ * What CQ_TRACE is run with, in the words of SPEC.md. Each line below names `a`, `b`, `c`, in this order: they are of
+ * type uint32_t, and 0 where nothing is named. An event comes as soon as its symbols are read, in the order of the
+ * stream; none comes if bytes are missing for it. No event tells what is wrong with a stream, or anything of rows and
+ * faces aside, or of metadata. */
 typedef enum cq_event {
     CQ_EVENT_MATERIAL,   /* a material; its next triangle: where its range begins, or the one that is made next */
     CQ_EVENT_TRIANGLE,   /* another triangle of the base: its vertices */
@@ -866,11 +870,11 @@ typedef enum cq_event {
  *     pair               526.0    3 residuals, 7 adaptive bits, 25 raw ones
  *     copy               104.6    6 and 32          value of a face  136.6    6 and 64; the same for its material
  *     joint              132.9    9 and 24          join of the base  68.3    3 and 32
- *     split              250.7    of the 272 besides: 3 flags, 16 pairs, the number of a pair (8.2) and 4 questions are
- *                                 203.1; 61 exact components, each 0.9 over its 144, and 3 of the position, each 5.1
- *                                 below it, 39.6; and 8 until the next byte
+ *     split              250.7    of the 272 beside those of components: 3 flags, 16 pairs, the number of a pair (8.2)
+ *                                 and 4 questions are 203.1; 61 exact components, each 0.9 over its 144, and 3 of the
+ *                                 position, each 5.1 below it, 39.6; and 8 until the next byte
  *
- * Of regular levels, an insertion has three residuals, and the weights are 195 raw bits, and 72 more for each other
+ * In regular levels, an insertion has three residuals; the weights are 195 raw bits, and 72 more for each other
  * channel. */
 #define CQI_STEP_BYTES(components) (34 + 18 * (size_t)(components))
 
@@ -955,7 +959,7 @@ typedef struct cqi_contest {
     int32_t radius;                              /* two agree if they are less than this apart */
     cqi_vector linear;                           /* what is predicted without them */
     cqi_vector agreed;                           /* mean of those that agree with the one that most agree with */
-    int question;                                /* the one that was asked; -1: no predictions, so none */
+    int question;                                /* the one about them, asked or not; -1: no predictions, so none */
 } cqi_contest;
 
 /* B's neighbours, once the pair is known: A, then p .. q, without a virtual vertex; and the vertices beyond the edges
@@ -1028,7 +1032,7 @@ enum {
     CQI_OTHER_LEVEL,                          /* a level is regular */
     CQI_BEGINS,                               /* another component takes part from this level on */
     CQI_RULED,                                /* pairs of this level are scored by the rule, too */
-    CQI_ERROR,                                /* [8] the error of the mesh, less than that before */
+    CQI_ERROR,                                /* [8] the error of the mesh: how much less it is than before */
     CQI_SIDE = CQI_ERROR + 8,                 /* [2] which corner of the first gate's triangle is the first centre */
     CQI_PASSED = CQI_SIDE + 2,                /* a vertex is passed over */
     CQI_KIND_GROW,                            /* [faces at u][at w] base: the kind of a gate */
@@ -1058,7 +1062,7 @@ enum {
     CQI_PLAIN = CQI_PRIORS,                   /* of other channels; these begin as CQI_FIRST */
     CQI_FACE = CQI_PLAIN + CQI_RESIDUAL_MODELS, /* [values refused][faces with it] value of a face: this one */
     CQI_OTHER_JOINT = CQI_FACE + 12,          /* [values refused][neighbours with it] a joint: this one */
-    CQI_TWO_ROWS = CQI_OTHER_JOINT + 4 * 6,   /* [ends with two rows] a new vertex has two if an end has */
+    CQI_TWO_ROWS = CQI_OTHER_JOINT + 4 * 6,   /* [ends with two rows] a new vertex has two if and only if an end has */
     CQI_REST = CQI_TWO_ROWS + 3,              /* [nothing is left, A ends, A goes on] a weight completes the sum */
     CQI_FOLDS_BACK = CQI_REST + 3,            /* a pair that is folded is what it was when it is folded back */
     CQI_COMMON_PAIR,                          /* [others around] a pair is the commonest one around */
@@ -1085,8 +1089,8 @@ enum { CQI_LEFT_A, CQI_LEFT_B, CQI_AT_P, CQI_RIGHT_A, CQI_RIGHT_B, CQI_AT_Q, CQI
 
 /* Models of the rows of these corners. */
 enum {
-    CQI_ALL_USUAL = 0,                        /* all are as is usual */
-    CQI_USUAL = 1,                            /* [corner][what the two before are] as is usual */
+    CQI_ALL_USUAL = 0,                        /* all are the usual ones */
+    CQI_USUAL = 1,                            /* [corner][what the two before are] it is the usual one */
     CQI_SECOND_CHOICE = CQI_USUAL + 4 * CQI_CORNERS, /* [corner] the other choice */
     CQI_BASE_SAME = CQI_SECOND_CHOICE + CQI_CORNERS, /* [rows of the vertex] base: the row of the corner before */
     CQI_BASE_NEW = CQI_BASE_SAME + 3,         /* [rows of the vertex] base: a new row */
@@ -1096,7 +1100,7 @@ enum {
 
 /* A row that a split makes. */
 typedef struct cqi_new_row {
-    cq_index beside;                          /* the row that it is split from, or on the other side of the seam */
+    cq_index beside;                          /* the row that it is split from, or the one beyond the seam */
     int corner;                               /* its first one; CQI_CORNERS: split from a row of A */
 } cqi_new_row;
 
@@ -1116,7 +1120,7 @@ enum {
 
 /* Models of whether a channel of a new row is equal to that of another row. */
 enum {
-    CQI_EQUAL_SPLIT = 0,                      /* [are those equal that they are split from] B's other new row */
+    CQI_EQUAL_SPLIT = 0,                      /* [are the rows equal that they are split from] B's other new row */
     CQI_EQUAL_IN_FACE = 2,                    /* [is the one beside] the last row before it in its face */
     CQI_EQUAL_BESIDE = 4,                     /* [is there one in its face] the row beside */
     CQI_EQUAL_KNOWN = 6,                      /* in the base: the first known row around, */
@@ -1172,13 +1176,13 @@ typedef struct cqi_model {
     cq_bit_model bit[CQI_MODELS];
 } cqi_model;
 
-/* Running means of the residuals before, by channel and component; and of those where a component of the base
- * begins. */
+/* Running means of the residuals before, by channel and component; and of those where a connected component begins, or
+ * no row around is known. */
 typedef struct cqi_base_sizes {
     int32_t size[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS], first[CQ_MAX_CHANNELS * CQ_MAX_COMPONENTS];
 } cqi_base_sizes;
 
-/* A regular level in progress: see there. */
+/* A regular level in progress, see "Regular levels". */
 enum { CQI_FIXED = 3, CQI_FINE = 8, CQI_FINE_OF_ROW = 4, CQI_MOST = 9 }; /* features of both predictions; normals have
                                                                             one more */
 typedef struct cqi_regular {
@@ -1198,8 +1202,8 @@ typedef struct cqi_regular {
     int central;                           /* what the last face with three marks had: 0, 1; 2: none was */
     uint32_t length;                       /* of marked edges, 1/16: running mean */
     uint32_t size;                         /* class of the residuals, 1/64: running mean */
-    int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; of the part along the
-                                                        edge, more */
+    int8_t fixed[3 * CQI_FIXED], fine[3 * CQI_FINE]; /* weights: along the surface; above it; and more for the part
+                                                        along the edge */
     int8_t weight[CQ_MAX_CHANNELS][CQI_MOST];        /* of other channels: of the prediction that is made next */
     uint16_t size_of[CQ_MAX_CHANNELS];               /* half bits of their residuals, 1/64: running means */
     cq_index first_row;                    /* of those that the level makes */
@@ -1346,7 +1350,7 @@ static inline int cq_is_virtual(const cq_mesh *m, cq_index v) { return v >= m->f
 #define CQI_INLINED inline
 #endif
 #define CQI_FETCH_AHEAD 16 /* how far ahead, in patches: about the time that memory takes */
-#define CQI_MANY 128       /* with as many patches, memory does not stay in the nearest cache */
+#define CQI_MANY 128       /* with this many patches or more, memory does not stay in the nearest cache */
 
 static int cqi_at_most(int x, int limit) { return x < limit ? x : limit; }
 
@@ -1397,7 +1401,7 @@ static int cqi_bit_length_wide(uint64_t x)
 #endif
 }
 
-/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers: taken where it is an arithmetic shift. */
+/* x / 2^bits, rounded down. C leaves open what >> does to negative numbers: used where it is an arithmetic shift. */
 #define CQI_SHIFTS_SIGNS ((-1 >> 1) == -1)
 static inline int32_t cqi_floor_shift(int32_t x, int bits)
 {
@@ -1639,10 +1643,10 @@ static cq_result cqi_match_twin(cq_mesh *m, const cq_index *indices, cq_index g,
 }
 
 /* Finds all twins; twin[h] is CQ_NONE on a boundary. Takes linear time for any input: halfedges are visited in the
- * order of their smaller ends, and valence[v] is the place in it of the last one so far that has v as its larger end; it
- * is of the same edge if that is not before those of this smaller end. origin and out are scratch, too; in the end
- * origin = indices. Of the errors it reports, in this order, the first edge with three faces; if there is none, the first
- * one along which two faces run in the same direction. */
+ * order of their smaller ends, and valence[v] is the place in it of the last one so far that has v as its larger end.
+ * That one is of the same edge if its place is not before the first one of this smaller end. origin and out are
+ * scratch, too; in the end origin = indices. Of the errors it reports, in this order, the first edge with three faces;
+ * if there is none, the first one along which two faces run in the same direction. */
 static cq_result cqi_match_twins(cq_mesh *m, const cq_index *indices, const cq_shape *s, cq_place *place)
 {
     const cq_index n = (cq_index)(3 * s->num_faces);
@@ -1949,8 +1953,7 @@ cq_result cq_mesh_check(const cq_mesh *m, cq_place *place)
  *
  * Encoders do both; decoders only split. */
 
-/* May A -> B be collapsed, as far as the valences decide that are left? Those of the common neighbours p and q must be
- * 3 or more. */
+/* May A -> B be collapsed, as far as valences tell? Those of the common neighbours p and q must stay 3 or more. */
 static int cqi_keeps_valences(const cq_mesh *m, cq_index h, cq_index max_valence)
 {
     const cq_index a = m->origin[h], b = cq_target(m, h);
@@ -1961,8 +1964,8 @@ static int cqi_keeps_valences(const cq_mesh *m, cq_index h, cq_index max_valence
     return m->valence[a] + m->valence[b] - 4 <= max_valence;
 }
 
-/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and `boundary` if one of them is virtual?
- * The only common neighbours of A and B must be p and q. If both ends are on a boundary, so must be the edge: else two
+/* May A -> B be collapsed, given that A's neighbours carry the scratch mark, and whether one of them is virtual? The
+ * only common neighbours of A and B must be p and q. If both ends are on a boundary, so must the edge be: else two
  * loops would touch, or two places of one. */
 static int cqi_collapsible(const cq_mesh *m, cq_index h, cq_index max_valence, int boundary)
 {
@@ -2186,10 +2189,11 @@ size_t cq_mesh_triangles(const cq_mesh *m, cq_index *triangles)
     return n;
 }
 
-/* All faces that changed since there were `since` vertices have a vertex from the result on. A split moves halfedges to
- * its new vertex B, and these leave B only for newer vertices: so the faces that it changed have a new vertex. Regular
- * levels also flip edges between older vertices, but each face of a flip has a vertex of that level. So if `since` is
- * within the last regular level, the result is its first vertex; if within or before an earlier one, it is 0. */
+/* All faces that changed since there were `since` vertices have a vertex whose number is the result or higher. A split
+ * moves halfedges to its new vertex B, and these leave B only for newer vertices: so the faces that it changed have a
+ * new vertex. Regular levels also flip edges between older vertices, but each face of a flip has a vertex of that
+ * level. So if `since` is within the last regular level, the result is its first vertex; if within or before an earlier
+ * one, it is 0. */
 static cq_index cqi_changed_from(const cq_mesh *m, cq_index since)
 {
     if (since <= m->flipped_before) return 0;
@@ -2510,7 +2514,8 @@ static int cqi_channel_is_valid(const cq_channel *c)
            (c->bits <= 24 || (c->bits == CQ_EXACT_BITS));
 }
 
-/* Instead of faces, a stream has half the Euler characteristic of the closed mesh: 2 V - F = 4 (components - genus). */
+/* Instead of the number of faces, a stream has half the Euler characteristic of the closed mesh:
+ * 2 V - F = 4 (components - genus). */
 static cq_result cqi_read_counts(cqi_reader *r, cq_shape *s)
 {
     int64_t euler, faces;
@@ -2739,7 +2744,7 @@ typedef struct cqi_plan {
     cq_index num_seeds, next_seed, num_active;
     cq_index *face_input, *face_decoded;  /* input halfedge of decoded halfedge 3f; decoded halfedge of input halfedge
                                              3f: a face may start at another corner */
-    int follows_faces;                  /* 1: the two are kept at all levels, for values or face_map; 0: in the base */
+    int follows_faces;                  /* 1: kept at all levels, for values or face_map; 0: only in the base */
     uint32_t num_levels;
     uint32_t num_regular;               /* of these, regular levels: the finest ones */
     uint32_t most_regular;              /* at most this many are allowed; if CQI_MAX_REGULAR, */
@@ -2759,7 +2764,7 @@ typedef struct cqi_plan {
     const cq_index *face_of_input;      /* of each face of the mesh: its number as handed in */
     const uint8_t *face_state;          /* of these, see CQI_FACE_ASIDE */
     const cq_index *corners;            /* vertices of these faces; NULL: there are seams */
-    int copies_rows;                    /* a row of the input may be at several vertices: rows do not tell faces */
+    int copies_rows;                    /* an input row may be at several vertices, so rows do not identify faces */
     cq_index *index;                    /* wedges of the corners of the mesh, as it is simplified; NULL: no seams */
     cq_index *uses;                     /* corners of each wedge */
     cq_index *wedge_of_row;             /* wedges of the rows of the decoded mesh, */
@@ -3000,7 +3005,7 @@ static int cqi_starved(const cq_decoder *d) { return d->input.payload_left && d-
 #endif
 #define CQI_TRACE(d, event, a, b, c) CQI_TRACE_IF(1, d, event, a, b, c)
 
-/* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f, and f (1 - f) times a polynomial. */
+/* log2(x) in 1/65536, within 1/6000, x > 0: log2(1 + f) is f plus f (1 - f) times a polynomial. */
 static uint32_t cqi_log2(uint32_t x)
 {
     const int n = cqi_bit_length(x) - 1;
@@ -3264,8 +3269,8 @@ enum {
     CQI_READ_ASIDE, CQI_COMPLETE
 };
 
-/* A value that is mostly equal to one of the n beside it: asks for each distinct one of these whether it is that, until
- * it is; else its bits follow. */
+/* A value that is mostly equal to one of the n beside it: asks for each distinct one of these whether the value is
+ * equal to it, up to the first yes; without one its bits follow. */
 static int32_t cqi_code_copy(cq_decoder *d, int bits, const int32_t *beside, int n, int32_t value)
 {
     int i, j, refused = 0;
@@ -3430,7 +3435,7 @@ static cq_index cqi_next_coarse(const cq_decoder *d, cq_index f)
 }
 #endif
 
-/* Makes these the next free faces of the mesh, the one at p first. */
+/* Makes the two slots in new_face the next free faces of the mesh, the one at p first. */
 static void cqi_take_new_faces(cq_decoder *d)
 {
     int end;
@@ -3438,7 +3443,7 @@ static void cqi_take_new_faces(cq_decoder *d)
         if (d->new_face[end] != CQ_NONE) cqi_free_face(&d->mesh, d->new_face[end]);
 }
 
-/* Counts them once the split has made them, unless they have been counted. */
+/* Counts the faces in new_face once the split has made them, unless they have been counted. */
 static void cqi_count_new_faces(cq_decoder *d, int is_counted)
 {
     int end;
@@ -3459,7 +3464,7 @@ static void cqi_show_materials(cq_decoder *d)
 }
 
 /* Face n of the component that is being read, in the order of face numbers. Of each material, its faces are those that
- * are not yet shown. To be asked for n = 0, 1, 2 .. in turn, and only as long as there is one. */
+ * are not yet shown. Call it with n = 0, 1, 2 .. in turn, and only as long as there is such a face. */
 static cq_index cqi_face_of_component(const cq_decoder *d, cq_index n)
 {
     const cqi_material *m = d->materials;
@@ -3770,7 +3775,8 @@ static int32_t cqi_unrough(const cq_channel *c, int32_t x)
     return cqi_is_exact(c) ? (int32_t)((uint32_t)x << 8) : x;
 }
 
-/* A number 0 .. 38: up to seven times whether it is larger, each time with a model of its own, then 5 raw bits. */
+/* A number 0 .. 38: asks up to seven times whether it is larger still, each time with a model of its own; after
+ * the seventh yes, 5 raw bits follow. */
 static inline int cqi_code_count(cq_decoder *d, int index, int count)
 {
     int k = 0;
@@ -4174,8 +4180,8 @@ static inline int32_t cqi_height(const cqi_fan *f, cqi_vector a)
     return a.z - cqi_floor_shift(f->slope_x * a.x + f->slope_y * a.y, 8);
 }
 
-/* Offset from A of a vertex beyond the ring. 0 if it is, along some axis, at least twice as far away as a vertex of the
- * ring can be: then it tells nothing. */
+/* Finds the offset from A of a vertex beyond the ring. Returns 0 if the vertex is, along some axis, at least twice as
+ * far away as one of the ring can be: then it tells nothing. */
 static inline int cqi_locate_beyond(const cqi_ring *r, const cq_value *a, const cq_value *b, cqi_vector *x)
 {
     const uint32_t limit = (uint32_t)2 << CQI_RING_BITS;
@@ -4240,7 +4246,7 @@ static void cqi_turn_fan(const cqi_ring *r, cqi_fan *f, int p, int q)
 static void cqi_expect_residuals(const cqi_ring *r, cqi_fan *f, cqi_vector mean, int p, int q)
 {
     const cqi_vector none = { 0, 0, 0 };
-    cqi_vector extent = f->boundary ? none : cqi_absolute(mean); /* of A; a virtual vertex has the same offset, 0 */
+    cqi_vector extent = f->boundary ? none : cqi_absolute(mean); /* of A, at 0; a virtual vertex stands in for it */
     int k;
     for (k = p; k <= q; k++) extent = cqi_plus(extent, cqi_absolute(cqi_minus(r->at[k], mean)));
     extent = cqi_in_cycle(cqi_part(extent, f->size), f->above);
@@ -4309,7 +4315,7 @@ static void cqi_learn_linear(cqi_model *m, const cqi_fan *f, cqi_vector place, i
  * On surfaces that were made by rules, one of a few simple predictions is often exact, and then several agree. So each
  * prediction votes for those near it, and the one with the most votes is asked about first. */
 
-/* Adds a prediction, unless it is further away than vertices of a ring can be, a power of 2. */
+/* Adds a prediction, unless its x or y is beyond those of all vertices of a ring. The limit must be a power of 2. */
 static void cqi_add_rival(cqi_fan *f, cqi_vector a)
 {
     const uint32_t limit = (uint32_t)1 << CQI_RING_BITS;
@@ -4672,7 +4678,7 @@ static void cqi_code_above(cq_decoder *d, int half_bits, int32_t predicted, cqi_
     cqi_learn_hit(d, c, z, 1, &d->model.worth_flat);
 }
 
-/* Codes B relative to A. Even a residual of CQI_WILD only makes a value of 27 bits, at most little above 2^30 in the
+/* Codes B relative to A. Even a residual of CQI_WILD only makes a value of 27 bits, at most slightly above 2^30 in the
  * scale of the ring. */
 static void cqi_code_place(cq_decoder *d, int p, int q, cqi_vector *value)
 {
@@ -4981,8 +4987,8 @@ static int64_t cqi_turning(int64_t xu, int64_t xv, int64_t yu, int64_t yv)
     return xu * cqi_floor_shift_wide(yv, bits) - xv * cqi_floor_shift_wide(yu, bits);
 }
 
-/* Fits the similarity to the first n places. From two, nobody can tell whether the texture is mirrored: then it is as
- * in *mirror, which else becomes what is found.
+/* Fits the similarity to the first n places. Where these do not tell whether the texture is mirrored, as two never do,
+ * *mirror says so; else it becomes what is found.
  *
  * Differences have 11 and 21 bits, sums of 25 products with weights 49, squares of places 40. The number has at most
  * 29, as |x| + |y| is at most x^2 + y^2; it is clamped because a verifier cannot see that. */
