@@ -527,6 +527,27 @@ TEST(labels_take_exactly_the_memory_that_they_tell)
     triangles_free(&t);
 }
 
+/* Without even vertices but the two, all that is asked is that a virtual vertex is alone between them. */
+TEST(a_virtual_vertex_is_alone_on_its_side_of_two_parents)
+{
+    cqi_fill_ring ring;
+    int i, j, n, yes = 0;
+    memset(&ring, 0, sizeof ring);
+    for (ring.size = 3; ring.size <= 8; ++ring.size)
+        for (i = 0; i < ring.size; ++i)
+            for (j = i + 2; j < ring.size; ++j)
+                for (n = 0; n < ring.size; ++n) {
+                    const int between = n > i && n < j ? j - i - 1 : ring.size - (j - i) - 1;
+                    if (n == i || n == j || j - i == ring.size - 1) continue;
+                    memset(ring.even, 0, sizeof ring.even);
+                    ring.even[i] = ring.even[j] = 1;
+                    ring.virtual_one = n;
+                    CHECK_EQ(cqi_are_opposite(&ring, i, j), between == 1);
+                    yes += between == 1;
+                }
+    CHECK(yes > 20);
+}
+
 int main(int argc, char **argv)
 {
     TEST_BEGIN(argc, argv);
@@ -541,6 +562,7 @@ int main(int argc, char **argv)
     RUN(quads_with_random_diagonals_are_undone_in_strips);
     RUN(a_limit_keeps_vertices_even);
     RUN(all_kinds_of_flips_were_seen);
+    RUN(a_virtual_vertex_is_alone_on_its_side_of_two_parents);
     RUN(labels_take_exactly_the_memory_that_they_tell);
     return TEST_END();
 }

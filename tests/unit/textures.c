@@ -304,7 +304,9 @@ TEST(places_at_one_point_give_the_mean_of_their_texture_coordinates)
         fan.scratch[0][k] = 100 * k;
         fan.scratch[1][k] = -10 * k;
     }
+    memset(&s, 0x7f, sizeof s); /* whatever was there */
     cqi_fit_similarity(&fan, 5, &mirror, &s);
+    CHECK_EQ(s.most, 200);
     cqi_map_place(&s, 0, 0, 1 << 20, to);
     CHECK_EQ(mirror, -1);
     CHECK_EQ(to[0] + s.u, 200);

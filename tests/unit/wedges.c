@@ -588,6 +588,27 @@ TEST(random_triangles_at_few_places_come_back)
     CHECK(detached > 10 && glued > 100);
 }
 
+/* Two faces at four places, each with rows of its own: they meet in one edge, whatever else their rows say. */
+TEST(faces_are_joined_by_places_whatever_the_order_of_their_rows)
+{
+    uint32_t k, v;
+    for (k = 0; k < 64; k++) {
+        cq_index a, b;
+        seed = k * 2654435761u + 3;
+        begin(2);
+        a = add_row(500, 300, 700);
+        b = add_row(600, 900, 400);
+        add_face(a, b, add_row(100, 200, 300));
+        a = copy_row(a);
+        b = copy_row(b);
+        add_face(b, a, add_row(900, 800, 700));
+        for (v = 0; v < 12; v++) scene.uv[v] = (cq_value)draw(4096);
+        check_round_trip();
+        CHECK_EQ(last.shape.num_vertices, 4);
+        CHECK_EQ(last.shape.num_boundary_edges, 4);
+    }
+}
+
 /* The quad beyond the middle of a strip has rows of its own there. */
 TEST(an_edge_between_rows_is_a_seam)
 {
@@ -785,6 +806,7 @@ int main(int argc, char **argv)
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
     RUN(random_triangles_at_few_places_come_back);
+    RUN(faces_are_joined_by_places_whatever_the_order_of_their_rows);
     RUN(an_edge_between_rows_is_a_seam);
     RUN(metadata_has_a_largest_size);
     RUN(without_a_channel_left_no_face_is_turned);
