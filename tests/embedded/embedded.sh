@@ -346,7 +346,8 @@ measure_memory() {
         figure "sizeof.$bits-bit" "$(sed 's/.*cq_decoder \([0-9]*\).*/\1/' "$out/memory-$bits.txt")"
         figure "connectivity.$bits-bit" "$(sed 's/.*without \([0-9.]*\).*/\1/' "$out/memory-$bits.txt")"
         figure "decoder.$bits-bit" "$(sed 's/.*with positions \([0-9.]*\).*/\1/' "$out/memory-$bits.txt")"
-        figure "encoder.$bits-bit" "$(sed 's/.*encoder \([0-9.]*\)$/\1/' "$out/memory-$bits.txt")"
+        figure "encoder.$bits-bit" "$(sed 's/.*encoder \([0-9.]*\).*/\1/' "$out/memory-$bits.txt")"
+        figure "most.$bits-bit" "$(sed 's/.*at most \([0-9]*\)$/\1/' "$out/memory-$bits.txt")"
     done
 }
 

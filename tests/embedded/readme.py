@@ -33,6 +33,7 @@ WIDTH_ROWS = [
     ("decoder", "decoder, bytes per vertex, positions included"),
     ("connectivity", "decoder, bytes per vertex, connectivity alone"),
     ("encoder", "encoder, bytes per vertex"),
+    ("most", "encoder of any triangles, two per row, at most, bytes per row"),
 ]
 
 

@@ -20,8 +20,9 @@ int main(void)
     const uint32_t n = 10000;
     cq_shape located = sphere(n, 1), bare = sphere(n, 0);
     printf("%d-bit indices, bytes: cq_decoder %u (%.0f KB) + per vertex: "
-           "decoder with positions %.1f, without %.1f, encoder %.1f\n",
+           "decoder with positions %.1f, without %.1f, encoder %.1f, of any triangles at most %.0f\n",
            CQ_INDEX_BITS, (unsigned)sizeof(cq_decoder), (double)sizeof(cq_decoder) / 1000, (double)cq_decoder_bytes(&located) / n,
-           (double)cq_decoder_bytes(&bare) / n, (double)(cq_encoder_bytes(&located) - sizeof(cqi_encoder)) / n);
+           (double)cq_decoder_bytes(&bare) / n, (double)(cq_encoder_bytes(&located) - sizeof(cqi_encoder)) / n,
+           (double)(cq_encoder_bytes_at_most(&located) - sizeof(cqi_encoder)) / n);
     return 0;
 }
