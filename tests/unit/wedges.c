@@ -588,6 +588,24 @@ TEST(random_triangles_at_few_places_come_back)
     CHECK(detached > 10 && glued > 100);
 }
 
+/* A sheet and its other side, whose rows have other normals: no vertex of it is a junction, so few are in the base. */
+TEST(a_sheet_with_two_sides_is_simplified)
+{
+    uint32_t f, v, num_vertices;
+    seed = 11;
+    begin(1);
+    add_sheet(12, 9, 0, 0);
+    num_vertices = scene.input.shape.num_vertices;
+    for (v = 0; v < num_vertices; v++) scene.normal[2 * copy_row((cq_index)v)] = 100;
+    for (f = scene.input.shape.num_faces; f-- > 0;)
+        add_face((cq_index)(scene.index[3 * f] + num_vertices), (cq_index)(scene.index[3 * f + 2] + num_vertices),
+                 (cq_index)(scene.index[3 * f + 1] + num_vertices));
+    add_face(0, 0, 1); /* aside, so that the others are looked at, too */
+    check_round_trip();
+    CHECK_EQ(last.prepared.locked_vertices, 0);
+    CHECK(last.base_vertices <= 20);
+}
+
 /* Two faces at four places, each with rows of its own: they meet in one edge, whatever else their rows say. */
 TEST(faces_are_joined_by_places_whatever_the_order_of_their_rows)
 {
@@ -806,6 +824,7 @@ int main(int argc, char **argv)
     RUN(a_moebius_strip_is_cut_once);
     RUN(turned_faces_are_turned_back);
     RUN(random_triangles_at_few_places_come_back);
+    RUN(a_sheet_with_two_sides_is_simplified);
     RUN(faces_are_joined_by_places_whatever_the_order_of_their_rows);
     RUN(an_edge_between_rows_is_a_seam);
     RUN(metadata_has_a_largest_size);
