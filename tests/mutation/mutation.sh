@@ -82,7 +82,7 @@ limited() { # seconds command...
 # mutant. 2: it does not compile.
 stages=(quick/portability quick/unit/{range_coder,header,quantiser,mesh,planes,lods,attributes,textures,fits,labels,polygon} fast/same
     quick/cqm quick/channels fast/unit/{wedges,levels,decoder} quick-checked/unit/{range_coder,header,mesh} quick/unit/encoder
-    fast/unit/regular quick-checked/fuzz quick-16/unit/{header,mesh,encoder} fast-16/unit/decoder
+    fast/unit/regular fast/meshes quick-checked/fuzz quick-16/unit/{header,mesh,encoder} fast-16/unit/decoder
     quick-checked-16/portability fast/property/{range_coder,quantiser,mesh,codec} checked/unit/{levels,decoder,encoder})
 
 stage() { # name include-directory
@@ -105,6 +105,10 @@ stage() { # name include-directory
         program "$build" "$2" examples/cqm/*.c examples/mesh_file/*.c || return 2
         replay "$work/program"
         ;;
+    meshes)
+        program "$build" "$2" examples/cqm/*.c examples/mesh_file/*.c || return 2
+        encode_meshes "$work/program"
+        ;;
     channels)
         program "$build" "$2" tests/reference/channels.c || return 2
         hash_streams "$work/program"
@@ -124,6 +128,29 @@ replay() { # program
         limited 5 "$1" decode --quiet --level 1 "$work/stream" "$work/decoded.off" || return 1
         limited 5 "$1" decode --quiet --bytes 80 - "$work/decoded.off" <"$work/stream"
         sha256sum <"$work/decoded.off"
+    done
+}
+
+# Streams of the published meshes, and of some that are regular: what an encoder chooses shows in its bytes.
+encode_meshes() { # program
+    local mesh options
+    for mesh in build/meshes/*.off "$base"/meshes/*.off; do
+        for options in "" --connectivity; do
+            # shellcheck disable=SC2086 # no option is no word
+            limited 20 "$1" encode --quiet $options "$mesh" "$work/stream" 2>/dev/null
+            sha256sum <"$work/stream"
+        done
+    done
+}
+
+make_meshes() {
+    local name
+    mkdir -p "$base/meshes"
+    for name in sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 split_2_grid_5_4_100 split_1_random_300_1 \
+        loop_2_annulus_7_2 loop_2_diagonals_1_cylinder_7_3 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 \
+        components_3_split_2_pyramid_9; do
+        # shellcheck disable=SC2046 # words
+        build/meshgen $(tr _ ' ' <<<"$name") >"$base/meshes/$name.off" || return
     done
 }
 
@@ -238,6 +265,7 @@ count() { # number line column old new source
 rm -rf "$base"/{expected,objects,header}
 mkdir -p "$base/header"
 cp include/conquest.h "$base/header"
+make_meshes
 which=sample
 results=$work/$(sha256sum <include/conquest.h | cut -c 1-16).tsv
 touch "$results"

@@ -527,6 +527,29 @@ TEST(labels_take_exactly_the_memory_that_they_tell)
     triangles_free(&t);
 }
 
+/* Two even vertices on each side of the parents can be corners, three can not. */
+TEST(two_parents_have_at_most_two_corners_on_each_side)
+{
+    cqi_fill_ring ring;
+    int even, i, j, k, yes = 0;
+    memset(&ring, 0, sizeof ring);
+    ring.size = 8;
+    ring.virtual_one = -1;
+    for (even = 0; even < 256; ++even)
+        for (i = 0; i < 8; ++i)
+            for (j = i + 2; j < 8; ++j) {
+                int between = 0, others = 0;
+                for (k = 0; k < 8; ++k) {
+                    ring.even[k] = even >> k & 1;
+                    if (k > i && k < j) between += ring.even[k];
+                    if (k < i || k > j) others += ring.even[k];
+                }
+                CHECK_EQ(cqi_are_opposite(&ring, i, j), ring.even[i] && ring.even[j] && between <= 2 && others <= 2);
+                yes += cqi_are_opposite(&ring, i, j);
+            }
+    CHECK(yes > 100);
+}
+
 /* Without even vertices but the two, all that is asked is that a virtual vertex is alone between them. */
 TEST(a_virtual_vertex_is_alone_on_its_side_of_two_parents)
 {
@@ -562,6 +585,7 @@ int main(int argc, char **argv)
     RUN(quads_with_random_diagonals_are_undone_in_strips);
     RUN(a_limit_keeps_vertices_even);
     RUN(all_kinds_of_flips_were_seen);
+    RUN(two_parents_have_at_most_two_corners_on_each_side);
     RUN(a_virtual_vertex_is_alone_on_its_side_of_two_parents);
     RUN(labels_take_exactly_the_memory_that_they_tell);
     return TEST_END();
