@@ -146,22 +146,31 @@ encode_meshes() { # program
 make_meshes() {
     local name
     mkdir -p "$base/meshes"
-    for name in sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 split_2_grid_5_4_100 split_1_random_300_1 \
-        loop_2_annulus_7_2 loop_2_diagonals_1_cylinder_7_3 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 \
-        components_3_split_2_pyramid_9; do
+    for name in sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 split_2_torus_5_4 split_2_grid_5_4_100 \
+        split_1_random_300_1 loop_3_octahedron loop_3_genus_2 loop_2_annulus_7_2 loop_2_diagonals_1_cylinder_7_3 \
+        diagonals_0_cylinder_17_11 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 diagonals_2_torus_21_17 \
+        components_3_split_2_pyramid_9 random_1500_1; do
         # shellcheck disable=SC2046 # words
         build/meshgen $(tr _ ' ' <<<"$name") >"$base/meshes/$name.off" || return
     done
 }
 
 # Streams with channels of all kinds, without and with seams, of surfaces with and without boundary, and with regular
-# levels; then with texture coordinates, tangents, joints and weights.
+# levels; then with texture coordinates, tangents, joints and weights; normals and tangents of regular meshes.
 hash_streams() { # program
-    local mesh seed
+    local mesh seed channels
     for mesh in ref_data/{components_open,random_genus_holes,disc,cylinder_40x1,sphere,torus_12x8}.off; do
         for seed in {1..12} {1000..1011}; do
             limited 5 "$1" "$seed" <"$mesh" | sha256sum
             limited 5 "$1" "$seed" 0,0,3,12 3,0,2,12 10,0,3,10 5,1,4,8 6,0,4,8 <"$mesh" | sha256sum
+        done
+    done
+    for mesh in "$base"/meshes/*.off; do
+        for seed in 0 1 1000; do
+            for channels in 1,0,2,10 2,0,2,10 "3,0,2,12 10,0,3,10"; do
+                # shellcheck disable=SC2086 # words
+                limited 5 "$1" $seed 0,0,3,12 $channels <"$mesh" | sha256sum
+            done
         done
     done
 }

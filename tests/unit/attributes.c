@@ -298,6 +298,28 @@ TEST(all_standard_attributes_fit)
     CHECK(CQ_INDEX_BITS == 16 || sizeof(cq_decoder) <= 12288);
 }
 
+/* A tangent that is turned by half a turn adapts the two models that were asked, and no other. */
+TEST(by_faces_and_without_them_quarters_have_models_of_their_own)
+{
+    cq_decoder *d = (cq_decoder *)exact_alloc(sizeof *d);
+    static const uint8_t data[8]; /* low codes: a bit is 1 where that is likely */
+    int by_faces, k;
+    for (by_faces = 0; by_faces < 2; ++by_faces) {
+        memset(d, 0, sizeof *d);
+        for (k = 0; k < 2; ++k) d->model.bit[CQI_AHEAD + k] = d->model.bit[CQI_BACK + k] = 0x8000;
+        d->model.bit[CQI_AHEAD + by_faces] = 1;
+        d->rate = 4;
+        cq_range_decoder_init(&d->range, data, sizeof data);
+        d->range.code = 0x100000; /* not in the part for a 1 of the first model */
+        CHECK_EQ(cqi_code_quarters(d, by_faces, 0), 2);
+        CHECK_EQ(d->model.bit[CQI_AHEAD + by_faces], 1);
+        CHECK(d->model.bit[CQI_BACK + by_faces] > 0x8000);
+        CHECK_EQ(d->model.bit[CQI_AHEAD + !by_faces], 0x8000);
+        CHECK_EQ(d->model.bit[CQI_BACK + !by_faces], 0x8000);
+    }
+    exact_free(d);
+}
+
 int main(int argc, char **argv)
 {
     TEST_BEGIN(argc, argv);
@@ -308,6 +330,7 @@ int main(int argc, char **argv)
     RUN(tangents_of_separate_faces_come_back);
     RUN(normals_without_seams_follow_the_faces);
     RUN(a_tangent_without_a_normal_before_it_comes_back);
+    RUN(by_faces_and_without_them_quarters_have_models_of_their_own);
     RUN(a_sign_may_be_any_number_of_the_channel);
     RUN(joints_are_those_of_neighbours_in_any_order);
     RUN(the_last_weight_is_what_is_left_and_the_others_follow_their_joints);
