@@ -47,12 +47,13 @@ SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize=null,object-size,ali
     $(ASSERTIONS)
 
 # The implementation is compiled once for each way to build, for both widths of indices. Programs that look at what is
-# private compile their own, and so do those with assertions or parts of their own: $(call linked,FLAGS) are the flags for those. With
-# sanitizers an optimising compiler takes longer than what it saves, 15 seconds; but not of regular levels, which take
-# two minutes without.
+# private compile their own, and so do those with assertions or parts of their own: $(call linked,FLAGS,OTHERS) are the
+# flags for those, and for the others. A C program that is linked needs no optimising compiler; nor does an implementation
+# with sanitizers, where that takes longer than what it saves, 15 seconds, but for regular levels, which take two minutes
+# without.
 NEEDS_OWN = cqi_|CQI_|define CQ_(ASSERT|NO_)
 own = $(if $(filter unit/regular,$*),-O1,-O0 -fsanitize=undefined)
-linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),-DCONQUEST_IMPLEMENTATION_DONE)
+linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),$(2) -DCONQUEST_IMPLEMENTATION_DONE)
 
 # $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags
 define library
@@ -68,7 +69,7 @@ endef
 define variant
 build/tests/%$(1): tests/%.c build/tests/libconquest$(5).a $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
-	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lm -o $$@
+	$(2) -std=c99 $$(TEST_FLAGS) $(4) $$(call linked,$(6),-O0) $$< build/tests/libconquest$(5).a -lm -o $$@
 build/tests/%$(1): tests/%.cpp build/tests/libconquest$(5).a $$(TEST_DEPENDS)
 	@mkdir -p $$(@D)
 	$(3) -std=c++17 $$(TEST_FLAGS) $(4) $$(call linked,$(6)) $$< build/tests/libconquest$(5).a -lrapidcheck -o $$@

@@ -31,7 +31,7 @@ options() {
 -m32-16        -std=c99 -O1 -m32 -DCQ_INDEX_BITS=16
 -unsigned-char -std=c99 -O1 -funsigned-char -fshort-enums
 -private       -std=c99 -O1 -ftrapv -DNDEBUG
--fast-math     -std=c99 -O3 -ffast-math -march=native
+-fast-math     -std=c99 -O1 -ffast-math -march=native
 END
     if [ "$1" = all ]; then printf '++%s -x c++ -std=c++17 %s\n' -O0 -O0 -Os -Os -O3 -O3; fi
 }
