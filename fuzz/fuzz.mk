@@ -30,14 +30,14 @@ build/fuzz/%$(1).o: fuzz/%.c $$(FUZZ_DEPENDS)
 	$(CLANG) -std=c99 $$(TEST_FLAGS) $(2) -DLLVMFuzzerTestOneInput=fuzz_$$* -c $$< -o $$@
 build/fuzz/mutator$(1).o: fuzz/mutator.c fuzz/asked.sh $$(FUZZ_DEPENDS)
 	@fuzz/asked.sh $$(HEADER) build/fuzz/asked$(1)
-	$(CLANG) -std=c99 -Ibuild/fuzz/asked$(1) $$(TEST_FLAGS) $(2) -O0 -c $$< -o $$@
+	$(CLANG) -std=c99 -Ibuild/fuzz/asked$(1) $$(TEST_FLAGS) $(2) -c $$< -o $$@
 build/fuzz/run$(1): $$(patsubst %,build/fuzz/%$(1).o,codec $$(FUZZ_OTHER) mutator run)
 	$(CLANG) $(2) $$^ -lm -o $$@
 build/log/fuzz$(1).log: build/fuzz/run$(1) $$(wildcard fuzz/seeds/*/* fuzz/regressions/*/*)
 	$$(call log,$$<)
 endef
-$(eval $(call fuzz_variant,,$(SANITIZERS) $(COUNT_WORK)))
-$(eval $(call fuzz_variant,-16,$(SANITIZERS) $(COUNT_WORK) -DCQ_INDEX_BITS=16))
+$(eval $(call fuzz_variant,,$(SANITIZERS) $(ALL_CHECKS) $(COUNT_WORK)))
+$(eval $(call fuzz_variant,-16,$(SANITIZERS) $(ALL_CHECKS) $(COUNT_WORK) -DCQ_INDEX_BITS=16))
 $(eval $(call fuzz_variant,-msan,-O1 -fsanitize=memory -fno-sanitize-recover=all))
 
 build/fuzz/work: fuzz/work.c $(FUZZ_DEPENDS)

@@ -45,6 +45,7 @@ ASSERTIONS = '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())'
 # a null pointer or behind an object is found by the address sanitizer, and who adds to a null pointer by the others.
 SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize=null,object-size,alignment -fno-sanitize-recover=all \
     $(ASSERTIONS)
+ALL_CHECKS = -O0 -fsanitize=undefined # behind these flags
 
 # The implementation is compiled once for each way to build, for both widths of indices. Programs that look at what is
 # private compile their own, and so do those with assertions or parts of their own: $(call linked,FLAGS,OTHERS) are the
@@ -52,7 +53,7 @@ SANITIZERS = -O1 -fsanitize=address,undefined -fno-sanitize=null,object-size,ali
 # with sanitizers, where that takes longer than what it saves, 15 seconds, but for regular levels, which take two minutes
 # without.
 NEEDS_OWN = cqi_|CQI_|define CQ_(ASSERT|NO_)
-own = $(if $(filter unit/regular,$*),-O1,-O0 -fsanitize=undefined)
+own = $(if $(filter unit/regular,$*),-O1,$(ALL_CHECKS))
 linked = $(if $(shell grep -lE '$(NEEDS_OWN)' $<),$(1),$(2) -DCONQUEST_IMPLEMENTATION_DONE)
 
 # $(1) suffix, $(2) C compiler, $(3) C++ compiler, $(4) flags

@@ -378,7 +378,7 @@ def main():
         jobs += [(compare_mesh, path, how, 1 if options.all else 0) for how in WAYS]
     for path in small + [many_patches()]:
         channels = 2 * (zlib.crc32(path.name.encode()) % 997)
-        seams = tuple(1000 + channels + k for k in range(8 if options.all else 3))
+        seams = tuple(1000 + channels + k for k in range(8 if options.all else 4))
         textures = (channels,) + TEXTURES, (seams[0],) + TEXTURES
         jobs += [(compare_mesh, path, how, 3 if options.all else 2) for how in WAYS + (WIDE, channels, channels + 1) + seams + textures]
     for name, how in (("annulus_3x1.off", "connectivity"), ("icosahedron.off", "positions"), ("torus_3x3.off", 4),

@@ -778,7 +778,7 @@ TEST(misaligned_encoder_memory_is_an_error)
 TEST(every_output_that_is_too_small_is_full_and_the_size_is_told)
 {
     FOR_EACH_SAMPLE(s, c) {
-        size_t memory_size = cq_encoder_bytes(&c.shape), size, step = 1 + c.size / 50;
+        size_t memory_size = cq_encoder_bytes(&c.shape), size, step = 1 + c.size / 150;
         void *memory = exact_alloc(memory_size);
         for (size = 0; size < c.size; size += step) {
             uint8_t *out = (uint8_t *)exact_alloc(size);
