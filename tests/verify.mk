@@ -50,10 +50,10 @@ build/log/windows.log: tests/portability/windows.sh build/portability/venv/compl
 
 MUTANTS = 300
 
-mutation: deps build/meshes build/meshgen ## 300 small changes of the header: do the tests notice? MUTANTS=n for another number
+mutation: deps build/meshes $(SUBDIVIDED) ## 300 small changes of the header: do the tests notice? MUTANTS=n for another number
 	@CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS)
 
-build/log/mutation.log: build/meshes build/meshgen $(HEADER) $(wildcard tests/mutation/*)
+build/log/mutation.log: build/meshes $(SUBDIVIDED) $(HEADER) $(wildcard tests/mutation/*)
 	$(call log,CLANG=$(CLANG) tests/mutation/mutation.sh $(MUTANTS))
 
 coverage: verify-deps ## lines and branches of the header that the tests reach; fails below 100 % and 99 %

@@ -27,6 +27,7 @@ killed=0 survived=0 explained=0 same=0 invalid=0
 flags=(-w -DTEST_STOPS -Itests/support -Iexamples '-DCQ_ASSERT(c)=((c) ? (void)0 : __builtin_trap())')
 private='cqi_|CQI_|define CQ_(ASSERT|NO_)'
 meshes=(ref_data/*.off ref_data/bad/*.off)
+subdivided=(build/generated/subdivided/*.off)
 mutate() { python3 tests/mutation/mutate.py include/conquest.h "$@"; }
 
 # A build is quick to compile, or fast to run, or checked by sanitizers, at which an optimising compiler is slow; also with
@@ -134,24 +135,12 @@ replay() { # program
 # Streams of the published meshes, and of some that are regular: what an encoder chooses shows in its bytes.
 encode_meshes() { # program
     local mesh options
-    for mesh in build/meshes/*.off "$base"/meshes/*.off; do
+    for mesh in build/meshes/*.off "${subdivided[@]}"; do
         for options in "" --connectivity; do
             # shellcheck disable=SC2086 # no option is no word
             limited 20 "$1" encode --quiet $options "$mesh" "$work/stream" 2>/dev/null
             sha256sum <"$work/stream"
         done
-    done
-}
-
-make_meshes() {
-    local name
-    mkdir -p "$base/meshes"
-    for name in sphere_3 torus_21_17 cylinder_17_12 annulus_16_3 split_2_torus_5_4 split_2_grid_5_4_100 \
-        split_1_random_300_1 loop_3_octahedron loop_3_genus_2 loop_2_annulus_7_2 loop_2_diagonals_1_cylinder_7_3 \
-        diagonals_0_cylinder_17_11 diagonals_1_grid_32_20_100 diagonals_2_grid_16_20_100 diagonals_2_torus_21_17 \
-        components_3_split_2_pyramid_9 random_1500_1; do
-        # shellcheck disable=SC2046 # words
-        build/meshgen $(tr _ ' ' <<<"$name") >"$base/meshes/$name.off" || return
     done
 }
 
@@ -165,7 +154,7 @@ hash_streams() { # program
             limited 5 "$1" "$seed" 0,0,3,12 3,0,2,12 10,0,3,10 5,1,4,8 6,0,4,8 <"$mesh" | sha256sum
         done
     done
-    for mesh in "$base"/meshes/*.off; do
+    for mesh in "${subdivided[@]}"; do
         for seed in 0 1 1000; do
             for channels in 1,0,2,10 2,0,2,10 "3,0,2,12 10,0,3,10"; do
                 # shellcheck disable=SC2086 # words
@@ -274,7 +263,6 @@ count() { # number line column old new source
 rm -rf "$base"/{expected,objects,header}
 mkdir -p "$base/header"
 cp include/conquest.h "$base/header"
-make_meshes
 which=sample
 results=$work/$(sha256sum <include/conquest.h | cut -c 1-16).tsv
 touch "$results"
